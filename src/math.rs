@@ -1,0 +1,3 @@
+//! Vectors for the rest of the crate: glam's, and the small fixed-size algebra that glam lacks.
+
+pub use glam::{DMat3, DVec3, Vec3, Vec4};

@@ -1,0 +1,77 @@
+//! The triangle mesh: positions, faces, and what is carried along at the vertices.
+//!
+//! # Invariants
+//! Checked by [`Mesh::check`]; every function that takes a mesh may rely on them once it has called it.
+//! - every index in `faces` is below `positions.len()`;
+//! - every coordinate is finite;
+//! - `normals` and `colors`, where present, have one row a vertex.
+
+use crate::error::{Error, Result};
+use crate::math::{DVec3, Vec3};
+
+/// An indexed triangle mesh.
+///
+/// Vertices may repeat positions (a soup, a seam); `weld` joins them. Faces are counter-clockwise from outside.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Mesh {
+    /// Vertex positions in model units.
+    pub positions: Vec<DVec3>,
+    /// Vertex indices of every face, counter-clockwise.
+    pub faces: Vec<[u32; 3]>,
+    /// Unit normals, one a vertex.
+    pub normals: Option<Vec<Vec3>>,
+    /// Red, green, blue, alpha in `[0, 1]`, as stored (sRGB), one a vertex.
+    pub colors: Option<Vec<[f32; 4]>>,
+}
+
+impl Mesh {
+    /// A mesh of positions and faces only.
+    pub fn new(positions: Vec<DVec3>, faces: Vec<[u32; 3]>) -> Self {
+        Self { positions, faces, normals: None, colors: None }
+    }
+
+    /// Checks the invariants of this module.
+    ///
+    /// # Errors
+    /// [`Error::Mesh`] names the first face or vertex that breaks one.
+    pub fn check(&self) -> Result<()> {
+        let vertex_count = self.positions.len();
+        if vertex_count > u32::MAX as usize / 2 || self.faces.len() > u32::MAX as usize / 3 {
+            return Err(Error::Limit(format!(
+                "{vertex_count} vertices and {} faces are more than 32-bit indices can hold",
+                self.faces.len()
+            )));
+        }
+        if let Some(v) = self.positions.iter().position(|p| !p.is_finite()) {
+            return Err(Error::Mesh(format!("vertex {v} has a coordinate that is not finite: {}", self.positions[v])));
+        }
+        if let Some(f) = self.faces.iter().position(|face| face.iter().any(|&v| v as usize >= vertex_count)) {
+            return Err(Error::Mesh(format!(
+                "face {f} has an index out of range: {:?}, the mesh has {vertex_count} vertices",
+                self.faces[f]
+            )));
+        }
+        for (name, rows) in
+            [("normals", self.normals.as_ref().map(Vec::len)), ("colors", self.colors.as_ref().map(Vec::len))]
+        {
+            if let Some(rows) = rows
+                && rows != vertex_count
+            {
+                return Err(Error::Mesh(format!("{rows} {name} for {vertex_count} vertices")));
+            }
+        }
+        Ok(())
+    }
+
+    /// The corners of the axis-aligned bounding box, or two zeros without vertices.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        let Some(&first) = self.positions.first() else { return (DVec3::ZERO, DVec3::ZERO) };
+        self.positions.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p)))
+    }
+
+    /// The length of the bounding box's diagonal, in model units.
+    pub fn diagonal(&self) -> f64 {
+        let (low, high) = self.bounds();
+        (high - low).length()
+    }
+}

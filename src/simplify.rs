@@ -1,0 +1,229 @@
+//! The one entry: a method, a budget, and what came out.
+
+use std::ops::ControlFlow;
+
+use crate::backend::Device;
+use crate::contract;
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+
+/// How to simplify. A closed set: one variant a driver, each with its options.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Method {
+    /// Quadric pair contraction in rounds.
+    Contract(contract::Options),
+}
+
+impl Default for Method {
+    fn default() -> Self {
+        Self::Contract(contract::Options::default())
+    }
+}
+
+/// When to stop: the first limit reached ends the run. Every field is optional, one must be given.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Budget {
+    /// Faces to keep.
+    pub faces: Option<usize>,
+    /// Fraction of the input's faces to keep, in `[0, 1]`.
+    pub keep: Option<f64>,
+    /// Estimated deviation allowed, as a fraction of the bounding box's diagonal.
+    pub error: Option<f64>,
+    /// Estimated deviation allowed, in model units.
+    pub error_abs: Option<f64>,
+}
+
+impl Budget {
+    /// Stop at `faces` faces.
+    pub fn faces(faces: usize) -> Self {
+        Self { faces: Some(faces), ..Self::default() }
+    }
+
+    /// Stop when this fraction of the faces is left.
+    pub fn keep(fraction: f64) -> Self {
+        Self { keep: Some(fraction), ..Self::default() }
+    }
+
+    /// Stop when this fraction of the faces is gone (the meaning of VTK and trimesh).
+    pub fn reduction(fraction: f64) -> Self {
+        Self::keep(1.0 - fraction)
+    }
+
+    /// Stop before the estimated deviation passes this fraction of the bounding box's diagonal.
+    pub fn error(fraction: f64) -> Self {
+        Self { error: Some(fraction), ..Self::default() }
+    }
+
+    /// Stop before the estimated deviation passes this length in model units.
+    pub fn error_abs(length: f64) -> Self {
+        Self { error_abs: Some(length), ..Self::default() }
+    }
+
+    /// The face count at which a mesh of `faces_in` faces is done; 0 with only error limits.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] when no limit is given or one is out of range.
+    pub fn target_faces(&self, faces_in: usize) -> Result<usize> {
+        if *self == Self::default() {
+            return Err(Error::Parameter("no target: give a face count, a fraction to keep or an error limit".into()));
+        }
+        let by_keep = match self.keep {
+            Some(keep) if (0.0..=1.0).contains(&keep) => Some((faces_in as f64 * keep).round() as usize),
+            Some(keep) => return Err(Error::Parameter(format!("the fraction to keep is {keep}, not in 0 … 1"))),
+            None => None,
+        };
+        Ok(self.faces.into_iter().chain(by_keep).max().unwrap_or(0))
+    }
+
+    /// The deviation allowed in model units on a mesh of this diagonal; infinite without an error limit.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] when a limit is negative or not a number.
+    pub fn max_deviation(&self, diagonal: f64) -> Result<f64> {
+        let limits = [self.error.map(|e| e * diagonal), self.error_abs];
+        limits.into_iter().flatten().try_fold(f64::INFINITY, |least, limit| {
+            if limit >= 0.0 {
+                Ok(least.min(limit))
+            } else {
+                Err(Error::Parameter(format!("the error limit {limit} is negative or not a number")))
+            }
+        })
+    }
+}
+
+/// Why a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StopReason {
+    /// The face count was reached.
+    FacesReached,
+    /// Every further contraction would pass the error limit.
+    ErrorReached,
+    /// Every pair that is left is refused; [`Outcome::blocked`] counts the reasons.
+    Stuck,
+    /// The progress callback asked to stop.
+    Cancelled,
+}
+
+/// How many pairs were refused, by reason, in the last full round: what blocks further reduction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+pub struct Blocked {
+    /// Would join two borders or pull a border into the surface.
+    pub border: u64,
+    /// Both ends are locked.
+    pub lock: u64,
+    /// An attribute seam would tear.
+    pub seam: u64,
+    /// The link condition fails: the surface would change its topology or lose manifoldness.
+    pub link: u64,
+    /// A face would turn over or fold.
+    pub flip: u64,
+    /// A face would become a sliver.
+    pub aspect: u64,
+    /// The estimated deviation would pass the limit.
+    pub error: u64,
+}
+
+/// What one round did.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+pub struct RoundRecord {
+    /// Live faces at the start.
+    pub faces: u64,
+    /// Pairs evaluated.
+    pub pairs: u64,
+    /// Pairs that passed the gate.
+    pub candidates: u64,
+    /// Pairs contracted.
+    pub contracted: u64,
+    /// Pairs refused, by reason.
+    pub blocked: Blocked,
+    /// Greatest cost contracted, in the metric's own unit.
+    pub greatest_cost: f32,
+    /// Whether a GPU evaluated the round.
+    pub on_gpu: bool,
+}
+
+/// Wall-clock seconds by phase.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+pub struct Phases {
+    /// Joining equal positions, dropping degenerate and duplicate faces.
+    pub weld: f64,
+    /// Normalisation, adjacency, first sums.
+    pub build: f64,
+    /// Sums, pairs and costs.
+    pub cost: f64,
+    /// Gate and ordering.
+    pub select: f64,
+    /// Filters and contractions.
+    pub apply: f64,
+    /// Moving data to and from the device, waiting for it included.
+    pub transfer: f64,
+    /// The whole call.
+    pub total: f64,
+}
+
+/// A simplified mesh and how it came about.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// The result.
+    pub mesh: Mesh,
+    /// For every vertex of the result the input vertex at the same position, or [`MOVED`].
+    pub vertex_origin: Vec<u32>,
+    /// Faces of the input.
+    pub faces_in: usize,
+    /// The face count asked for; 0 with only error limits.
+    pub target: usize,
+    /// Why the run ended.
+    pub stop: StopReason,
+    /// What blocked further reduction, counted in the last round.
+    pub blocked: Blocked,
+    /// Largest estimated deviation of a contraction, in model units: the root of the area-weighted mean squared
+    /// distance of the new vertex to the planes it stands for. An estimate, not a bound.
+    pub error_estimate: f64,
+    /// One record a round.
+    pub rounds: Vec<RoundRecord>,
+    /// Seconds by phase.
+    pub seconds: Phases,
+    /// The device that did the work, in words.
+    pub device: String,
+    /// What the caller should know: repaired input, a device that was lost.
+    pub warnings: Vec<String>,
+}
+
+/// Marks a vertex of the result that stands at no input vertex's position.
+pub const MOVED: u32 = u32::MAX;
+
+/// How far a run is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Live faces now.
+    pub faces: usize,
+    /// Faces at the start.
+    pub faces_in: usize,
+    /// Faces asked for.
+    pub target: usize,
+}
+
+/// Called after every round; break to cancel.
+pub type OnProgress<'a> = dyn FnMut(Progress) -> ControlFlow<()> + Send + 'a;
+
+/// Simplifies `mesh` by `method` until `budget` is met, on `device`.
+///
+/// The result does not depend on the device or its thread count. Running out of legal contractions is a result
+/// ([`StopReason::Stuck`]), not an error.
+///
+/// # Errors
+/// [`Error::Mesh`] for an invalid mesh or one without faces, [`Error::Parameter`] for a budget or option out of range.
+/// A device that is lost on the way is no error: the CPU finishes, and a warning says so.
+pub fn simplify(
+    mesh: &Mesh,
+    method: &Method,
+    budget: &Budget,
+    device: &Device,
+    progress: Option<&mut OnProgress<'_>>,
+) -> Result<Outcome> {
+    match method {
+        Method::Contract(options) => contract::run(mesh, options, budget, device, progress),
+    }
+}
