@@ -1,0 +1,105 @@
+//! Typed buffers on the host or on a GPU, and how kernels name them.
+
+use bytemuck::Pod;
+
+use super::gpu_buffer::GpuBuffer;
+
+/// A row of a buffer: plain 32-bit scalars, the same bytes in Rust and in WGSL.
+pub trait Row: Pod + Send + Sync {
+    /// The type's name in WGSL.
+    const WGSL: &'static str;
+}
+
+impl Row for u32 {
+    const WGSL: &'static str = "u32";
+}
+
+/// Rows of one type on one device.
+#[derive(Debug)]
+pub struct Buffer<T> {
+    store: Store<T>,
+    len: usize,
+}
+
+#[derive(Debug)]
+enum Store<T> {
+    Host(Vec<T>),
+    Gpu(GpuBuffer),
+}
+
+impl<T: Row> Buffer<T> {
+    pub(super) fn on_host(rows: Vec<T>) -> Self {
+        Self { len: rows.len(), store: Store::Host(rows) }
+    }
+
+    pub(super) fn on_gpu(buffer: GpuBuffer, len: usize) -> Self {
+        Self { store: Store::Gpu(buffer), len }
+    }
+
+    /// Rows it can hold.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether it can hold no row.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// The rows of a buffer on the host; empty for one on a GPU.
+    pub fn host(&self) -> &[T] {
+        match &self.store {
+            Store::Host(rows) => rows,
+            Store::Gpu(_) => &[],
+        }
+    }
+
+    /// The rows of a buffer on the host; empty for one on a GPU.
+    pub fn host_mut(&mut self) -> &mut [T] {
+        match &mut self.store {
+            Store::Host(rows) => rows,
+            Store::Gpu(_) => &mut [],
+        }
+    }
+
+    pub(super) fn gpu(&self) -> Option<&GpuBuffer> {
+        match &self.store {
+            Store::Host(_) => None,
+            Store::Gpu(buffer) => Some(buffer),
+        }
+    }
+}
+
+/// What a kernel does with a binding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Access {
+    /// `load_NAME(i)`.
+    Read,
+    /// `load_NAME(i)` and `store_NAME(i, row)`.
+    Write,
+    /// `add_NAME(i, n)`: atomic addition to a `u32`, whose order cannot be seen in the result.
+    Add,
+}
+
+/// A storage buffer as a kernel names it.
+#[derive(Debug)]
+pub struct Binding<'a> {
+    /// The field's name.
+    pub name: &'static str,
+    /// The row's type in WGSL.
+    pub row: &'static str,
+    /// Bytes a row.
+    pub stride: usize,
+    /// What the kernel does with it.
+    pub access: Access,
+    /// Rows bound.
+    pub len: usize,
+    pub(super) gpu: Option<&'a GpuBuffer>,
+}
+
+impl<'a> Binding<'a> {
+    /// `buffer`, called `name`, used as `access` says.
+    pub fn new<T: Row>(name: &'static str, access: Access, buffer: &'a Buffer<T>) -> Self {
+        Self { name, row: T::WGSL, stride: size_of::<T>(), access, len: buffer.len, gpu: buffer.gpu() }
+    }
+}
