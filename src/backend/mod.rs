@@ -32,11 +32,19 @@ pub trait Kernel {
     const NAME: &'static str;
     /// The text of `shaders/<NAME>.wgsl`.
     const SOURCE: &'static str;
-    /// The uniform block: `repr(C)`, 32-bit scalars only, a multiple of 16 bytes.
+    /// WGSL sources between the declarations and [`Kernel::SOURCE`], beside the rows and the exact arithmetic that every
+    /// module has.
+    const SHARED: &'static [&'static str] = &[];
+    /// The uniform block: `repr(C)`, 32-bit scalars only.
     type Params: Pod;
 
     /// The uniform block's fields in order, as WGSL declares them: name and type (`u32` or `f32`).
     const PARAMS: &'static [(&'static str, &'static str)];
+    /// Constants the shader names, written once in Rust.
+    const CONSTANTS: &'static [(&'static str, Constant)] = &[];
+
+    /// Invocations a workgroup.
+    const WORKGROUP: u32 = 64;
 
     /// The uniform block of this run.
     fn params(&self) -> Self::Params;
@@ -46,6 +54,15 @@ pub trait Kernel {
     fn invocations(&self) -> u32;
     /// The twin: the same result, bit for bit, in the host's buffers.
     fn run_cpu(&mut self);
+}
+
+/// A constant as a shader declares it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Constant {
+    /// `u32`
+    U32(u32),
+    /// `f32`
+    F32(f32),
 }
 
 /// Which device to open.

@@ -1,0 +1,2 @@
+//! temp
+#[derive(Debug)] pub struct GpuBuffer;

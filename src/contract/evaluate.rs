@@ -1,0 +1,184 @@
+//! Evaluating a round on one device: sums, the cost of every pair, the gate.
+
+use crate::backend::{Buffer, Queue};
+use crate::error::Result;
+use crate::kernel::cost_histogram::{BUCKET_SHIFT, BUCKETS, CostHistogram};
+use crate::kernel::count_candidates::{CountCandidates, GATE_BLOCK};
+use crate::kernel::gather_candidates::GatherCandidates;
+use crate::kernel::plane_costs::PlaneCosts;
+use crate::kernel::plane_sums::PlaneSums;
+use crate::kernel::rows::{BorderSum, Candidate, VolumeSum};
+use crate::kernel::volume_costs::{BORDER_FACTOR, VolumeCosts};
+use crate::kernel::volume_sums::VolumeSums;
+
+use super::scan::Scan;
+use super::surface::Surface;
+use super::{Metric, Options, Placement};
+
+/// The buffers of a round's evaluation on one device.
+#[derive(Debug)]
+pub struct Evaluation {
+    metric: Metric,
+    at_endpoints: bool,
+    border_weight: f32,
+    volume: Option<(Buffer<VolumeSum>, Buffer<BorderSum>)>,
+    keys: Buffer<u32>,
+    buckets: Buffer<u32>,
+    counts: Buffer<u32>,
+    scan: Scan,
+    candidates: Buffer<Candidate>,
+    histogram: Vec<u32>,
+}
+
+/// How many of the live pairs become candidates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gate {
+    /// At most this share of the live pairs.
+    pub share: f64,
+    /// At most this many, before the bucket of the last is completed.
+    pub most: usize,
+}
+
+impl Evaluation {
+    /// Buffers for a surface, on its device.
+    pub fn new(queue: &mut Queue, surface: &Surface, options: &Options, has_border: bool) -> Result<Self> {
+        let half_edges = 3 * surface.face_count;
+        let blocks = half_edges.div_ceil(GATE_BLOCK as usize);
+        let volume = match options.metric {
+            Metric::Volume => Some((
+                queue.buffer(surface.vertex_count)?,
+                queue.buffer(if has_border { surface.vertex_count.max(2) } else { 1 })?,
+            )),
+            Metric::Plane => None,
+        };
+        Ok(Self {
+            metric: options.metric,
+            at_endpoints: options.placement == Placement::Endpoint,
+            border_weight: options.border_weight,
+            volume,
+            keys: queue.buffer(half_edges)?,
+            buckets: queue.buffer(BUCKETS as usize)?,
+            counts: queue.buffer(blocks + 1)?,
+            scan: Scan::new(queue, blocks + 1)?,
+            candidates: queue.buffer(0)?,
+            histogram: Vec::new(),
+        })
+    }
+
+    /// Appends the round's candidates in the order of their half-edges; returns how many pairs there were.
+    pub fn run(
+        &mut self,
+        queue: &mut Queue,
+        surface: &Surface,
+        gate: Gate,
+        candidates: &mut Vec<Candidate>,
+    ) -> Result<usize> {
+        self.costs(queue, surface)?;
+        let half_edges = 3 * surface.face_count;
+        queue.clear(&mut self.buckets, BUCKETS as usize)?;
+        queue.run(CostHistogram { keys: &self.keys, key_count: half_edges as u32, buckets: &mut self.buckets })?;
+        self.histogram.clear();
+        queue.read(&self.buckets, BUCKETS as usize, &mut self.histogram)?;
+        let pairs = self.histogram.iter().map(|&n| n as usize).sum();
+        let (threshold, count) = threshold(&self.histogram, wanted(gate, pairs));
+        if count == 0 {
+            return Ok(pairs);
+        }
+        if self.candidates.len() < count {
+            self.candidates = queue.buffer(count)?;
+        }
+        let blocks = half_edges.div_ceil(GATE_BLOCK as usize);
+        let (keys, key_count) = (&self.keys, half_edges as u32);
+        queue.run(CountCandidates { keys, key_count, threshold, counts: &mut self.counts })?;
+        self.scan.run(queue, &mut self.counts, blocks + 1)?;
+        let (starts, out) = (&self.counts, &mut self.candidates);
+        queue.run(GatherCandidates { keys, key_count, threshold, starts, candidates: out })?;
+        queue.read(&self.candidates, count, candidates)?;
+        Ok(pairs)
+    }
+
+    fn costs(&mut self, queue: &mut Queue, surface: &Surface) -> Result<()> {
+        let Surface { positions, faces, ring_starts, ring_faces, .. } = surface;
+        let (vertex_count, face_count) = (surface.vertex_count as u32, surface.face_count as u32);
+        let (at_endpoints, keys) = (self.at_endpoints, &mut self.keys);
+        match (&mut self.volume, &surface.quadrics) {
+            (Some((sums, borders)), _) => {
+                queue.run(VolumeSums { positions, faces, ring_starts, ring_faces, vertex_count, sums, borders })?;
+                let border_weight = BORDER_FACTOR * self.border_weight;
+                queue.run(VolumeCosts {
+                    positions,
+                    faces,
+                    ring_starts,
+                    ring_faces,
+                    sums,
+                    borders,
+                    face_count,
+                    border_weight,
+                    at_endpoints,
+                    keys,
+                })
+            }
+            (None, Some(quadrics)) => queue.run(PlaneCosts {
+                positions,
+                faces,
+                ring_starts,
+                ring_faces,
+                quadrics,
+                face_count,
+                at_endpoints,
+                keys,
+            }),
+            (None, None) => Ok(()),
+        }
+    }
+
+    /// The metric it evaluates.
+    pub fn metric(&self) -> Metric {
+        self.metric
+    }
+}
+
+/// Fills a surface's quadrics from its faces.
+pub fn plane_sums(queue: &mut Queue, surface: &mut Surface, border_weight: f32) -> Result<()> {
+    let Surface { positions, faces, ring_starts, ring_faces, quadrics, vertex_count, .. } = surface;
+    let Some(quadrics) = quadrics else { return Ok(()) };
+    let vertex_count = *vertex_count as u32;
+    queue.run(PlaneSums { positions, faces, ring_starts, ring_faces, vertex_count, border_weight, quadrics })
+}
+
+fn wanted(gate: Gate, pairs: usize) -> usize {
+    ((gate.share * pairs as f64).ceil() as usize).min(gate.most)
+}
+
+/// The key below which at least `wanted` pairs lie, at a bucket's bound, and how many do.
+fn threshold(histogram: &[u32], wanted: usize) -> (u32, usize) {
+    let mut count = 0;
+    for (bucket, &pairs) in histogram.iter().enumerate() {
+        if count >= wanted {
+            return ((bucket as u32) << BUCKET_SHIFT, count);
+        }
+        count += pairs as usize;
+    }
+    ((histogram.len() as u32) << BUCKET_SHIFT, count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threshold_completes_the_bucket() {
+        let histogram = [0, 3, 0, 4, 5];
+        assert_eq!(threshold(&histogram, 0), (0, 0));
+        assert_eq!(threshold(&histogram, 1), (2 << BUCKET_SHIFT, 3));
+        assert_eq!(threshold(&histogram, 3), (2 << BUCKET_SHIFT, 3));
+        assert_eq!(threshold(&histogram, 4), (4 << BUCKET_SHIFT, 7));
+        assert_eq!(threshold(&histogram, 99), (5 << BUCKET_SHIFT, 12));
+    }
+
+    #[test]
+    fn gate_takes_the_lesser_of_share_and_need() {
+        assert_eq!(wanted(Gate { share: 0.5, most: 100 }, 30), 15);
+        assert_eq!(wanted(Gate { share: 0.5, most: 3 }, 30), 3);
+    }
+}

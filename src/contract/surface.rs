@@ -1,0 +1,162 @@
+//! The live mesh on one device: positions, faces and rings, and how a round's contractions change them.
+//!
+//! # Invariants
+//! Between rounds: every face lives, vertices and faces are numbered without gaps in their original order, and every
+//! ring lists its vertex's faces in ascending order. All devices hold the same bytes.
+
+use crate::backend::{Buffer, Queue};
+use crate::error::Result;
+use crate::kernel::compact_faces::CompactFaces;
+use crate::kernel::compact_quadrics::CompactQuadrics;
+use crate::kernel::compact_rings::CompactRings;
+use crate::kernel::compact_vertices::CompactVertices;
+use crate::kernel::contract_faces::ContractFaces;
+use crate::kernel::contract_quadrics::ContractQuadrics;
+use crate::kernel::contract_vertices::ContractVertices;
+use crate::kernel::live_vertices::LiveVertices;
+use crate::kernel::rows::{Contraction, Face, PlaneQuadric, Position};
+
+use super::scan::Scan;
+
+/// Positions, faces and rings on one device.
+#[derive(Debug)]
+pub struct Surface {
+    pub positions: Buffer<Position>,
+    pub faces: Buffer<Face>,
+    pub ring_starts: Buffer<u32>,
+    pub ring_faces: Buffer<u32>,
+    /// Accumulated plane quadrics, where something needs them.
+    pub quadrics: Option<Buffer<PlaneQuadric>>,
+    /// What this round did to every vertex; zero between rounds.
+    pub roles: Buffer<u32>,
+    pub vertex_count: usize,
+    pub face_count: usize,
+    new_vertex: Buffer<u32>,
+    new_face: Buffer<u32>,
+    new_starts: Buffer<u32>,
+    scan: Scan,
+    next: Next,
+}
+
+/// The other half of every buffer that compaction rewrites.
+#[derive(Debug)]
+struct Next {
+    positions: Buffer<Position>,
+    faces: Buffer<Face>,
+    ring_starts: Buffer<u32>,
+    ring_faces: Buffer<u32>,
+    quadrics: Option<Buffer<PlaneQuadric>>,
+}
+
+/// The start of a run, in host memory.
+#[derive(Debug, Clone, Copy)]
+pub struct Start<'a> {
+    pub positions: &'a [Position],
+    pub faces: &'a [Face],
+    pub ring_starts: &'a [u32],
+    pub ring_faces: &'a [u32],
+}
+
+impl Surface {
+    /// Brings the start of a run to a device.
+    pub fn new(queue: &mut Queue, start: &Start<'_>, with_quadrics: bool) -> Result<Self> {
+        let (vertex_count, face_count) = (start.positions.len(), start.faces.len());
+        let quadrics = |queue: &Queue| with_quadrics.then(|| queue.buffer(vertex_count)).transpose();
+        Ok(Self {
+            positions: queue.buffer_from(start.positions)?,
+            faces: queue.buffer_from(start.faces)?,
+            ring_starts: queue.buffer_from(start.ring_starts)?,
+            ring_faces: queue.buffer_from(start.ring_faces)?,
+            quadrics: quadrics(queue)?,
+            roles: queue.buffer(vertex_count)?,
+            vertex_count,
+            face_count,
+            new_vertex: queue.buffer(vertex_count + 1)?,
+            new_face: queue.buffer(face_count + 1)?,
+            new_starts: queue.buffer(vertex_count + 1)?,
+            scan: Scan::new(queue, vertex_count.max(face_count) + 1)?,
+            next: Next {
+                positions: queue.buffer(vertex_count)?,
+                faces: queue.buffer(face_count)?,
+                ring_starts: queue.buffer(vertex_count + 1)?,
+                ring_faces: queue.buffer(3 * face_count)?,
+                quadrics: quadrics(queue)?,
+            },
+        })
+    }
+
+    /// Moves the vertices of accepted contractions and marks the roles, as the commit did on the host.
+    pub fn replay(&mut self, queue: &mut Queue, contractions: &Buffer<Contraction>, count: usize) -> Result<()> {
+        let contraction_count = count as u32;
+        if let Some(quadrics) = &mut self.quadrics {
+            queue.run(ContractQuadrics { contractions, contraction_count, positions: &self.positions, quadrics })?;
+        }
+        let (positions, roles) = (&mut self.positions, &mut self.roles);
+        queue.run(ContractVertices { contractions, contraction_count, positions, roles })
+    }
+
+    /// Renames corners by the round's roles, drops what died, and numbers the rest without gaps.
+    pub fn compact(&mut self, queue: &mut Queue, vertices_left: usize, faces_left: usize) -> Result<()> {
+        let (vertex_count, face_count) = (self.vertex_count as u32, self.face_count as u32);
+        queue.run(ContractFaces {
+            roles: &self.roles,
+            faces: &mut self.faces,
+            face_count,
+            live: &mut self.new_face,
+        })?;
+        queue.run(LiveVertices {
+            roles: &self.roles,
+            ring_starts: &self.ring_starts,
+            ring_faces: &self.ring_faces,
+            face_live: &self.new_face,
+            vertex_count,
+            live: &mut self.new_vertex,
+            ring_lengths: &mut self.new_starts,
+        })?;
+        self.scan.run(queue, &mut self.new_face, self.face_count + 1)?;
+        self.scan.run(queue, &mut self.new_vertex, self.vertex_count + 1)?;
+        self.scan.run(queue, &mut self.new_starts, self.vertex_count + 1)?;
+        let (new_vertex, new_face, new_starts) = (&self.new_vertex, &self.new_face, &self.new_starts);
+        queue.run(CompactVertices {
+            new_vertex,
+            new_starts,
+            positions: &self.positions,
+            vertex_count,
+            positions_out: &mut self.next.positions,
+            starts_out: &mut self.next.ring_starts,
+        })?;
+        queue.run(CompactRings {
+            roles: &self.roles,
+            ring_starts: &self.ring_starts,
+            ring_faces: &self.ring_faces,
+            new_face,
+            new_vertex,
+            new_starts,
+            vertex_count,
+            rings_out: &mut self.next.ring_faces,
+        })?;
+        queue.run(CompactFaces {
+            new_face,
+            new_vertex,
+            faces: &self.faces,
+            face_count,
+            faces_out: &mut self.next.faces,
+        })?;
+        if let (Some(quadrics), Some(quadrics_out)) = (&self.quadrics, &mut self.next.quadrics) {
+            queue.run(CompactQuadrics { new_vertex, quadrics, vertex_count, quadrics_out })?;
+            std::mem::swap(&mut self.quadrics, &mut self.next.quadrics);
+        }
+        std::mem::swap(&mut self.positions, &mut self.next.positions);
+        std::mem::swap(&mut self.faces, &mut self.next.faces);
+        std::mem::swap(&mut self.ring_starts, &mut self.next.ring_starts);
+        std::mem::swap(&mut self.ring_faces, &mut self.next.ring_faces);
+        queue.clear(&mut self.roles, self.vertex_count)?;
+        (self.vertex_count, self.face_count) = (vertices_left, faces_left);
+        Ok(())
+    }
+
+    /// For host buffers: live vertices before each vertex of the round that [`Surface::compact`] ended.
+    pub fn new_vertex(&self) -> &[u32] {
+        self.new_vertex.host()
+    }
+}

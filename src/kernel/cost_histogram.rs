@@ -1,0 +1,72 @@
+//! How many pairs cost how much: a histogram over the leading bits of the keys. Twin: `shaders/cost_histogram.wgsl`, by
+//! contract.
+
+use rayon::prelude::*;
+
+use super::pairs::NO_PAIR;
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
+
+/// Bits of a key below its bucket: what is left is the exponent and four bits of the mantissa, 6 % of a cost.
+pub const BUCKET_SHIFT: u32 = 19;
+/// Buckets: keys are positive, so the sign bit is 0.
+pub const BUCKETS: u32 = 1 << (31 - BUCKET_SHIFT);
+/// Keys an invocation counts.
+pub const KEYS_EACH: u32 = 16;
+
+/// One invocation for `KEYS_EACH` keys, a workgroup apart.
+pub struct CostHistogram<'a> {
+    /// Keys.
+    pub keys: &'a Buffer<u32>,
+    /// How many.
+    pub key_count: u32,
+    /// Adds to [`BUCKETS`] counts.
+    pub buckets: &'a mut Buffer<u32>,
+}
+
+params!(count: u32);
+
+impl Kernel for CostHistogram<'_> {
+    const NAME: &'static str = "cost_histogram";
+    const SOURCE: &'static str = include_str!("../../shaders/cost_histogram.wgsl");
+    type Params = Params;
+    const PARAMS: &'static [(&'static str, &'static str)] = FIELDS;
+    const CONSTANTS: &'static [(&'static str, Constant)] = &[
+        ("BUCKET_SHIFT", Constant::U32(BUCKET_SHIFT)),
+        ("BUCKETS", Constant::U32(BUCKETS)),
+        ("KEYS_EACH", Constant::U32(KEYS_EACH)),
+        ("NO_PAIR", Constant::U32(NO_PAIR)),
+    ];
+    const WORKGROUP: u32 = 256;
+
+    fn params(&self) -> Params {
+        Params { count: self.key_count }
+    }
+
+    fn bindings(&self) -> Vec<Binding<'_>> {
+        vec![Binding::new("keys", Access::Read, self.keys), Binding::new("buckets", Access::Add, self.buckets)]
+    }
+
+    fn invocations(&self) -> u32 {
+        self.key_count.div_ceil(KEYS_EACH * Self::WORKGROUP) * Self::WORKGROUP
+    }
+
+    fn run_cpu(&mut self) {
+        let keys = &self.keys.host()[..self.key_count as usize];
+        let chunk = keys.len().div_ceil(rayon::current_num_threads()).max(1 << 16);
+        let counts: Vec<Vec<u32>> = keys
+            .par_chunks(chunk)
+            .map(|keys| {
+                let mut counts = vec![0; BUCKETS as usize];
+                for &key in keys.iter().filter(|&&key| key != NO_PAIR) {
+                    counts[(key >> BUCKET_SHIFT) as usize] += 1;
+                }
+                counts
+            })
+            .collect();
+        for counts in counts {
+            for (bucket, count) in self.buckets.host_mut().iter_mut().zip(counts) {
+                *bucket += count;
+            }
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! The cost of every pair by the `plane` metric. Twin: `shaders/plane_costs.wgsl`, line for line.
+//!
+//! # Reference
+//! \[GH97\] section 3: the sum of both ends' quadrics at its least point. Departs: both are moved to the pair's
+//! midpoint first, where single precision suffices, and the solve is regularized towards it.
+
+use rayon::prelude::*;
+
+use super::pair_quadric::{
+    CONSTANTS, Freedom, NO_AREA, PairQuadric, cost_key, half_exponent, pair_cost, scale_down, scale_up, scaled,
+};
+use super::pairs::{NO_PAIR, Stars, pair_of};
+use super::rows::{Face, LOCKED, PlaneQuadric, Position};
+use super::split::CHUNK;
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
+use crate::math::Vec3;
+use crate::math::exact::{add, add3, dot3, mul, scale3, sub3, sym_add, sym_mul, trace};
+
+/// One invocation a half-edge.
+pub struct PlaneCosts<'a> {
+    /// V positions.
+    pub positions: &'a Buffer<Position>,
+    /// F faces.
+    pub faces: &'a Buffer<Face>,
+    /// V + 1 starts into `ring_faces`.
+    pub ring_starts: &'a Buffer<u32>,
+    /// The faces around every vertex, ascending.
+    pub ring_faces: &'a Buffer<u32>,
+    /// V quadrics.
+    pub quadrics: &'a Buffer<PlaneQuadric>,
+    /// F.
+    pub face_count: u32,
+    /// Whether only the two ends may be the placement.
+    pub at_endpoints: bool,
+    /// Writes 3F keys.
+    pub keys: &'a mut Buffer<u32>,
+}
+
+params!(count: u32, at_endpoints: u32);
+
+/// A quadric about the point `at` away from its own: q(y) with y = x + `at`.
+#[inline(always)]
+pub fn moved(quadric: PlaneQuadric, at: Vec3) -> PairQuadric {
+    let a = quadric.matrix();
+    let a_at = sym_mul(a, at);
+    PairQuadric {
+        a,
+        b: scale3(add3(quadric.linear(), a_at), -1.0),
+        c: add(add(quadric.c, mul(2.0, dot3(quadric.linear(), at))), dot3(at, a_at)),
+        n: Vec3::ZERO,
+        d: 0.0,
+    }
+}
+
+/// The sum of two quadrics about the same point.
+#[inline(always)]
+pub fn sum(first: PairQuadric, second: PairQuadric) -> PairQuadric {
+    PairQuadric {
+        a: sym_add(first.a, second.a),
+        b: add3(first.b, second.b),
+        c: add(first.c, second.c),
+        n: Vec3::ZERO,
+        d: 0.0,
+    }
+}
+
+/// The cost of a pair from −h to h, solved at a scale where the trace is about 1.
+#[inline(always)]
+fn plane_cost(first: PlaneQuadric, second: PlaneQuadric, h: Vec3, freedom: Freedom) -> f32 {
+    let q = sum(moved(first, h), moved(second, scale3(h, -1.0)));
+    let t = trace(q.a);
+    if !(t > NO_AREA) {
+        return 0.0;
+    }
+    let half = half_exponent(t);
+    mul(mul(pair_cost(scaled(q, scale_down(half)), h, freedom), scale_up(half)), scale_up(half))
+}
+
+/// The key of the half-edge from `u` to `w`.
+#[inline(always)]
+fn plane_key(u: u32, w: u32, stars: &Stars<'_>, quadrics: &[PlaneQuadric], params: Params) -> u32 {
+    let pair = pair_of(u, w, stars);
+    if !pair.owned {
+        return NO_PAIR;
+    }
+    let (pu, pw) = (stars.positions[u as usize], stars.positions[w as usize]);
+    let h = scale3(sub3(pw.xyz(), pu.xyz()), 0.5);
+    let freedom = Freedom {
+        first_locked: pu.flags & LOCKED != 0,
+        second_locked: pw.flags & LOCKED != 0,
+        at_endpoints: params.at_endpoints != 0,
+    };
+    cost_key(plane_cost(quadrics[u as usize], quadrics[w as usize], h, freedom))
+}
+
+impl Kernel for PlaneCosts<'_> {
+    const NAME: &'static str = "plane_costs";
+    const SOURCE: &'static str = include_str!("../../shaders/plane_costs.wgsl");
+    const SHARED: &'static [&'static str] = &[
+        include_str!("../../shaders/shared/pairs.wgsl"),
+        include_str!("../../shaders/shared/pair_quadric.wgsl"),
+        include_str!("../../shaders/shared/plane_quadric.wgsl"),
+    ];
+    type Params = Params;
+    const PARAMS: &'static [(&'static str, &'static str)] = FIELDS;
+    const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;
+
+    fn params(&self) -> Params {
+        Params { count: 3 * self.face_count, at_endpoints: u32::from(self.at_endpoints) }
+    }
+
+    fn bindings(&self) -> Vec<Binding<'_>> {
+        vec![
+            Binding::new("positions", Access::Read, self.positions),
+            Binding::new("faces", Access::Read, self.faces),
+            Binding::new("ring_starts", Access::Read, self.ring_starts),
+            Binding::new("ring_faces", Access::Read, self.ring_faces),
+            Binding::new("quadrics", Access::Read, self.quadrics),
+            Binding::new("keys", Access::Write, self.keys),
+        ]
+    }
+
+    fn invocations(&self) -> u32 {
+        3 * self.face_count
+    }
+
+    fn run_cpu(&mut self) {
+        let params = self.params();
+        let stars = Stars {
+            positions: self.positions.host(),
+            faces: self.faces.host(),
+            ring_starts: self.ring_starts.host(),
+            ring_faces: self.ring_faces.host(),
+        };
+        let quadrics = self.quadrics.host();
+        let keys = &mut self.keys.host_mut()[..params.count as usize];
+        keys.par_chunks_exact_mut(3).enumerate().with_min_len(CHUNK).for_each(|(f, keys)| {
+            let Face { a, b, c } = stars.faces[f];
+            keys[0] = plane_key(a, b, &stars, quadrics, params);
+            keys[1] = plane_key(b, c, &stars, quadrics, params);
+            keys[2] = plane_key(c, a, &stars, quadrics, params);
+        });
+    }
+}

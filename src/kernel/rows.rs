@@ -1,0 +1,179 @@
+//! The rows of the kernels' buffers. Declared again in `shaders/shared/rows.wgsl`; a test compares the layouts.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::backend::Row;
+use crate::math::Vec3;
+use crate::math::exact::Sym3;
+
+/// A vertex lies on a border edge.
+pub const BORDER: u32 = 1;
+/// A vertex may neither move nor vanish: others may only contract onto it.
+pub const LOCKED: u32 = 2;
+
+/// A vertex position in the normalized frame (mean edge length about 1), with its flags.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Position {
+    /// Coordinate along the first axis.
+    pub x: f32,
+    /// Coordinate along the second axis.
+    pub y: f32,
+    /// Coordinate along the third axis.
+    pub z: f32,
+    /// [`BORDER`] and [`LOCKED`].
+    pub flags: u32,
+}
+
+impl Position {
+    /// The coordinates.
+    #[inline(always)]
+    pub fn xyz(self) -> Vec3 {
+        Vec3::new(self.x, self.y, self.z)
+    }
+}
+
+/// The corners of a face. A face with two equal corners is dead.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
+pub struct Face {
+    /// First corner.
+    pub a: u32,
+    /// Second corner.
+    pub b: u32,
+    /// Third corner.
+    pub c: u32,
+}
+
+impl Face {
+    /// The corners in order.
+    #[inline(always)]
+    pub fn corners(self) -> [u32; 3] {
+        [self.a, self.b, self.c]
+    }
+
+    /// Whether all corners differ.
+    #[inline(always)]
+    pub fn is_live(self) -> bool {
+        self.a != self.b && self.b != self.c && self.c != self.a
+    }
+}
+
+/// An accepted contraction: `gone` becomes `keep`, which moves.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Contraction {
+    /// The vertex that stays.
+    pub keep: u32,
+    /// The vertex that vanishes.
+    pub gone: u32,
+    /// Placement along the first axis.
+    pub x: f32,
+    /// Placement along the second axis.
+    pub y: f32,
+    /// Placement along the third axis.
+    pub z: f32,
+    /// Flags of the new vertex.
+    pub flags: u32,
+}
+
+/// What the `volume` metric needs of a vertex: sums over the faces of its star of n nᵀ and n, n = (p1−p0)×(p2−p0).
+///
+/// The vertex lies on all these planes, so about its own position the other terms of the quadric are zero.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "the entries of a symmetric matrix and of a vector")]
+pub struct VolumeSum {
+    pub xx: f32,
+    pub xy: f32,
+    pub xz: f32,
+    pub yy: f32,
+    pub yz: f32,
+    pub zz: f32,
+    pub nx: f32,
+    pub ny: f32,
+    pub nz: f32,
+}
+
+/// What border edges e at a vertex add: Σ |e|²·I − e eᵀ, the squared distance to their lines times |e|².
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "the entries of a symmetric matrix")]
+pub struct BorderSum {
+    pub xx: f32,
+    pub xy: f32,
+    pub xz: f32,
+    pub yy: f32,
+    pub yz: f32,
+    pub zz: f32,
+}
+
+/// An accumulated quadric about its vertex's position p: q(x) = yᵀA y + 2 b·y + c with y = x − p.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "the entries of a symmetric matrix and of a vector")]
+pub struct PlaneQuadric {
+    pub xx: f32,
+    pub xy: f32,
+    pub xz: f32,
+    pub yy: f32,
+    pub yz: f32,
+    pub zz: f32,
+    pub bx: f32,
+    pub by: f32,
+    pub bz: f32,
+    /// Constant term.
+    pub c: f32,
+    /// Sum of the planes' weights: √(q/weight) is a root mean squared distance.
+    pub weight: f32,
+}
+
+/// A pair that passed the gate.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
+pub struct Candidate {
+    /// The bits of its cost, which order as the cost does.
+    pub key: u32,
+    /// Its half-edge: 3·face + corner.
+    pub half_edge: u32,
+}
+
+macro_rules! matrix {
+    ($row:ty) => {
+        impl $row {
+            /// The symmetric matrix.
+            #[inline(always)]
+            pub fn matrix(self) -> Sym3 {
+                Sym3 { xx: self.xx, xy: self.xy, xz: self.xz, yy: self.yy, yz: self.yz, zz: self.zz }
+            }
+        }
+    };
+}
+matrix!(VolumeSum);
+matrix!(BorderSum);
+matrix!(PlaneQuadric);
+
+impl VolumeSum {
+    /// The sum of n.
+    #[inline(always)]
+    pub fn normal(self) -> Vec3 {
+        Vec3::new(self.nx, self.ny, self.nz)
+    }
+}
+
+impl PlaneQuadric {
+    /// The linear term.
+    #[inline(always)]
+    pub fn linear(self) -> Vec3 {
+        Vec3::new(self.bx, self.by, self.bz)
+    }
+}
+
+macro_rules! row {
+    ($($name:ident),*) => {
+        $(impl Row for $name {
+            const WGSL: &'static str = stringify!($name);
+        })*
+    };
+}
+row!(Position, Face, Contraction, VolumeSum, BorderSum, PlaneQuadric, Candidate);

@@ -1,0 +1,23 @@
+//! Splitting outputs among threads.
+
+/// Indices a thread takes at a time.
+pub const CHUNK: usize = 1 << 14;
+
+/// Splits `rows` at `bounds`: piece `i` is `rows[bounds[i]..bounds[i + 1]]`. Bounds must ascend and end in range.
+pub fn split_at_bounds<'a, T>(mut rows: &'a mut [T], bounds: &[u32]) -> Vec<&'a mut [T]> {
+    let mut start = 0;
+    let mut pieces = Vec::with_capacity(bounds.len());
+    for &bound in bounds {
+        let (piece, rest) = rows.split_at_mut(bound as usize - start);
+        start = bound as usize;
+        pieces.push(piece);
+        rows = rest;
+    }
+    pieces.remove(0);
+    pieces
+}
+
+/// The first index of every chunk of `0..len`, and `len`.
+pub fn chunk_bounds(len: usize) -> impl Iterator<Item = usize> {
+    (0..len).step_by(CHUNK).chain([len])
+}

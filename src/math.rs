@@ -1,3 +1,0 @@
-//! Vectors for the rest of the crate: glam's, and the small fixed-size algebra that glam lacks.
-
-pub use glam::{DMat3, DVec3, Vec3, Vec4};
