@@ -134,12 +134,14 @@ impl Device {
 
     /// The device in words: `CPU, 2 threads`, or the adapter's name, kind and driver.
     pub fn description(&self) -> String {
-        match &self.gpu {
-            Some(gpu) => gpu.description(),
-            None => match self.threads.current_num_threads() {
-                1 => "CPU, 1 thread".into(),
-                n => format!("CPU, {n} threads"),
-            },
+        self.gpu.as_ref().map_or_else(|| self.cpu_description(), |gpu| gpu.description())
+    }
+
+    /// The CPU's part in words.
+    pub fn cpu_description(&self) -> String {
+        match self.threads.current_num_threads() {
+            1 => "CPU, 1 thread".into(),
+            n => format!("CPU, {n} threads"),
         }
     }
 

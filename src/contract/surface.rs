@@ -159,4 +159,9 @@ impl Surface {
     pub fn new_vertex(&self) -> &[u32] {
         self.new_vertex.host()
     }
+
+    /// For host buffers: live faces before each face of that round.
+    pub fn new_face(&self) -> &[u32] {
+        self.new_face.host()
+    }
 }

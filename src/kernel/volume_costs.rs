@@ -21,6 +21,9 @@ use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
 use crate::math::Vec3;
 use crate::math::exact::{Sym3, add3, cross3, dot3, mul, outer, scale3, sub3, sym_add, sym_scale, trace};
 
+/// Border against volume: the paper's volume term counts 1/18, its border term 1/2.
+pub const BORDER_FACTOR: f32 = 9.0;
+
 /// One invocation a half-edge.
 pub struct VolumeCosts<'a> {
     /// V positions.

@@ -1,0 +1,79 @@
+//! What vertices carry through a run without taking part: their origin, normals, colors.
+
+use crate::math::Vec3;
+use crate::simplify::MOVED;
+
+/// Rows beside the positions, one a live vertex.
+#[derive(Debug)]
+pub struct Carried {
+    /// The input vertex at the same position, or [`MOVED`].
+    pub origin: Vec<u32>,
+    pub normals: Option<Vec<Vec3>>,
+    pub colors: Option<Vec<[f32; 4]>>,
+    /// Whether a face was turned over to agree with its neighbors, one a live face.
+    pub turned: Option<Vec<bool>>,
+}
+
+impl Carried {
+    /// Interpolates into `keep` at `t` of the way from `first` to `second`.
+    pub fn contract(&mut self, keep: u32, first: u32, second: u32, t: f32) {
+        let (keep, first, second) = (keep as usize, first as usize, second as usize);
+        self.origin[keep] = match t {
+            0.0 => self.origin[first],
+            1.0 => self.origin[second],
+            _ => MOVED,
+        };
+        if let Some(normals) = &mut self.normals {
+            let sum = normals[first] * (1.0 - t) + normals[second] * t;
+            normals[keep] = sum.try_normalize().unwrap_or(normals[first]);
+        }
+        if let Some(colors) = &mut self.colors {
+            let (a, b) = (colors[first], colors[second]);
+            colors[keep] = std::array::from_fn(|i| a[i] * (1.0 - t) + b[i] * t);
+        }
+    }
+
+    /// Keeps the rows of what lives: where the next entry of `new_vertex` or `new_face` is greater.
+    pub fn compact(&mut self, new_vertex: &[u32], vertex_count: usize, new_face: &[u32], face_count: usize) {
+        keep_live(&mut self.origin, new_vertex, vertex_count);
+        if let Some(normals) = &mut self.normals {
+            keep_live(normals, new_vertex, vertex_count);
+        }
+        if let Some(colors) = &mut self.colors {
+            keep_live(colors, new_vertex, vertex_count);
+        }
+        if let Some(turned) = &mut self.turned {
+            keep_live(turned, new_face, face_count);
+        }
+    }
+}
+
+fn keep_live<T>(rows: &mut Vec<T>, new_number: &[u32], count: usize) {
+    let mut row = 0;
+    rows.truncate(count);
+    rows.retain(|_| {
+        row += 1;
+        new_number[row] != new_number[row - 1]
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colors_blend_and_origins_survive_only_at_the_ends() {
+        let mut carried = Carried {
+            origin: vec![7, 8, 9],
+            normals: None,
+            colors: Some(vec![[0.0; 4], [1.0; 4], [0.5; 4]]),
+            turned: None,
+        };
+        carried.contract(0, 0, 1, 0.25);
+        assert_eq!((carried.origin[0], carried.colors.as_ref().map(|c| c[0])), (MOVED, Some([0.25; 4])));
+        carried.contract(0, 0, 2, 1.0);
+        assert_eq!(carried.origin[0], 9);
+        carried.compact(&[0, 1, 1, 2], 3, &[], 0);
+        assert_eq!(carried.origin, [9, 9]);
+    }
+}

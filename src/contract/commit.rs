@@ -1,0 +1,291 @@
+//! Contracting the candidates of a round in ascending order, each on the state that the ones before it left.
+//!
+//! # Invariants
+//! - No vertex is an end of two contractions of a round; rings of unused ends are therefore those of its start.
+//! - Faces are renamed in place; a face with two equal corners is dead.
+
+use crate::kernel::contract_quadrics::contracted;
+use crate::kernel::contract_vertices::{GONE, KEEPS};
+use crate::kernel::pairs::Stars;
+use crate::kernel::rows::{BORDER, Candidate, Contraction, Face, LOCKED, PlaneQuadric, Position};
+use crate::kernel::volume_costs::BORDER_FACTOR;
+use crate::math::Vec3;
+use crate::simplify::Blocked;
+
+use super::carry::Carried;
+use super::filter::{Rejection, ShapeLimits, link_condition, shapes_hold};
+use super::placement::Quadric;
+use super::star::{Marks, Star};
+use super::surface::Surface;
+use super::{Metric, Options, Placement};
+
+/// What stays the same over all rounds of a run.
+#[derive(Debug, Clone, Copy)]
+pub struct Rules {
+    metric: Metric,
+    placement: Placement,
+    border_weight: f64,
+    limits: ShapeLimits,
+    /// Greatest estimated deviation, in the normalized frame.
+    max_deviation: f64,
+}
+
+impl Rules {
+    /// The rules that `options` set, with an error limit in the normalized frame.
+    pub fn new(options: &Options, max_deviation: f64) -> Self {
+        Self {
+            metric: options.metric,
+            placement: options.placement,
+            border_weight: f64::from(BORDER_FACTOR * options.border_weight),
+            limits: ShapeLimits {
+                min_cos: f64::from(options.max_flip_rad).cos(),
+                min_aspect: f64::from(options.min_aspect),
+            },
+            max_deviation,
+        }
+    }
+}
+
+/// What a round's commit did.
+#[derive(Debug, Default)]
+pub struct Committed {
+    /// The accepted contractions, in order.
+    pub contractions: Vec<Contraction>,
+    /// Faces they removed.
+    pub faces_removed: usize,
+    /// Refusals by reason.
+    pub blocked: Blocked,
+    /// Key of the last accepted candidate.
+    pub greatest_key: u32,
+}
+
+/// Scratch that outlives a round, and the state that a run accumulates.
+#[derive(Debug)]
+pub struct Committer {
+    rules: Rules,
+    star: Star,
+    marks: Marks,
+    /// Greatest estimated deviation of a contraction so far, squared, in the normalized frame.
+    pub deviation_sq: f64,
+}
+
+/// A legal contraction.
+#[derive(Debug, Clone, Copy)]
+struct Accepted {
+    x: Vec3,
+    /// Where x lies between the ends, for what vertices carry.
+    t: f32,
+    quadric: PlaneQuadric,
+    deviation_sq: f64,
+}
+
+impl Committer {
+    /// For a surface of `vertex_count` vertices.
+    pub fn new(rules: Rules, vertex_count: usize) -> Self {
+        Self { rules, star: Star::default(), marks: Marks::new(vertex_count), deviation_sq: 0.0 }
+    }
+
+    /// Contracts the legal ones among `candidates` in order until `most_faces` faces are gone.
+    ///
+    /// Interior pairs remove two faces and border pairs one; where one face is left to remove and only interior pairs
+    /// would, one more face goes than asked.
+    pub fn commit(
+        &mut self,
+        surface: &mut Surface,
+        carried: &mut Carried,
+        candidates: &[Candidate],
+        most_faces: usize,
+    ) -> Committed {
+        let mut committed = Committed::default();
+        let mut overshooting = None;
+        for (i, candidate) in candidates.iter().enumerate() {
+            let left = most_faces - committed.faces_removed;
+            if left == 0 {
+                return committed;
+            }
+            if left == 1 && !self.removes_one(surface, *candidate) {
+                overshooting = overshooting.or(Some(i));
+                continue;
+            }
+            self.attempt(surface, carried, *candidate, &mut committed);
+        }
+        if let Some(first) = overshooting {
+            for candidate in &candidates[first..] {
+                if committed.faces_removed >= most_faces {
+                    break;
+                }
+                self.attempt(surface, carried, *candidate, &mut committed);
+            }
+        }
+        committed
+    }
+
+    fn removes_one(&self, surface: &Surface, candidate: Candidate) -> bool {
+        let positions = surface.positions.host();
+        let [u, w, _] = ends(candidate.half_edge, surface.faces.host());
+        positions[u as usize].flags & positions[w as usize].flags & BORDER != 0
+    }
+
+    fn attempt(
+        &mut self,
+        surface: &mut Surface,
+        carried: &mut Carried,
+        candidate: Candidate,
+        committed: &mut Committed,
+    ) {
+        let [u, w, _] = ends(candidate.half_edge, surface.faces.host());
+        let roles = surface.roles.host();
+        if u == w || roles[u as usize] | roles[w as usize] != 0 {
+            return;
+        }
+        match self.examine(surface, u, w) {
+            Err(rejection) => committed.blocked.count(rejection),
+            Ok(accepted) => {
+                self.deviation_sq = self.deviation_sq.max(accepted.deviation_sq);
+                committed.faces_removed += self.star.shared.len();
+                committed.contractions.push(contract(surface, carried, [u, w], &accepted));
+                committed.greatest_key = committed.greatest_key.max(candidate.key);
+            }
+        }
+    }
+
+    /// The contraction of `u` and `w`, if it is legal now.
+    fn examine(&mut self, surface: &Surface, u: u32, w: u32) -> Result<Accepted, Rejection> {
+        let stars = Stars {
+            positions: surface.positions.host(),
+            faces: surface.faces.host(),
+            ring_starts: surface.ring_starts.host(),
+            ring_faces: surface.ring_faces.host(),
+        };
+        let (pu, pw) = (stars.positions[u as usize], stars.positions[w as usize]);
+        self.star.gather(u, w, &stars);
+        link_condition(&self.star, [u, w], [pu.flags, pw.flags], &mut self.marks)?;
+
+        let quadrics = surface.quadrics.as_ref().map_or(&[][..], |q| q.host());
+        let (qu, qw) = (quadrics[u as usize], quadrics[w as usize]);
+        let (x, t) = self.placement([u, w], stars.positions, [&qu, &qw]);
+        shapes_hold(&self.star, [u, w], x.as_dvec3(), stars.positions, self.rules.limits)?;
+
+        let quadric = contracted(qu, qw, pu.xyz(), pw.xyz(), x);
+        let deviation_sq =
+            if quadric.weight > 0.0 { f64::from(quadric.c.max(0.0)) / f64::from(quadric.weight) } else { 0.0 };
+        if deviation_sq.sqrt() > self.rules.max_deviation {
+            return Err(Rejection::Error);
+        }
+        Ok(Accepted { x, t, quadric, deviation_sq })
+    }
+
+    /// Where the pair goes, and how far that is along it.
+    fn placement(&self, [u, w]: [u32; 2], positions: &[Position], quadrics: [&PlaneQuadric; 2]) -> (Vec3, f32) {
+        let (pu, pw) = (positions[u as usize], positions[w as usize]);
+        if pu.flags & LOCKED != 0 {
+            return (pu.xyz(), 0.0);
+        }
+        if pw.flags & LOCKED != 0 {
+            return (pw.xyz(), 1.0);
+        }
+        let (a, b) = (pu.xyz().as_dvec3(), pw.xyz().as_dvec3());
+        let h = (b - a) * 0.5;
+        let middle = a + h;
+        let mut quadric = Quadric::default();
+        match self.rules.metric {
+            Metric::Plane => {
+                quadric.add_plane_quadric(quadrics[0], -h);
+                quadric.add_plane_quadric(quadrics[1], h);
+            }
+            Metric::Volume => {
+                let at = |v: u32| positions[v as usize].xyz().as_dvec3() - middle;
+                for face in self.star.first.iter().chain(&self.star.second).chain(&self.star.shared) {
+                    quadric.add_face(face.corners().map(at));
+                }
+                if (pu.flags | pw.flags) & BORDER != 0 {
+                    quadric.free_volume();
+                    let weight = self.rules.border_weight * 4.0 * h.length_squared();
+                    for [from, to] in self.border_edges([u, w]) {
+                        quadric.add_border(at(to) - at(from), at(from), weight);
+                    }
+                }
+            }
+        }
+        match self.rules.placement {
+            Placement::Optimal => {
+                let x = quadric.least(h);
+                let t = (x + h).dot(h) / (2.0 * h.length_squared());
+                // Strictly inside: the ends' own rows are kept only by a placement exactly at an end.
+                let x32 = (middle + x).as_vec3();
+                let t = if x32 == pu.xyz() {
+                    0.0
+                } else if x32 == pw.xyz() {
+                    1.0
+                } else {
+                    (t as f32).clamp(f32::EPSILON, 1.0 - f32::EPSILON)
+                };
+                (x32, t)
+            }
+            Placement::Endpoint => {
+                if quadric.better_end(h) == h {
+                    (pw.xyz(), 1.0)
+                } else {
+                    (pu.xyz(), 0.0)
+                }
+            }
+        }
+    }
+
+    /// The border edges at both ends, each once.
+    fn border_edges(&self, [u, w]: [u32; 2]) -> Vec<[u32; 2]> {
+        let star = &self.star;
+        let mut edges = Vec::new();
+        if star.shared.len() == 1 {
+            edges.push([u, w]);
+        }
+        for (end, other, own) in [(u, w, &star.first), (w, u, &star.second)] {
+            let uses = |v: u32| own.iter().chain(&star.shared).filter(|f| f.corners().contains(&v)).count();
+            for face in own.iter().chain(&star.shared) {
+                for v in face.corners() {
+                    if v != end && v != other && uses(v) == 1 {
+                        edges.push([end, v]);
+                    }
+                }
+            }
+        }
+        edges
+    }
+}
+
+/// The corners of a half-edge's face, its start first.
+fn ends(half_edge: u32, faces: &[Face]) -> [u32; 3] {
+    let Face { a, b, c } = faces[(half_edge / 3) as usize];
+    match half_edge % 3 {
+        0 => [a, b, c],
+        1 => [b, c, a],
+        _ => [c, a, b],
+    }
+}
+
+/// Writes an accepted contraction into the surface and what it carries.
+fn contract(surface: &mut Surface, carried: &mut Carried, [u, w]: [u32; 2], accepted: &Accepted) -> Contraction {
+    let (keep, gone) = (u.min(w), u.max(w));
+    let positions = surface.positions.host_mut();
+    let flags = positions[u as usize].flags | positions[w as usize].flags;
+    let Vec3 { x, y, z } = accepted.x;
+    positions[keep as usize] = Position { x, y, z, flags };
+    if let Some(quadrics) = &mut surface.quadrics {
+        quadrics.host_mut()[keep as usize] = accepted.quadric;
+    }
+    carried.contract(keep, u, w, accepted.t);
+    let roles = surface.roles.host_mut();
+    roles[keep as usize] = KEEPS | gone;
+    roles[gone as usize] = GONE | keep;
+    let starts = surface.ring_starts.host();
+    let faces = surface.faces.host_mut();
+    for &f in &surface.ring_faces.host()[starts[gone as usize] as usize..starts[gone as usize + 1] as usize] {
+        let face = &mut faces[f as usize];
+        for corner in [&mut face.a, &mut face.b, &mut face.c] {
+            if *corner == gone {
+                *corner = keep;
+            }
+        }
+    }
+    Contraction { keep, gone, x, y, z, flags }
+}

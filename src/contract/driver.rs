@@ -1,0 +1,286 @@
+//! The loop: evaluate, select, commit, compact, until the budget is met.
+
+use std::time::Instant;
+
+use crate::backend::{Buffer, Device, Queue};
+use crate::error::{Error, Result};
+use crate::kernel::rows::{Candidate, Contraction};
+use crate::mesh::Mesh;
+use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord, StopReason};
+
+use super::commit::{Committed, Committer, Rules};
+use super::evaluate::{Evaluation, Gate, plane_sums};
+use super::prepare::{Prepared, prepare};
+use super::surface::Surface;
+use super::{Metric, Options, order};
+
+/// Live faces below which a GPU hands over to the CPU: a round there costs more than its work.
+const HANDOVER_FACES: usize = 20_000;
+/// Share of the live pairs that the `volume` metric lets through the gate. 15 % loses nothing but rounds.
+const VOLUME_SHARE: f64 = 0.5;
+/// The same for `plane`, whose accumulated costs grow as neighbors contract.
+const PLANE_SHARE: f64 = 0.15;
+/// Candidates for every contraction still needed.
+const CANDIDATES_EACH: f64 = 1.5;
+/// A round that contracts less than this share of its candidates widens the gate of the next.
+const MEAGER: f64 = 0.05;
+
+
+/// Where rounds are evaluated: on the host's own surface, or on a GPU's copy of it.
+struct Evaluator {
+    queue: Queue,
+    /// The GPU's copy; `None` on the host.
+    copy: Option<(Surface, Buffer<Contraction>)>,
+    evaluation: Evaluation,
+}
+
+impl Evaluator {
+    fn on_host(queue: Queue, host: &Surface, options: &Options, has_border: bool) -> Result<Self> {
+        let mut queue = queue;
+        let evaluation = Evaluation::new(&mut queue, host, options, has_border)?;
+        Ok(Self { queue, copy: None, evaluation })
+    }
+
+    fn on_gpu(mut queue: Queue, prepared: &Prepared, options: &Options) -> Result<Self> {
+        let mut surface = Surface::new(&mut queue, &prepared.start(), options.metric == Metric::Plane)?;
+        plane_sums(&mut queue, &mut surface, options.border_weight)?;
+        let evaluation = Evaluation::new(&mut queue, &surface, options, prepared.has_border)?;
+        let contractions = queue.buffer(surface.vertex_count / 2 + 1)?;
+        Ok(Self { queue, copy: Some((surface, contractions)), evaluation })
+    }
+
+    fn is_gpu(&self) -> bool {
+        self.copy.is_some()
+    }
+
+    fn evaluate(&mut self, host: &Surface, gate: Gate, candidates: &mut Vec<Candidate>) -> Result<usize> {
+        let surface = self.copy.as_ref().map_or(host, |(surface, _)| surface);
+        self.evaluation.run(&mut self.queue, surface, gate, candidates)
+    }
+
+    /// Applies a round's contractions to the GPU's copy.
+    fn follow(&mut self, contractions: &[Contraction], vertices_left: usize, faces_left: usize) -> Result<()> {
+        let Some((surface, list)) = &mut self.copy else { return Ok(()) };
+        self.queue.write(list, contractions)?;
+        surface.replay(&mut self.queue, list, contractions.len())?;
+        surface.compact(&mut self.queue, vertices_left, faces_left)
+    }
+}
+
+/// Runs rounds on `device`; the calling thread belongs to its pool.
+pub fn run(
+    mesh: &Mesh,
+    options: &Options,
+    budget: &Budget,
+    device: &Device,
+    mut progress: Option<&mut OnProgress<'_>>,
+) -> Result<Outcome> {
+    let clock = Instant::now();
+    let target = budget.target_faces(mesh.faces.len())?;
+    let prepared = prepare(mesh, options)?;
+    let max_deviation = prepared.frame.length_to_rows(budget.max_deviation(mesh.diagonal())?);
+    let mut run = Run::new(prepared, options, device, max_deviation)?;
+    run.seconds.build = clock.elapsed().as_secs_f64() - run.seconds.weld;
+
+    let stop = loop {
+        if run.host.face_count <= target {
+            break StopReason::FacesReached;
+        }
+        let (pairs, committed) = run.round(target)?;
+        if committed.contractions.is_empty() && run.widening >= FULL {
+            let limited = committed.blocked.error > 0;
+            break if limited { StopReason::ErrorReached } else { StopReason::Stuck };
+        }
+        run.adapt(&committed);
+        let now = Progress { faces: run.host.face_count, faces_in: mesh.faces.len(), target };
+        if pairs > 0 && progress.as_mut().is_some_and(|report| report(now).is_break()) {
+            break StopReason::Cancelled;
+        }
+    };
+    run.finish(mesh, target, stop, clock)
+}
+
+/// A gate this many times wider than usual lets every pair through.
+const FULL: f64 = 64.0;
+
+/// The state of a run between rounds.
+struct Run<'a> {
+    options: &'a Options,
+    device: &'a Device,
+    prepared: Prepared,
+    host: Surface,
+    host_queue: Queue,
+    evaluator: Evaluator,
+    committer: Committer,
+    handover_faces: usize,
+    candidates: Vec<Candidate>,
+    scratch: Vec<Candidate>,
+    /// How many times wider than usual the gate is.
+    widening: f64,
+    used_gpu: bool,
+    rounds: Vec<RoundRecord>,
+    seconds: Phases,
+    warnings: Vec<String>,
+}
+
+impl<'a> Run<'a> {
+    fn new(mut prepared: Prepared, options: &'a Options, device: &'a Device, max_deviation: f64) -> Result<Self> {
+        let mut host_queue = device.cpu_queue();
+        let mut host = Surface::new(&mut host_queue, &prepared.start(), true)?;
+        plane_sums(&mut host_queue, &mut host, options.border_weight)?;
+        let mut warnings = std::mem::take(&mut prepared.warnings);
+        let on_gpu = device.gpu_queue().map(|queue| Evaluator::on_gpu(queue, &prepared, options));
+        let evaluator = match on_gpu {
+            Some(Ok(evaluator)) => evaluator,
+            Some(Err(reason)) => {
+                warnings.push(fallback(&reason));
+                Evaluator::on_host(device.cpu_queue(), &host, options, prepared.has_border)?
+            }
+            None => Evaluator::on_host(device.cpu_queue(), &host, options, prepared.has_border)?,
+        };
+        prepared.release_start();
+        Ok(Self {
+            options,
+            device,
+            committer: Committer::new(Rules::new(options, max_deviation), host.vertex_count),
+            handover_faces: HANDOVER_FACES.min(host.face_count / 4),
+            used_gpu: evaluator.is_gpu(),
+            seconds: Phases { weld: prepared.weld_secs, ..Phases::default() },
+            prepared,
+            host,
+            host_queue,
+            evaluator,
+            candidates: Vec::new(),
+            scratch: Vec::new(),
+            widening: 1.0,
+            rounds: Vec::new(),
+            warnings,
+        })
+    }
+
+    /// Evaluates, selects, commits and compacts once; returns the live pairs there were and what was committed.
+    fn round(&mut self, target: usize) -> Result<(usize, Committed)> {
+        let clock = Instant::now();
+        let faces = self.host.face_count;
+        if self.evaluator.is_gpu() && faces < self.handover_faces {
+            self.take_over()?;
+        }
+        let pairs = self.evaluate(self.gate(faces - target))?;
+        let on_gpu = self.evaluator.is_gpu();
+        let evaluated = clock.elapsed().as_secs_f64();
+        order::sort(&mut self.candidates, &mut self.scratch, self.rounds.len() as u32);
+        let sorted = clock.elapsed().as_secs_f64();
+
+        let carried = &mut self.prepared.carried;
+        let committed = self.committer.commit(&mut self.host, carried, &self.candidates, faces - target);
+        let vertices_left = self.host.vertex_count - committed.contractions.len();
+        let faces_left = faces - committed.faces_removed;
+        if !committed.contractions.is_empty() {
+            if let Err(reason) = self.evaluator.follow(&committed.contractions, vertices_left, faces_left) {
+                self.warnings.push(fallback(&reason));
+                self.evaluator.copy = None;
+            }
+            let vertices = self.host.vertex_count;
+            self.host.compact(&mut self.host_queue, vertices_left, faces_left)?;
+            self.prepared.carried.compact(self.host.new_vertex(), vertices, self.host.new_face(), faces);
+            if on_gpu && !self.evaluator.is_gpu() {
+                self.take_over()?;
+            }
+        }
+        self.seconds.cost += evaluated;
+        self.seconds.select += sorted - evaluated;
+        self.seconds.apply += clock.elapsed().as_secs_f64() - sorted;
+        self.rounds.push(RoundRecord {
+            faces: faces as u64,
+            pairs: pairs as u64,
+            candidates: self.candidates.len() as u64,
+            contracted: committed.contractions.len() as u64,
+            blocked: committed.blocked,
+            greatest_cost: f32::from_bits(committed.greatest_key),
+            on_gpu,
+        });
+        Ok((pairs, committed))
+    }
+
+    /// Fills the candidates; a device that fails gives way to the host.
+    fn evaluate(&mut self, gate: Gate) -> Result<usize> {
+        self.candidates.clear();
+        match self.evaluator.evaluate(&self.host, gate, &mut self.candidates) {
+            Err(reason) if self.evaluator.is_gpu() => {
+                self.warnings.push(fallback(&reason));
+                self.take_over()?;
+                self.candidates.clear();
+                self.evaluator.evaluate(&self.host, gate, &mut self.candidates)
+            }
+            result => result,
+        }
+    }
+
+    /// Goes on on the host from here.
+    fn take_over(&mut self) -> Result<()> {
+        let queue = self.device.cpu_queue();
+        self.evaluator = Evaluator::on_host(queue, &self.host, self.options, self.prepared.has_border)?;
+        Ok(())
+    }
+
+    fn gate(&self, faces_to_remove: usize) -> Gate {
+        if self.widening >= FULL {
+            return Gate { share: 1.0, most: usize::MAX };
+        }
+        let share = match self.options.metric {
+            Metric::Volume => VOLUME_SHARE,
+            Metric::Plane => PLANE_SHARE,
+        };
+        // An interior contraction removes two faces.
+        let needed = faces_to_remove.div_ceil(2) as f64;
+        Gate {
+            share: (share * self.widening).min(1.0),
+            most: (CANDIDATES_EACH * needed * self.widening).ceil() as usize,
+        }
+    }
+
+    /// Widens the gate after a round that mostly met refusals, narrows it again after a good one.
+    fn adapt(&mut self, committed: &Committed) {
+        if committed.contractions.is_empty() {
+            self.widening = FULL;
+        } else if (committed.contractions.len() as f64) < MEAGER * self.candidates.len() as f64 {
+            self.widening = (self.widening * 4.0).min(FULL);
+        } else {
+            self.widening = (self.widening / 4.0).max(1.0);
+        }
+    }
+
+    fn finish(mut self, input: &Mesh, target: usize, stop: StopReason, clock: Instant) -> Result<Outcome> {
+        let Prepared { frame, carried, .. } = self.prepared;
+        let rows = self.host.positions.host();
+        let positions = (carried.origin.iter().zip(rows))
+            .map(|(&origin, &row)| input.positions.get(origin as usize).copied().unwrap_or(frame.to_model(row)))
+            .collect();
+        let turned = |face: usize| carried.turned.as_ref().is_some_and(|turned| turned[face]);
+        let faces = (self.host.faces.host()[..self.host.face_count].iter().enumerate())
+            .map(|(f, face)| if turned(f) { [face.a, face.c, face.b] } else { face.corners() })
+            .collect();
+        self.seconds.total = clock.elapsed().as_secs_f64();
+        let mut device = self.device.description();
+        if self.device.is_gpu() && !self.used_gpu {
+            device = self.device.cpu_description();
+        }
+        Ok(Outcome {
+            mesh: Mesh { positions, faces, normals: carried.normals, colors: carried.colors },
+            vertex_origin: carried.origin,
+            faces_in: input.faces.len(),
+            target,
+            stop,
+            blocked: self.rounds.last().map(|round| round.blocked).unwrap_or_default(),
+            error_estimate: frame.length_to_model(self.committer.deviation_sq.sqrt()),
+            rounds: self.rounds,
+            seconds: self.seconds,
+            device,
+            warnings: self.warnings,
+        })
+    }
+}
+
+fn fallback(reason: &Error) -> String {
+    format!("the CPU went on where the GPU failed: {reason}")
+}

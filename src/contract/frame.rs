@@ -1,0 +1,83 @@
+//! The normalized frame: centered, scaled by a power of two so that the mean edge is about 1.
+//!
+//! Not the unit box: costs of the `volume` metric grow with the sixth power of length and would underflow there.
+
+use crate::kernel::rows::Position;
+use crate::math::DVec3;
+
+/// Between model units and the normalized frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    center: DVec3,
+    /// Normalized lengths a model unit: a power of two.
+    scale: f64,
+}
+
+impl Frame {
+    /// The frame of a mesh.
+    pub fn new(positions: &[DVec3], faces: &[[u32; 3]]) -> Self {
+        let Some(&first) = positions.first() else { return Self { center: DVec3::ZERO, scale: 1.0 } };
+        let (low, high) = positions.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p)));
+        // Halves first: the sum of two finite numbers may not be.
+        let center = low * 0.5 + high * 0.5;
+        let half = ((high - center).max(center - low)).max_element();
+        // In units of the box, where squares neither overflow nor vanish.
+        let unit = if half > 0.0 { 1.0 / half } else { 1.0 };
+        let unit = if unit.is_finite() { unit } else { 1.0 };
+        let mut sum = 0.0;
+        for face in faces {
+            let [a, b, c] = face.map(|v| (positions[v as usize] - center) * unit);
+            sum += (b - a).length() + (c - b).length() + (a - c).length();
+        }
+        let mean = sum / (3.0 * faces.len() as f64) / unit;
+        let exponent = if mean > 0.0 && mean.is_finite() { -mean.log2().round() } else { 0.0 };
+        Self { center, scale: exponent.clamp(-1000.0, 1000.0).exp2() }
+    }
+
+    /// A position in the frame, rounded to single precision.
+    pub fn to_rows(self, position: DVec3, flags: u32) -> Position {
+        let p = ((position - self.center) * self.scale).as_vec3();
+        Position { x: p.x, y: p.y, z: p.z, flags }
+    }
+
+    /// A position of the frame in model units.
+    pub fn to_model(self, position: Position) -> DVec3 {
+        position.xyz().as_dvec3() / self.scale + self.center
+    }
+
+    /// A length of the frame in model units.
+    pub fn length_to_model(self, length: f64) -> f64 {
+        length / self.scale
+    }
+
+    /// A length in model units in the frame.
+    pub fn length_to_rows(self, length: f64) -> f64 {
+        length * self.scale
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    #[test]
+    fn mean_edge_is_about_one_at_any_scale_and_place() {
+        let sphere = shapes::icosphere(3);
+        for scale in [1e-150, 1e-6, 1.0, 1e6, 1e150] {
+            let positions: Vec<DVec3> = sphere.positions.iter().map(|&p| (p + 1000.0) * scale).collect();
+            let frame = Frame::new(&positions, &sphere.faces);
+            let [a, b, _] = sphere.faces[0].map(|v| frame.to_rows(positions[v as usize], 0).xyz());
+            assert!((0.5..2.0).contains(&(b - a).length()), "{scale}: {}", (b - a).length());
+        }
+    }
+
+    #[test]
+    fn there_and_back_is_within_single_precision() {
+        let sphere = shapes::icosphere(2);
+        let frame = Frame::new(&sphere.positions, &sphere.faces);
+        for &p in &sphere.positions {
+            assert!((frame.to_model(frame.to_rows(p, 0)) - p).length() < 1e-6);
+        }
+    }
+}

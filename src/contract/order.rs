@@ -1,0 +1,81 @@
+//! The order in which candidates are tried: by cost, ties by a hash.
+//!
+//! A hash and not the index: on flats thousands of costs are 0, and taking them by index eats the mesh from one end.
+
+use crate::kernel::rows::Candidate;
+
+const DIGIT_BITS: u32 = 11;
+const DIGITS: usize = 1 << DIGIT_BITS;
+
+/// Sorts candidates by (key, hash of half-edge and round). `scratch` is overwritten.
+pub fn sort(candidates: &mut Vec<Candidate>, scratch: &mut Vec<Candidate>, round: u32) {
+    radix_sort(candidates, scratch);
+    for ties in candidates.chunk_by_mut(|a, b| a.key == b.key) {
+        if ties.len() > 1 {
+            ties.sort_unstable_by_key(|c| hash(c.half_edge, round));
+        }
+    }
+}
+
+/// Three passes of eleven bits, least significant first; a pass whose digits are all equal is left out.
+fn radix_sort(candidates: &mut Vec<Candidate>, scratch: &mut Vec<Candidate>) {
+    scratch.clear();
+    scratch.resize(candidates.len(), Candidate::default());
+    let mut counts = vec![[0_u32; DIGITS]; 3];
+    for candidate in candidates.iter() {
+        for (pass, counts) in counts.iter_mut().enumerate() {
+            counts[digit(candidate.key, pass)] += 1;
+        }
+    }
+    for (pass, starts) in counts.iter_mut().enumerate() {
+        if starts.iter().any(|&count| count as usize == candidates.len()) {
+            continue;
+        }
+        let mut sum = 0;
+        for start in starts.iter_mut() {
+            sum += std::mem::replace(start, sum);
+        }
+        for &candidate in candidates.iter() {
+            let start = &mut starts[digit(candidate.key, pass)];
+            scratch[*start as usize] = candidate;
+            *start += 1;
+        }
+        std::mem::swap(candidates, scratch);
+    }
+}
+
+fn digit(key: u32, pass: usize) -> usize {
+    (key >> (DIGIT_BITS * pass as u32)) as usize & (DIGITS - 1)
+}
+
+/// A bijective mix of 32 bits: no two half-edges tie.
+fn hash(half_edge: u32, round: u32) -> u32 {
+    let mut x = half_edge ^ round.wrapping_mul(0x9e37_79b9);
+    x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
+    x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
+    x ^ (x >> 16)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sorts_like_the_standard_sort() {
+        let keys = (0..5000_u32).map(|i| if i % 3 == 0 { 0 } else { hash(i, 9) >> (i % 20 + 1) });
+        let mut candidates: Vec<Candidate> =
+            keys.enumerate().map(|(i, key)| Candidate { key, half_edge: i as u32 }).collect();
+        let mut expected = candidates.clone();
+        expected.sort_by_key(|c| (c.key, hash(c.half_edge, 4)));
+        sort(&mut candidates, &mut Vec::new(), 4);
+        assert_eq!(candidates, expected);
+    }
+
+    #[test]
+    fn equal_keys_alone_are_ordered_by_hash() {
+        let mut candidates: Vec<Candidate> = (0..100).map(|half_edge| Candidate { key: 5, half_edge }).collect();
+        sort(&mut candidates, &mut Vec::new(), 0);
+        assert!(candidates.is_sorted_by_key(|c| hash(c.half_edge, 0)));
+        assert!(!candidates.is_sorted_by_key(|c| c.half_edge));
+    }
+}

@@ -1,0 +1,169 @@
+//! From a mesh as it comes to the start of a run: welded, oriented, normalized, with flags at its vertices.
+
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
+use crate::kernel::rows::{BORDER, Face, LOCKED, Position};
+use crate::mesh::Mesh;
+use crate::mesh::adjacency::Rings;
+use crate::mesh::orient::orient;
+use crate::mesh::topology::complex_vertices;
+use crate::mesh::weld::{Welded, weld};
+
+use super::Options;
+use super::carry::Carried;
+use super::frame::Frame;
+use super::surface::Start;
+
+/// The start of a run on the host.
+#[derive(Debug)]
+pub struct Prepared {
+    pub frame: Frame,
+    pub positions: Vec<Position>,
+    pub faces: Vec<Face>,
+    pub rings: Rings,
+    pub carried: Carried,
+    pub has_border: bool,
+    pub warnings: Vec<String>,
+    pub weld_secs: f64,
+}
+
+impl Prepared {
+    /// The start of a run, for a surface.
+    pub fn start(&self) -> Start<'_> {
+        Start {
+            positions: &self.positions,
+            faces: &self.faces,
+            ring_starts: &self.rings.starts,
+            ring_faces: &self.rings.faces,
+        }
+    }
+
+    /// Frees what surfaces have copied.
+    pub fn release_start(&mut self) {
+        self.positions = Vec::new();
+        self.faces = Vec::new();
+        self.rings = Rings { starts: Vec::new(), faces: Vec::new() };
+    }
+}
+
+/// Prepares `mesh`.
+///
+/// # Errors
+/// [`Error::Mesh`] for an invalid mesh or one that has no face left after welding.
+pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
+    mesh.check()?;
+    if mesh.faces.is_empty() {
+        return Err(Error::Mesh("it has no faces".into()));
+    }
+    let clock = std::time::Instant::now();
+    let welded = welded(mesh, options.weld)?;
+    let weld_secs = clock.elapsed().as_secs_f64();
+    if welded.mesh.faces.is_empty() {
+        return Err(Error::Mesh("all its faces are degenerate: two corners of each lie at one point".into()));
+    }
+    let mut warnings = weld_warnings(&welded);
+    let Welded { mesh: Mesh { positions, mut faces, normals, colors }, vertex_source, .. } = welded;
+
+    let rings = Rings::new(&faces, positions.len());
+    let turned = orient(&faces, &rings);
+    if let Some(turned) = &turned {
+        let count = turned.iter().filter(|&&turned| turned).count();
+        warnings.push(format!("{count} faces are wound against their neighbors; they keep their winding in the result"));
+        faces.par_iter_mut().zip(turned).filter(|(_, turned)| **turned).for_each(|(face, _)| face.swap(1, 2));
+    }
+    let locked = complex_vertices(&faces, &rings);
+    let frame = Frame::new(&positions, &faces);
+    let rows: Vec<Position> = positions
+        .par_iter()
+        .zip(&locked)
+        .enumerate()
+        .map_init(Vec::new, |edges, (vertex, (&position, &locked))| {
+            let on_border = rings.edges_at(&faces, vertex as u32, edges).any(|uses| uses.len() == 1);
+            let locked = locked || (on_border && options.lock_border);
+            let flags = if on_border { BORDER } else { 0 } | if locked { LOCKED } else { 0 };
+            frame.to_rows(position, flags)
+        })
+        .collect();
+    let has_border = rows.iter().any(|p| p.flags & BORDER != 0);
+    let complex = locked.iter().filter(|&&locked| locked).count();
+    if complex > 0 {
+        warnings.push(format!("{complex} vertices where the surface is not manifold stay where they are"));
+    }
+    Ok(Prepared {
+        frame,
+        positions: rows,
+        faces: faces.into_iter().map(|[a, b, c]| Face { a, b, c }).collect(),
+        rings,
+        carried: Carried { origin: vertex_source, normals, colors, turned },
+        has_border,
+        warnings,
+        weld_secs,
+    })
+}
+
+fn welded(mesh: &Mesh, tolerance: Option<f64>) -> Result<Welded> {
+    match tolerance {
+        Some(tolerance) if tolerance >= 0.0 && tolerance.is_finite() => Ok(weld(mesh, tolerance)),
+        Some(tolerance) => Err(Error::Parameter(format!("the weld distance is {tolerance}: give 0 or more"))),
+        None => Ok(unwelded(mesh)),
+    }
+}
+
+/// The mesh as it is, less faces with a repeated corner.
+fn unwelded(mesh: &Mesh) -> Welded {
+    let live = |face: &[u32; 3]| face[0] != face[1] && face[1] != face[2] && face[2] != face[0];
+    let face_source: Vec<u32> = (0..mesh.faces.len() as u32).filter(|&f| live(&mesh.faces[f as usize])).collect();
+    let degenerate_faces = mesh.faces.len() - face_source.len();
+    let faces = face_source.iter().map(|&f| mesh.faces[f as usize]).collect();
+    Welded {
+        mesh: Mesh { faces, ..mesh.clone() },
+        vertex_source: (0..mesh.positions.len() as u32).collect(),
+        face_source,
+        joined_vertices: 0,
+        unreferenced_vertices: 0,
+        degenerate_faces,
+        duplicate_faces: 0,
+        opposite_faces: 0,
+    }
+}
+
+fn weld_warnings(welded: &Welded) -> Vec<String> {
+    [
+        (welded.degenerate_faces, "degenerate faces dropped"),
+        (welded.duplicate_faces, "duplicate faces dropped"),
+        (welded.unreferenced_vertices, "unreferenced vertices dropped"),
+    ]
+    .into_iter()
+    .filter(|&(count, _)| count > 0)
+    .map(|(count, what)| format!("{count} {what}"))
+    .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::DVec3;
+    use crate::mesh::shapes;
+
+    #[test]
+    fn open_plane_has_a_border_and_no_locks() {
+        let prepared = prepare(&shapes::plane(3, 2), &Options::default()).expect("a valid mesh");
+        let on_border = prepared.positions.iter().filter(|p| p.flags & BORDER != 0).count();
+        assert_eq!((on_border, prepared.positions.len()), (10, 12));
+        assert!(prepared.positions.iter().all(|p| p.flags & LOCKED == 0));
+    }
+
+    #[test]
+    fn lock_border_locks_the_border() {
+        let options = Options { lock_border: true, ..Options::default() };
+        let prepared = prepare(&shapes::plane(3, 2), &options).expect("a valid mesh");
+        assert!(prepared.positions.iter().all(|p| (p.flags & LOCKED != 0) == (p.flags & BORDER != 0)));
+    }
+
+    #[test]
+    fn faces_of_one_point_are_an_error() {
+        let mesh = Mesh::new(vec![DVec3::ONE; 3], vec![[0, 1, 2]]);
+        assert!(matches!(prepare(&mesh, &Options::default()), Err(Error::Mesh(_))));
+    }
+}
