@@ -3,6 +3,8 @@
 pub mod backend;
 pub mod contract;
 pub mod error;
+
+pub mod formats;
 pub mod kernel;
 pub mod math;
 pub mod mesh;
