@@ -184,12 +184,12 @@ impl Queue {
     ///
     /// # Errors
     /// As [`Queue::buffer`].
-    pub fn buffer_from<T: Row>(&mut self, rows: &[T]) -> Result<Buffer<T>> {
+    pub fn buffer_from<T: Row>(&mut self, rows: Vec<T>) -> Result<Buffer<T>> {
         if self.gpu.is_none() {
-            return Ok(Buffer::on_host(rows.to_vec()));
+            return Ok(Buffer::on_host(rows));
         }
         let mut buffer = self.buffer(rows.len())?;
-        self.write(&mut buffer, rows)?;
+        self.write(&mut buffer, &rows)?;
         Ok(buffer)
     }
 

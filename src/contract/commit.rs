@@ -9,7 +9,7 @@ use crate::kernel::contract_vertices::{GONE, KEEPS};
 use crate::kernel::pairs::Stars;
 use crate::kernel::rows::{BORDER, Candidate, Contraction, Face, LOCKED, PlaneQuadric, Position};
 use crate::kernel::volume_costs::BORDER_FACTOR;
-use crate::math::Vec3;
+use crate::math::{DVec3, Vec3};
 use crate::simplify::Blocked;
 
 use super::carry::Carried;
@@ -163,30 +163,49 @@ impl Committer {
 
         let quadrics = surface.quadrics.as_ref().map_or(&[][..], |q| q.host());
         let (qu, qw) = (quadrics[u as usize], quadrics[w as usize]);
-        let (x, t) = self.placement([u, w], stars.positions, [&qu, &qw]);
-        shapes_hold(&self.star, [u, w], x.as_dvec3(), stars.positions, self.rules.limits)?;
+        let (a, b) = (pu.xyz().as_dvec3(), pw.xyz().as_dvec3());
+        let h = (b - a) * 0.5;
+        let middle = a + h;
+        self.star.locate(stars.positions, middle);
+        let (x, t) = match (pu.flags & LOCKED, pw.flags & LOCKED, self.rules.placement) {
+            (0, 0, Placement::Optimal) => self.least([u, w], (pu.flags | pw.flags) & BORDER != 0, h, [&qu, &qw]),
+            (0, 0, Placement::Endpoint) => {
+                let on_border = (pu.flags | pw.flags) & BORDER != 0;
+                let quadric = self.quadric([u, w], on_border, h, [&qu, &qw]);
+                if quadric.better_end(h) == h { (h, 1.0) } else { (-h, 0.0) }
+            }
+            (0, _, _) => (h, 1.0),
+            _ => (-h, 0.0),
+        };
+        let at = (middle + x).as_vec3();
+        shapes_hold(&self.star, at.as_dvec3() - middle, self.rules.limits)?;
 
-        let quadric = contracted(qu, qw, pu.xyz(), pw.xyz(), x);
+        let quadric = contracted(qu, qw, pu.xyz(), pw.xyz(), at);
         let deviation_sq =
             if quadric.weight > 0.0 { f64::from(quadric.c.max(0.0)) / f64::from(quadric.weight) } else { 0.0 };
         if deviation_sq.sqrt() > self.rules.max_deviation {
             return Err(Rejection::Error);
         }
-        Ok(Accepted { x, t, quadric, deviation_sq })
+        let t = if at == pu.xyz() {
+            0.0
+        } else if at == pw.xyz() {
+            1.0
+        } else {
+            t
+        };
+        Ok(Accepted { x: at, t, quadric, deviation_sq })
     }
 
-    /// Where the pair goes, and how far that is along it.
-    fn placement(&self, [u, w]: [u32; 2], positions: &[Position], quadrics: [&PlaneQuadric; 2]) -> (Vec3, f32) {
-        let (pu, pw) = (positions[u as usize], positions[w as usize]);
-        if pu.flags & LOCKED != 0 {
-            return (pu.xyz(), 0.0);
-        }
-        if pw.flags & LOCKED != 0 {
-            return (pw.xyz(), 1.0);
-        }
-        let (a, b) = (pu.xyz().as_dvec3(), pw.xyz().as_dvec3());
-        let h = (b - a) * 0.5;
-        let middle = a + h;
+    /// Where the metric is least, about the midpoint, and how far that is along the pair.
+    fn least(&self, pair: [u32; 2], on_border: bool, h: DVec3, quadrics: [&PlaneQuadric; 2]) -> (DVec3, f32) {
+        let x = self.quadric(pair, on_border, h, quadrics).least(h);
+        // Strictly inside: only a placement exactly at an end takes that end's own rows.
+        let t = ((x + h).dot(h) / (2.0 * h.length_squared())) as f32;
+        (x, t.clamp(f32::EPSILON, 1.0 - f32::EPSILON))
+    }
+
+    /// The pair's quadric about its midpoint, on the current state.
+    fn quadric(&self, pair: [u32; 2], on_border: bool, h: DVec3, quadrics: [&PlaneQuadric; 2]) -> Quadric {
         let mut quadric = Quadric::default();
         match self.rules.metric {
             Metric::Plane => {
@@ -194,62 +213,19 @@ impl Committer {
                 quadric.add_plane_quadric(quadrics[1], h);
             }
             Metric::Volume => {
-                let at = |v: u32| positions[v as usize].xyz().as_dvec3() - middle;
-                for face in self.star.first.iter().chain(&self.star.second).chain(&self.star.shared) {
-                    quadric.add_face(face.corners().map(at));
+                for face in self.star.faces() {
+                    quadric.add_face(face.normal, face.points[0]);
                 }
-                if (pu.flags | pw.flags) & BORDER != 0 {
+                if on_border {
                     quadric.free_volume();
                     let weight = self.rules.border_weight * 4.0 * h.length_squared();
-                    for [from, to] in self.border_edges([u, w]) {
-                        quadric.add_border(at(to) - at(from), at(from), weight);
+                    for [from, to] in self.star.border_edges(pair) {
+                        quadric.add_border(to - from, from, weight);
                     }
                 }
             }
         }
-        match self.rules.placement {
-            Placement::Optimal => {
-                let x = quadric.least(h);
-                let t = (x + h).dot(h) / (2.0 * h.length_squared());
-                // Strictly inside: the ends' own rows are kept only by a placement exactly at an end.
-                let x32 = (middle + x).as_vec3();
-                let t = if x32 == pu.xyz() {
-                    0.0
-                } else if x32 == pw.xyz() {
-                    1.0
-                } else {
-                    (t as f32).clamp(f32::EPSILON, 1.0 - f32::EPSILON)
-                };
-                (x32, t)
-            }
-            Placement::Endpoint => {
-                if quadric.better_end(h) == h {
-                    (pw.xyz(), 1.0)
-                } else {
-                    (pu.xyz(), 0.0)
-                }
-            }
-        }
-    }
-
-    /// The border edges at both ends, each once.
-    fn border_edges(&self, [u, w]: [u32; 2]) -> Vec<[u32; 2]> {
-        let star = &self.star;
-        let mut edges = Vec::new();
-        if star.shared.len() == 1 {
-            edges.push([u, w]);
-        }
-        for (end, other, own) in [(u, w, &star.first), (w, u, &star.second)] {
-            let uses = |v: u32| own.iter().chain(&star.shared).filter(|f| f.corners().contains(&v)).count();
-            for face in own.iter().chain(&star.shared) {
-                for v in face.corners() {
-                    if v != end && v != other && uses(v) == 1 {
-                        edges.push([end, v]);
-                    }
-                }
-            }
-        }
-        edges
+        quadric
     }
 }
 

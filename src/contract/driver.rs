@@ -41,10 +41,10 @@ impl Evaluator {
         Ok(Self { queue, copy: None, evaluation })
     }
 
-    fn on_gpu(mut queue: Queue, prepared: &Prepared, options: &Options) -> Result<Self> {
-        let mut surface = Surface::new(&mut queue, &prepared.start(), options.metric == Metric::Plane)?;
+    fn on_gpu(mut queue: Queue, host: &Surface, options: &Options, has_border: bool) -> Result<Self> {
+        let mut surface = Surface::copy(&mut queue, host, options.metric == Metric::Plane)?;
         plane_sums(&mut queue, &mut surface, options.border_weight)?;
-        let evaluation = Evaluation::new(&mut queue, &surface, options, prepared.has_border)?;
+        let evaluation = Evaluation::new(&mut queue, &surface, options, has_border)?;
         let contractions = queue.buffer(surface.vertex_count / 2 + 1)?;
         Ok(Self { queue, copy: Some((surface, contractions)), evaluation })
     }
@@ -126,10 +126,10 @@ struct Run<'a> {
 impl<'a> Run<'a> {
     fn new(mut prepared: Prepared, options: &'a Options, device: &'a Device, max_deviation: f64) -> Result<Self> {
         let mut host_queue = device.cpu_queue();
-        let mut host = Surface::new(&mut host_queue, &prepared.start(), true)?;
+        let mut host = Surface::new(&mut host_queue, prepared.take_start(), true)?;
         plane_sums(&mut host_queue, &mut host, options.border_weight)?;
         let mut warnings = std::mem::take(&mut prepared.warnings);
-        let on_gpu = device.gpu_queue().map(|queue| Evaluator::on_gpu(queue, &prepared, options));
+        let on_gpu = device.gpu_queue().map(|queue| Evaluator::on_gpu(queue, &host, options, prepared.has_border));
         let evaluator = match on_gpu {
             Some(Ok(evaluator)) => evaluator,
             Some(Err(reason)) => {
@@ -138,7 +138,6 @@ impl<'a> Run<'a> {
             }
             None => Evaluator::on_host(device.cpu_queue(), &host, options, prepared.has_border)?,
         };
-        prepared.release_start();
         Ok(Self {
             options,
             device,

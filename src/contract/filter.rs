@@ -1,10 +1,10 @@
 //! Which contractions are legal, on the current state.
 
-use crate::kernel::rows::{BORDER, Face, Position};
+use crate::kernel::rows::BORDER;
 use crate::math::DVec3;
 use crate::simplify::Blocked;
 
-use super::star::{Marks, Star};
+use super::star::{Marks, Star, StarFace};
 
 /// Why a pair was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,11 +41,10 @@ impl Blocked {
 /// vertices contract only along the border; no tetrahedron closes flat and no lone triangle vanishes.
 pub fn link_condition(star: &Star, [u, w]: [u32; 2], flags: [u32; 2], marks: &mut Marks) -> Result<(), Rejection> {
     let on_border = flags[0] & flags[1] & BORDER != 0;
-    match star.shared[..] {
-        [k] => {
+    match &star.shared[..] {
+        [_] => {
             let vanishes = star.first.is_empty() && star.second.is_empty();
-            let tip = Star::opposite(k, u, w);
-            if !on_border || vanishes || marks.common_neighbors(star, u, w) != 1 || tip == u {
+            if !on_border || vanishes || marks.common_neighbors(star, u, w) != 1 {
                 return Err(Rejection::Link);
             }
         }
@@ -53,11 +52,11 @@ pub fn link_condition(star: &Star, [u, w]: [u32; 2], flags: [u32; 2], marks: &mu
             if on_border {
                 return Err(Rejection::Border);
             }
-            let (k, l) = (Star::opposite(k, u, w), Star::opposite(l, u, w));
+            let (k, l) = (Star::opposite(k, w), Star::opposite(l, w));
             if k == l || marks.common_neighbors(star, u, w) != 2 {
                 return Err(Rejection::Link);
             }
-            let joins = |face: &Face| face.corners().contains(&k) && face.corners().contains(&l);
+            let joins = |face: &StarFace| face.corners.contains(&k) && face.corners.contains(&l);
             let closed_first = star.first.iter().any(joins);
             if closed_first && star.second.iter().any(joins) {
                 return Err(Rejection::Link);
@@ -80,45 +79,27 @@ pub struct ShapeLimits {
 /// Squared normals below this are of faces without area, which may take any shape that has some.
 const NO_AREA_SQ: f64 = 1e-24;
 
-/// Whether every surviving face keeps its side and its shape when the ends move to `x`.
-pub fn shapes_hold(
-    star: &Star,
-    [u, w]: [u32; 2],
-    x: DVec3,
-    positions: &[Position],
-    limits: ShapeLimits,
-) -> Result<(), Rejection> {
-    for (end, faces) in [(u, &star.first), (w, &star.second)] {
-        for face in faces {
-            let old = face.corners().map(|v| positions[v as usize].xyz().as_dvec3());
-            let mut new = old;
-            for (corner, v) in new.iter_mut().zip(face.corners()) {
-                if v == end {
-                    *corner = x;
-                }
-            }
-            let (before, after) = (normal(old), normal(new));
-            let (before_sq, after_sq) = (before.length_squared(), after.length_squared());
-            if before_sq <= NO_AREA_SQ {
-                continue;
-            }
-            let dot = before.dot(after);
-            if !(dot > 0.0 && dot * dot > limits.min_cos * limits.min_cos * before_sq * after_sq) {
-                return Err(Rejection::Flip);
-            }
-            if limits.min_aspect > 0.0 {
-                let aspect = radius_ratio(new);
-                if aspect < limits.min_aspect && aspect < radius_ratio(old) {
-                    return Err(Rejection::Aspect);
-                }
+/// Whether every surviving face keeps its side and its shape when the ends move to `x`, about the pair's midpoint.
+pub fn shapes_hold(star: &Star, x: DVec3, limits: ShapeLimits) -> Result<(), Rejection> {
+    for face in star.first.iter().chain(&star.second) {
+        let [_, p1, p2] = face.points;
+        let (before, after) = (face.normal, (p1 - x).cross(p2 - x));
+        let before_sq = before.length_squared();
+        if before_sq <= NO_AREA_SQ {
+            continue;
+        }
+        let dot = before.dot(after);
+        if !(dot > 0.0 && dot * dot > limits.min_cos * limits.min_cos * before_sq * after.length_squared()) {
+            return Err(Rejection::Flip);
+        }
+        if limits.min_aspect > 0.0 {
+            let aspect = radius_ratio([x, p1, p2]);
+            if aspect < limits.min_aspect && aspect < radius_ratio(face.points) {
+                return Err(Rejection::Aspect);
             }
         }
     }
     Ok(())
-}
-
-fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
-    (b - a).cross(c - a)
 }
 
 /// Twice the inradius over the circumradius, 1 for an equilateral triangle: (b+c−a)(c+a−b)(a+b−c)/(abc).

@@ -28,10 +28,9 @@ fn outer(n: DVec3) -> DMat3 {
 }
 
 impl Quadric {
-    /// Adds (n·x − d)² of a face with n = (p1−p0)×(p2−p0), corners about the midpoint.
-    pub fn add_face(&mut self, [p0, p1, p2]: [DVec3; 3]) {
-        let n = (p1 - p0).cross(p2 - p0);
-        let d = n.dot(p0);
+    /// Adds (n·x − d)² of a face with normal n through p, about the midpoint.
+    pub fn add_face(&mut self, n: DVec3, p: DVec3) {
+        let d = n.dot(p);
         self.a += outer(n);
         self.b += n * d;
         self.c += d * d;
@@ -106,7 +105,7 @@ mod tests {
         let mut q = Quadric::default();
         let corner = DVec3::new(0.2, -0.1, 0.3);
         for (u, v) in [(DVec3::X, DVec3::Y), (DVec3::Y, DVec3::Z), (DVec3::Z, DVec3::X)] {
-            q.add_face([corner + u, corner + v, corner - u]);
+            q.add_face(u.cross(v), corner);
         }
         q.free_volume();
         assert!((q.least(DVec3::X) - corner).length() < 1e-3);
@@ -116,7 +115,7 @@ mod tests {
     #[test]
     fn far_placements_fall_back_to_the_best_of_three() {
         let mut q = Quadric::default();
-        q.add_face([DVec3::new(0.0, 0.0, 9.0), DVec3::new(1.0, 0.0, 9.0), DVec3::new(0.0, 1.0, 9.0)]);
+        q.add_face(DVec3::Z, DVec3::Z * 9.0);
         q.free_volume();
         assert_eq!(q.least(DVec3::new(0.0, 0.0, 0.1)), DVec3::new(0.0, 0.0, 0.1));
     }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::kernel::rows::{BORDER, Face, LOCKED, Position};
 use crate::mesh::Mesh;
-use crate::mesh::adjacency::Rings;
+use crate::mesh::adjacency::{EdgeUse, Rings};
 use crate::mesh::orient::orient;
 use crate::mesh::topology::complex_vertices;
 use crate::mesh::weld::{Welded, weld};
@@ -29,21 +29,15 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// The start of a run, for a surface.
-    pub fn start(&self) -> Start<'_> {
+    /// Takes the start of a run out, for the host's surface.
+    pub fn take_start(&mut self) -> Start {
+        let Rings { starts, faces } = std::mem::replace(&mut self.rings, Rings { starts: Vec::new(), faces: Vec::new() });
         Start {
-            positions: &self.positions,
-            faces: &self.faces,
-            ring_starts: &self.rings.starts,
-            ring_faces: &self.rings.faces,
+            positions: std::mem::take(&mut self.positions),
+            faces: std::mem::take(&mut self.faces),
+            ring_starts: starts,
+            ring_faces: faces,
         }
-    }
-
-    /// Frees what surfaces have copied.
-    pub fn release_start(&mut self) {
-        self.positions = Vec::new();
-        self.faces = Vec::new();
-        self.rings = Rings { starts: Vec::new(), faces: Vec::new() };
     }
 }
 
@@ -78,8 +72,8 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
         .par_iter()
         .zip(&locked)
         .enumerate()
-        .map_init(Vec::new, |edges, (vertex, (&position, &locked))| {
-            let on_border = rings.edges_at(&faces, vertex as u32, edges).any(|uses| uses.len() == 1);
+        .map_init(Vec::new, |uses, (vertex, (&position, &locked))| {
+            let on_border = on_border(vertex as u32, locked, &faces, &rings, uses);
             let locked = locked || (on_border && options.lock_border);
             let flags = if on_border { BORDER } else { 0 } | if locked { LOCKED } else { 0 };
             frame.to_rows(position, flags)
@@ -100,6 +94,27 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
         warnings,
         weld_secs,
     })
+}
+
+/// Whether a vertex ends a border edge.
+///
+/// Around a vertex that is not complex there is one fan: its neighbors after and before it in the faces are the same
+/// set, or on a border differ by the two ends of the fan. Their sums tell.
+fn on_border(vertex: u32, complex: bool, faces: &[[u32; 3]], rings: &Rings, uses: &mut Vec<EdgeUse>) -> bool {
+    if complex {
+        return rings.edges_at(faces, vertex, uses).any(|uses| uses.len() == 1);
+    }
+    let mut difference = 0_u64;
+    for &f in rings.ring(vertex) {
+        let [a, b, c] = faces[f as usize];
+        let (after, before) = match vertex {
+            v if v == a => (b, c),
+            v if v == b => (c, a),
+            _ => (a, b),
+        };
+        difference = difference.wrapping_add(u64::from(after)).wrapping_sub(u64::from(before));
+    }
+    difference != 0
 }
 
 fn welded(mesh: &Mesh, tolerance: Option<f64>) -> Result<Welded> {

@@ -58,7 +58,7 @@ mod tests {
             for value in &mut expected {
                 sum += std::mem::replace(value, sum);
             }
-            let mut buffer = queue.buffer_from(&values).expect("host memory");
+            let mut buffer = queue.buffer_from(values).expect("host memory");
             Scan::new(&queue, len).and_then(|mut s| s.run(&mut queue, &mut buffer, len)).expect("runs on the host");
             assert!(buffer.host() == expected, "scan of {len}");
         }

@@ -49,17 +49,17 @@ struct Next {
 }
 
 /// The start of a run, in host memory.
-#[derive(Debug, Clone, Copy)]
-pub struct Start<'a> {
-    pub positions: &'a [Position],
-    pub faces: &'a [Face],
-    pub ring_starts: &'a [u32],
-    pub ring_faces: &'a [u32],
+#[derive(Debug)]
+pub struct Start {
+    pub positions: Vec<Position>,
+    pub faces: Vec<Face>,
+    pub ring_starts: Vec<u32>,
+    pub ring_faces: Vec<u32>,
 }
 
 impl Surface {
-    /// Brings the start of a run to a device.
-    pub fn new(queue: &mut Queue, start: &Start<'_>, with_quadrics: bool) -> Result<Self> {
+    /// The start of a run on the device of `queue`.
+    pub fn new(queue: &mut Queue, start: Start, with_quadrics: bool) -> Result<Self> {
         let (vertex_count, face_count) = (start.positions.len(), start.faces.len());
         let quadrics = |queue: &Queue| with_quadrics.then(|| queue.buffer(vertex_count)).transpose();
         Ok(Self {
@@ -83,6 +83,17 @@ impl Surface {
                 quadrics: quadrics(queue)?,
             },
         })
+    }
+
+    /// A copy on the device of `queue` of a host's surface before its first round.
+    pub fn copy(queue: &mut Queue, host: &Self, with_quadrics: bool) -> Result<Self> {
+        let start = Start {
+            positions: host.positions.host().to_vec(),
+            faces: host.faces.host().to_vec(),
+            ring_starts: host.ring_starts.host().to_vec(),
+            ring_faces: host.ring_faces.host().to_vec(),
+        };
+        Self::new(queue, start, with_quadrics)
     }
 
     /// Moves the vertices of accepted contractions and marks the roles, as the commit did on the host.
