@@ -1,0 +1,290 @@
+//! Reading and writing mesh files.
+//!
+//! The format follows from the extension and is checked against the content; `.gz` and `.zst` behind it compress.
+//!
+//! | format | extension | text | binary | positions | normals | colors | faces read |
+//! |--------|-----------|------|--------|-----------|---------|--------|------------|
+//! | OBJ | obj | yes | no | f64 | yes | rgb | polygons |
+//! | PLY | ply | yes | yes | f32 or f64 | yes | rgba | polygons |
+//! | STL | stl | yes | yes | f32 | no | no | triangles |
+//! | OFF | off | yes | no | f64 | yes | rgba | polygons |
+//!
+//! The same table as data is [`Format::traits`]. What every reader does:
+//! - polygons become triangles, concave ones by ear clipping ([`earcut`]), and keep every corner;
+//! - coordinates must be finite, indices in range, and there must be a face, or it is [`Error::Format`] with the place;
+//! - a count in a header is believed only as far as the bytes that follow can hold it;
+//! - colors become `[0, 1]` with alpha 1 where none is stored; normals become unit length, zero where a vertex has none;
+//! - texture coordinates, materials, groups and face colors are dropped.
+//!
+//! Text is written with the fewest digits that read back as the same number. Text STL therefore keeps f64 positions.
+//! The bytes written do not depend on the number of threads.
+
+mod color;
+mod input;
+mod obj;
+mod off;
+mod output;
+mod ply;
+mod polygon;
+mod stl;
+mod text;
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Place, Result};
+use crate::mesh::Mesh;
+
+/// A mesh file format.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// Wavefront OBJ.
+    Obj,
+    /// Stanford PLY.
+    Ply,
+    /// STL, triangles without shared vertices; equal positions are joined on reading.
+    Stl,
+    /// Geomview OFF with its `C` and `N` variants.
+    Off,
+}
+
+/// How the bytes of a file are compressed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Compression {
+    /// Not at all.
+    #[default]
+    None,
+    /// gzip, `.gz`.
+    Gzip,
+    /// Zstandard, `.zst`.
+    Zstd,
+}
+
+/// What a format carries; one row of the table in the module's documentation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Traits {
+    /// Upper-case name.
+    pub name: &'static str,
+    /// File extension without the dot.
+    pub extension: &'static str,
+    /// Whether a text form can be written.
+    pub text: bool,
+    /// Whether a binary form can be written; it is the default where there is one.
+    pub binary: bool,
+    /// The number type of written positions.
+    pub positions: &'static str,
+    /// Whether vertex normals are carried.
+    pub normals: bool,
+    /// The channels of vertex colors, empty for none.
+    pub colors: &'static str,
+    /// The faces a file may hold.
+    pub faces: &'static str,
+}
+
+impl Format {
+    /// Every format.
+    pub const ALL: [Self; 4] = [Self::Obj, Self::Ply, Self::Stl, Self::Off];
+
+    /// What the format carries.
+    pub const fn traits(self) -> Traits {
+        let polygons = Traits {
+            name: "",
+            extension: "",
+            text: true,
+            binary: false,
+            positions: "f64",
+            normals: true,
+            colors: "rgba",
+            faces: "polygons",
+        };
+        match self {
+            Self::Obj => Traits { name: "OBJ", extension: "obj", colors: "rgb", ..polygons },
+            Self::Ply => Traits { name: "PLY", extension: "ply", binary: true, positions: "f32 or f64", ..polygons },
+            Self::Stl => Traits {
+                name: "STL",
+                extension: "stl",
+                binary: true,
+                positions: "f32",
+                normals: false,
+                colors: "",
+                faces: "triangles",
+                ..polygons
+            },
+            Self::Off => Traits { name: "OFF", extension: "off", ..polygons },
+        }
+    }
+
+    /// The upper-case name that errors use.
+    pub const fn name(self) -> &'static str {
+        self.traits().name
+    }
+
+    /// The format called `name`: an extension in any case, with or without a leading dot.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] names the known formats.
+    pub fn from_name(name: &str) -> Result<Self> {
+        let wanted = name.strip_prefix('.').unwrap_or(name);
+        Self::ALL
+            .into_iter()
+            .find(|format| format.traits().extension.eq_ignore_ascii_case(wanted))
+            .ok_or_else(|| Error::Unsupported(format!("the format '{name}'; known are {KNOWN}")))
+    }
+
+    /// The format and compression that the extensions of `path` name, in any case.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] names the known extensions.
+    pub fn from_path(path: &Path) -> Result<(Self, Compression)> {
+        let (compression, stem) = match extension(path).as_str() {
+            "gz" => (Compression::Gzip, path.with_extension("")),
+            "zst" => (Compression::Zstd, path.with_extension("")),
+            _ => (Compression::None, path.to_path_buf()),
+        };
+        let name = extension(&stem);
+        if name.is_empty() {
+            return Err(Error::Unsupported(format!(
+                "'{}' has no extension that names a mesh format; known are {KNOWN}, each also with .gz or .zst",
+                path.display()
+            )));
+        }
+        match Self::from_name(&name) {
+            Ok(format) => Ok((format, compression)),
+            Err(_) => Err(Error::Unsupported(format!(
+                "the extension '.{name}' of '{}'; known are {KNOWN}, each also with .gz or .zst",
+                path.display()
+            ))),
+        }
+    }
+}
+
+const KNOWN: &str = "obj, ply, stl, off";
+
+fn extension(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
+}
+
+/// Reads the mesh at `path`.
+///
+/// Plain files are mapped into memory, so the file must not be cut short by another program meanwhile.
+///
+/// # Errors
+/// [`Error::Unsupported`] for an unknown extension, [`Error::Read`] when the system cannot open or read the file,
+/// [`Error::Format`] with the place when its content is not what the format demands, [`Error::Limit`] when it holds
+/// more than 32-bit indices can.
+pub fn read(path: &Path) -> Result<Mesh> {
+    let (format, compression) = Format::from_path(path)?;
+    let content = input::open(path, format, compression)?;
+    read_bytes(&content, format)
+}
+
+/// Reads a mesh of `format` from the uncompressed content of a file.
+///
+/// # Errors
+/// As [`read`], without those of the system.
+pub fn read_bytes(bytes: &[u8], format: Format) -> Result<Mesh> {
+    input::check_content(bytes, format)?;
+    let mesh = match format {
+        Format::Obj => obj::read(bytes),
+        Format::Ply => ply::read(bytes),
+        Format::Stl => stl::read(bytes),
+        Format::Off => off::read(bytes),
+    }?;
+    if mesh.faces.is_empty() {
+        return Err(Error::format(format.name(), Place::File, "no faces: found none, expected at least one triangle"));
+    }
+    if mesh.positions.len() > u32::MAX as usize / 2 || mesh.faces.len() > u32::MAX as usize / 3 {
+        mesh.check()?;
+    }
+    Ok(mesh)
+}
+
+/// Reads a mesh of `format` from a stream to its end, such as standard input.
+///
+/// # Errors
+/// As [`read`]; [`Error::Read`] names the stream `-`.
+pub fn read_from(stream: &mut dyn io::Read, format: Format, compression: Compression) -> Result<Mesh> {
+    let mut bytes = Vec::new();
+    stream.read_to_end(&mut bytes).map_err(|source| Error::Read { path: PathBuf::from("-"), source })?;
+    match input::decompress(&bytes, format, compression)? {
+        Some(content) => read_bytes(&content, format),
+        None => read_bytes(&bytes, format),
+    }
+}
+
+/// How to write.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct WriteOptions {
+    /// Write text where the format also has a binary form (PLY, STL).
+    pub ascii: bool,
+}
+
+/// Writes `mesh` to `path` in the format and compression its extensions name.
+///
+/// Atomic: the bytes go to a temporary name in the same folder, which is renamed when all of them are on the disk. A
+/// symbolic link is followed; a path that exists and is no regular file, such as a device, is written in place.
+///
+/// # Errors
+/// [`Error::Unsupported`] for an unknown extension, [`Error::Mesh`] for an invalid mesh, [`Error::Write`] with the
+/// path when the system refuses; then nothing is left behind and a file already there is untouched.
+pub fn write(mesh: &Mesh, path: &Path, options: &WriteOptions) -> Result<()> {
+    let (format, compression) = Format::from_path(path)?;
+    mesh.check()?;
+    output::atomically(path, |file| output::compressed(file, compression, |out| encode(mesh, format, options, out)))
+        .map_err(|source| Error::Write { path: path.to_path_buf(), source })
+}
+
+/// Writes `mesh` in `format`, uncompressed, to a stream such as standard output, and flushes it.
+///
+/// # Errors
+/// [`Error::Mesh`] for an invalid mesh; [`Error::Write`] names the stream `-`.
+pub fn write_to(mesh: &Mesh, format: Format, options: &WriteOptions, out: &mut dyn Write) -> Result<()> {
+    mesh.check()?;
+    encode(mesh, format, options, out)
+        .and_then(|()| out.flush())
+        .map_err(|source| Error::Write { path: PathBuf::from("-"), source })
+}
+
+fn encode(mesh: &Mesh, format: Format, options: &WriteOptions, out: &mut dyn Write) -> io::Result<()> {
+    match format {
+        Format::Obj => obj::write(mesh, out),
+        Format::Ply => ply::write(mesh, options, out),
+        Format::Stl => stl::write(mesh, options, out),
+        Format::Off => off::write(mesh, out),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn extensions_name_format_and_compression() {
+        for (path, expected) in [
+            ("a.obj", (Format::Obj, Compression::None)),
+            ("a.b/C.PLY", (Format::Ply, Compression::None)),
+            ("a.stl.GZ", (Format::Stl, Compression::Gzip)),
+            ("x.y.Off.zst", (Format::Off, Compression::Zstd)),
+        ] {
+            assert_eq!(Format::from_path(Path::new(path)).ok(), Some(expected), "{path}");
+        }
+        for path in ["a", "a.gz", "a.glb", "obj", ".ply", "a.ply.bz2", ""] {
+            let error = Format::from_path(Path::new(path)).unwrap_err();
+            assert!(matches!(&error, Error::Unsupported(m) if m.contains("obj, ply, stl, off")), "{path}: {error}");
+        }
+        assert_eq!(Format::from_name(".StL").ok(), Some(Format::Stl));
+        assert!(Format::from_name("gltf").is_err());
+    }
+
+    #[test]
+    fn the_documented_table_is_the_data() {
+        let yes = |b| if b { "yes" } else { "no" };
+        for format in Format::ALL {
+            let t = format.traits();
+            let colors = if t.colors.is_empty() { "no" } else { t.colors };
+            let cells = [t.name, t.extension, yes(t.text), yes(t.binary), t.positions, yes(t.normals), colors, t.faces];
+            let row = format!("//! | {} |", cells.join(" | "));
+            assert!(include_str!("mod.rs").lines().any(|line| line == row), "missing in the table: {row}");
+        }
+    }
+}

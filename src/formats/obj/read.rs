@@ -1,0 +1,150 @@
+//! Reads OBJ by way of `tobj`.
+
+use super::FORMAT;
+use super::normalize::{Counts, Normalized, Statements, keyword};
+use crate::error::{Error, Place, Result};
+use crate::formats::color;
+use crate::formats::polygon::Triangulator;
+use crate::math::{DVec3, Vec3};
+use crate::mesh::Mesh;
+
+/// Reads OBJ text.
+pub(in crate::formats) fn read(bytes: &[u8]) -> Result<Mesh> {
+    let counts = Counts::of(bytes);
+    let mut text = Normalized::new(bytes, counts);
+    // No material library is named in the normalized text, so none is looked for.
+    let parsed = tobj::load_obj_buf(&mut text, &tobj::LoadOptions::default(), |_| Err(tobj::LoadError::GenericFailure));
+    let (models, _) = match (parsed, text.failure) {
+        (_, Some(failure)) => return Err(failure),
+        (Err(error), None) => return Err(Error::format(FORMAT, Place::Line(text.line), explain(error))),
+        (Ok(parsed), None) => parsed,
+    };
+    // Without groups there is one model.
+    let Some(model) = models.into_iter().next() else { return Ok(Mesh::default()) };
+    assemble(bytes, counts, model.mesh)
+}
+
+fn explain(error: tobj::LoadError) -> String {
+    match error {
+        tobj::LoadError::PositionParseError => "found a vertex that is not x y z [w], expected numbers".into(),
+        tobj::LoadError::ScalingByZeroError => "found a vertex whose weight 'w' is 0".into(),
+        tobj::LoadError::NormalParseError => "found a normal that is not x y z, expected numbers".into(),
+        tobj::LoadError::ReadError => "found bytes that are not UTF-8 text".into(),
+        error => error.to_string(),
+    }
+}
+
+/// Takes the prelude off again and triangulates the rest.
+fn assemble(bytes: &[u8], counts: Counts, parsed: tobj::Mesh) -> Result<Mesh> {
+    let positions: Vec<DVec3> = parsed.positions.chunks_exact(3).map(DVec3::from_slice).collect();
+    if let Some(vertex) = positions.iter().position(|position| !position.is_finite()) {
+        return Err(not_finite(bytes, vertex, positions[vertex]));
+    }
+    let corners = &parsed.indices[counts.vertices.min(parsed.indices.len())..];
+    let mut mesh = Mesh::new(positions, Vec::with_capacity(corners.len() / 3));
+    // Without arities all faces are triangles.
+    if parsed.face_arities.is_empty() {
+        mesh.faces.extend(corners.chunks_exact(3).map(|face| [face[0], face[1], face[2]]));
+    } else {
+        let mut triangulator = Triangulator::new();
+        let mut rest = corners;
+        for &arity in parsed.face_arities.iter().skip(counts.prelude_faces()) {
+            let (face, next) = rest.split_at((arity as usize).min(rest.len()));
+            triangulator.append(face, &mesh.positions, &mut mesh.faces);
+            rest = next;
+        }
+    }
+    if !parsed.vertex_color.is_empty() {
+        let factor = color::unit_factor(parsed.vertex_color.iter().copied().fold(0.0, f64::max));
+        let unit = |rgb: &[f64]| {
+            let [r, g, b] = [rgb[0], rgb[1], rgb[2]].map(|channel| color::channel(channel, factor));
+            [r, g, b, 1.0]
+        };
+        mesh.colors = Some(parsed.vertex_color.chunks_exact(3).map(unit).collect());
+    }
+    if !parsed.normal_indices.is_empty() {
+        let of_corners = &parsed.normal_indices[counts.vertices.min(parsed.normal_indices.len())..];
+        mesh.normals = average_normals(&parsed.normals, corners.iter().zip(of_corners), mesh.positions.len());
+    }
+    Ok(mesh)
+}
+
+/// The mean direction of the normals of each vertex's corners; none when no corner has one.
+fn average_normals<'a>(
+    normals: &[f64],
+    corners: impl Iterator<Item = (&'a u32, &'a u32)>,
+    vertex_count: usize,
+) -> Option<Vec<Vec3>> {
+    let mut sums = vec![DVec3::ZERO; vertex_count];
+    for (&vertex, &normal) in corners {
+        sums[vertex as usize] += DVec3::from_slice(&normals[3 * normal as usize..]).normalize_or_zero();
+    }
+    let unit: Vec<Vec3> = sums.into_iter().map(|sum| sum.normalize_or_zero().as_vec3()).collect();
+    unit.iter().any(|&normal| normal != Vec3::ZERO).then_some(unit)
+}
+
+fn not_finite(bytes: &[u8], vertex: usize, position: DVec3) -> Error {
+    let line = Statements::of(bytes).filter(|(_, text)| keyword(text) == b"v").nth(vertex).map(|(line, _)| line);
+    let message = format!("found a vertex at {position}, expected finite coordinates");
+    Error::format(FORMAT, line.map_or(Place::File, Place::Line), message)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vertices_keep_their_number_and_the_unused_stay() {
+        let mesh = read(b"v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 4 2 3\n").unwrap();
+        assert_eq!((mesh.positions.len(), mesh.faces), (4, vec![[3, 1, 2]]));
+    }
+
+    #[test]
+    fn groups_and_materials_share_vertices() {
+        let text =
+            b"mtllib gone.mtl\no a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nusemtl x\nf 1 2 3\ng b\nusemtl y\nf 3 2 4\n";
+        let mesh = read(text).unwrap();
+        assert_eq!((mesh.positions.len(), mesh.faces), (4, vec![[0, 1, 2], [2, 1, 3]]));
+    }
+
+    #[test]
+    fn many_vertices_pass_the_prelude() {
+        let mut text = String::new();
+        for i in 0..5000 {
+            text.push_str(&format!("v {i} {} 0\n", i % 2));
+        }
+        text.push_str("f 1 2 3\nf 4998 4999 5000\nf 1 2 4 3\n");
+        let mesh = read(text.as_bytes()).unwrap();
+        assert_eq!(mesh.faces[..2], [[0, 1, 2], [4997, 4998, 4999]]);
+        assert!((0..5000).all(|i| mesh.positions[i].x == i as f64));
+        assert_eq!(mesh.faces.len(), 4);
+    }
+
+    #[test]
+    fn several_normals_of_a_vertex_are_averaged() {
+        let text = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 2\nvn 1 0 0\nf 1//1 2//1 3//1\nf 1//2 3//2 4\n";
+        let normals = read(text).unwrap().normals.unwrap();
+        let diagonal = Vec3::new(0.5_f32.sqrt(), 0.0, 0.5_f32.sqrt());
+        assert!(
+            normals[0].distance(diagonal) < 1e-6 && normals[1] == Vec3::Z && normals[3] == Vec3::ZERO,
+            "{normals:?}"
+        );
+    }
+
+    #[test]
+    fn errors_have_a_line() {
+        for (text, expected) in [
+            ("v 0 0 0\nv 1 0 \nv 0 1 0\nf 1 2 3\n", "OBJ line 2: found a vertex of 2 values"),
+            ("v 0 0 0\nv 1 a 0\nv 0 1 0\nf 1 2 3\n", "OBJ line 2: found a vertex that is not x y z [w]"),
+            ("v 0 0 0\nv 1 0 0\n\nv 0 1e999 0\nf 1 2 3\n", "OBJ line 4: found a vertex at"),
+            ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", "OBJ line 4: found the corner '4'"),
+            ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 0\n", "OBJ line 4: found the corner '0'"),
+            ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n", "OBJ line 4: found the corner '-4'"),
+            ("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//-9\n", "OBJ line 5: found the corner '3//-9'"),
+            ("v 0 0 0\nv 1 0 0\nf 1 2\n", "OBJ line 3: found a face of 2 corners"),
+        ] {
+            let message = read(text.as_bytes()).unwrap_err().to_string();
+            assert!(message.starts_with(expected), "{message}");
+        }
+    }
+}

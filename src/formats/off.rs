@@ -1,0 +1,181 @@
+//! OFF, the text format of Geomview: an optional `C` (colors) and `N` (normals) before the keyword, then counts and rows.
+//!
+//! ```text
+//! COFF
+//! 3 1 0               vertices faces edges (the edges are ignored)
+//! 0 0 0 255 0 0 255   x y z, then nx ny nz for N, then r g b [a] for C, as bytes or fractions
+//! 1 0 0 0 255 0 255
+//! 0 1 0 0 0 255 255
+//! 3 0 1 2             corners, then a face color that is ignored
+//! ```
+//! Faces of one or two corners (points and lines) are left out.
+
+use std::io::{self, Write};
+
+use super::polygon::Triangulator;
+use super::text::{Lines, Row, Rows, number, quote};
+use super::{color, output};
+use crate::error::{Error, Result};
+use crate::math::{DVec3, Vec3};
+use crate::mesh::Mesh;
+
+const FORMAT: &str = "OFF";
+
+/// What the keyword says stands in a vertex row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Keyword {
+    normals: bool,
+    colors: bool,
+}
+
+/// Reads OFF text.
+pub(super) fn read(bytes: &[u8]) -> Result<Mesh> {
+    let mut rows = Rows::new(FORMAT, Lines::after(0, bytes), Some(b'#'));
+    let mut header = rows.expect("header lines", 0, 2)?;
+    let keyword = keyword(&mut header)?;
+    // Some writers put the counts on the keyword's line.
+    let mut counts = if header.clone().next().is_some() { header } else { rows.expect("header lines", 1, 2)? };
+    let vertex_count = counts.count("the number of vertices")?;
+    let face_count = counts.count("the number of faces")?;
+
+    // The shortest rows are "0 0 0" and "0", each with a line end that the last may lack.
+    let room = rows.rest().len() as u64 + 1;
+    if vertex_count.saturating_mul(6).saturating_add(face_count.saturating_mul(2)) > room {
+        return Err(counts.error(format!(
+            "the header promises {vertex_count} vertices and {face_count} faces, more than the {} bytes after it can hold",
+            room - 1
+        )));
+    }
+    let mut mesh = read_vertices(&mut rows, vertex_count, keyword)?;
+    let mut triangulator = Triangulator::new();
+    let mut corners = Vec::new();
+    for at in 0..face_count {
+        let mut row = rows.expect("faces", at, face_count)?;
+        let corner_count = row.count("the number of corners")?;
+        corners.clear();
+        for _ in 0..corner_count {
+            corners.push(row.index(mesh.positions.len())?);
+        }
+        triangulator.append(&corners, &mesh.positions, &mut mesh.faces);
+    }
+    rows.expect_end()?;
+    Ok(mesh)
+}
+
+fn keyword(header: &mut Row<'_>) -> Result<Keyword> {
+    let word = header.expect("the keyword 'OFF'")?;
+    let keyword = match word {
+        b"OFF" | b"STOFF" => Keyword::default(),
+        b"COFF" | b"STCOFF" => Keyword { colors: true, normals: false },
+        b"NOFF" | b"STNOFF" => Keyword { normals: true, colors: false },
+        b"CNOFF" | b"STCNOFF" | b"NCOFF" => Keyword { normals: true, colors: true },
+        _ if word.ends_with(b"OFF") => {
+            return Err(Error::Unsupported(format!("OFF in {} form; known are OFF, COFF, NOFF, CNOFF", quote(word))));
+        }
+        _ => return Err(header.error(format!("found {}, expected the keyword 'OFF'", quote(word)))),
+    };
+    match header.clone().next() {
+        Some(b"BINARY") => Err(Error::Unsupported("binary OFF; write it as text".into())),
+        _ => Ok(keyword),
+    }
+}
+
+fn read_vertices(rows: &mut Rows<'_>, vertex_count: u64, keyword: Keyword) -> Result<Mesh> {
+    let mut mesh = Mesh { positions: Vec::with_capacity(vertex_count as usize), ..Mesh::default() };
+    let mut normals = Vec::new();
+    let mut colors = Vec::new();
+    let mut greatest_channel = 0.0_f64;
+    let mut fractions = false;
+    for at in 0..vertex_count {
+        let mut row = rows.expect("vertices", at, vertex_count)?;
+        mesh.positions.push(row.point()?);
+        if keyword.normals {
+            let normal = DVec3::new(row.number("nx")?, row.number("ny")?, row.number("nz")?);
+            normals.push(color::unit_normal(normal.as_vec3()));
+        }
+        if keyword.colors {
+            fractions |= row.clone().next().is_some_and(|token| token.contains(&b'.'));
+            let rgb = [row.number("red")?, row.number("green")?, row.number("blue")?];
+            greatest_channel = rgb.into_iter().fold(greatest_channel, f64::max);
+            let alpha = row.next().and_then(number);
+            greatest_channel = greatest_channel.max(alpha.unwrap_or(0.0));
+            colors.push((rgb, alpha));
+        }
+    }
+    if keyword.normals {
+        mesh.normals = Some(normals);
+    }
+    if keyword.colors {
+        let factor = if fractions { 1.0 } else { color::unit_factor(greatest_channel) };
+        let unit = |(rgb, alpha): ([f64; 3], Option<f64>)| {
+            let [r, g, b] = rgb.map(|channel| color::channel(channel, factor));
+            [r, g, b, alpha.map_or(1.0, |alpha| color::channel(alpha, factor))]
+        };
+        mesh.colors = Some(colors.into_iter().map(unit).collect());
+    }
+    Ok(mesh)
+}
+
+/// Writes OFF text; colors as bytes, the form that most readers expect.
+pub(super) fn write(mesh: &Mesh, out: &mut dyn Write) -> io::Result<()> {
+    let colors = if mesh.colors.is_some() { "C" } else { "" };
+    let normals = if mesh.normals.is_some() { "N" } else { "" };
+    writeln!(out, "{colors}{normals}OFF\n{} {} 0", mesh.positions.len(), mesh.faces.len())?;
+    output::rows(out, mesh.positions.len(), |vertex, buffer| {
+        let position = mesh.positions[vertex];
+        output::push_float(buffer, position.x);
+        output::push_floats(buffer, &[position.y, position.z]);
+        if let Some(normals) = &mesh.normals {
+            output::push_floats(buffer, &Vec3::to_array(&normals[vertex]));
+        }
+        if let Some(colors) = &mesh.colors {
+            for channel in color::to_bytes(colors[vertex]) {
+                buffer.push(b' ');
+                output::push_integer(buffer, u32::from(channel));
+            }
+        }
+        buffer.push(b'\n');
+    })?;
+    output::rows(out, mesh.faces.len(), |face, buffer| {
+        buffer.push(b'3');
+        for corner in mesh.faces[face] {
+            buffer.push(b' ');
+            output::push_integer(buffer, corner);
+        }
+        buffer.push(b'\n');
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_may_stand_beside_the_keyword() {
+        let mesh = read(b"OFF 3 1 0 # one\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 0.5 0.5 0.5").unwrap();
+        assert_eq!((mesh.positions.len(), mesh.faces), (3, vec![[0, 1, 2]]));
+    }
+
+    #[test]
+    fn normals_come_before_colors() {
+        let text = b"CNOFF\n3 1 0\n0 0 0 0 0 2 51 0 0\n1 0 0 0 0 1 0 255 0\n0 1 0 0 0 1 0 0 255\n3 0 1 2\n";
+        let mesh = read(text).unwrap();
+        assert_eq!(mesh.normals, Some(vec![Vec3::Z; 3]));
+        assert_eq!(mesh.colors.map(|colors| colors[0]), Some([0.2, 0.0, 0.0, 1.0]));
+    }
+
+    #[test]
+    fn colors_may_be_fractions() {
+        let mesh = read(b"COFF\n3 1 0\n0 0 0 1.0 0.5 0 1\n1 0 0 0 0 0 1\n0 1 0 0 0 0 0.5\n3 0 1 2\n").unwrap();
+        let colors = mesh.colors.unwrap();
+        assert_eq!((colors[0], colors[2]), ([1.0, 0.5, 0.0, 1.0], [0.0, 0.0, 0.0, 0.5]));
+    }
+
+    #[test]
+    fn a_lying_header_is_refused_by_its_line() {
+        let error = read(b"OFF\n353535235358 6 0\n0 0 0\n").unwrap_err().to_string();
+        assert!(error.starts_with("OFF line 2: the header promises 353535235358 vertices and 6 faces"), "{error}");
+        // 2⁶³ and more do not wrap.
+        assert!(read(b"OFF\n999999999999999999 999999999999999999 0\n").is_err());
+    }
+}

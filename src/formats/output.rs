@@ -1,0 +1,167 @@
+//! Bytes on their way out: atomic files, compression, rows formatted by all threads.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, Write};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use rayon::prelude::*;
+
+use super::Compression;
+
+/// Calls `write` with a new file beside `path`, puts it on the disk and renames it to `path`.
+///
+/// On an error the temporary file is removed. What exists and is no regular file is written in place.
+pub(super) fn atomically(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
+    // A rename would put a file in the place of the link.
+    let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    match fs::metadata(path) {
+        Ok(metadata) if metadata.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
+        Ok(metadata) if !metadata.is_file() => return write(&mut OpenOptions::new().write(true).open(path)?),
+        _ => {}
+    }
+    let (mut file, temporary) = create_beside(path)?;
+    let written = write(&mut file).and_then(|()| file.sync_all());
+    drop(file);
+    written.and_then(|()| fs::rename(&temporary, path)).inspect_err(|_| {
+        // The first error is the one to tell.
+        let _ = fs::remove_file(&temporary);
+    })
+}
+
+fn create_beside(path: &Path) -> io::Result<(File, PathBuf)> {
+    static SERIAL: AtomicU64 = AtomicU64::new(0);
+    let Some(name) = path.file_name() else { return Err(io::ErrorKind::InvalidFilename.into()) };
+    loop {
+        let serial = SERIAL.fetch_add(1, Ordering::Relaxed);
+        let mut hidden = std::ffi::OsString::from(".");
+        hidden.push(name);
+        hidden.push(format!(".{}-{serial}.tmp", std::process::id()));
+        let temporary = path.with_file_name(hidden);
+        match OpenOptions::new().write(true).create_new(true).open(&temporary) {
+            Ok(file) => return Ok((file, temporary)),
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+/// Calls `write` with a stream that compresses into `file`, and completes it.
+pub(super) fn compressed(
+    file: &mut File,
+    compression: Compression,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut out = BufWriter::with_capacity(1 << 18, file);
+    match compression {
+        Compression::None => write(&mut out)?,
+        Compression::Gzip => {
+            let mut encoder = flate2::write::GzEncoder::new(&mut out, flate2::Compression::default());
+            write(&mut encoder)?;
+            encoder.finish()?;
+        }
+        Compression::Zstd => {
+            let mut encoder = zstd::stream::write::Encoder::new(&mut out, zstd::DEFAULT_COMPRESSION_LEVEL)?;
+            write(&mut encoder)?;
+            encoder.finish()?;
+        }
+    }
+    out.flush()
+}
+
+/// Rows a thread formats at a time; about half a megabyte of text.
+const CHUNK_ROWS: usize = 1 << 14;
+/// Chunks in memory at a time.
+const BATCH_CHUNKS: usize = 32;
+
+/// Writes rows `0..count`, which `format` appends to a buffer; the bytes do not depend on the number of threads.
+pub(super) fn rows(out: &mut dyn Write, count: usize, format: impl Fn(usize, &mut Vec<u8>) + Sync) -> io::Result<()> {
+    let chunk = |rows: Range<usize>| {
+        let mut buffer = Vec::new();
+        for row in rows {
+            format(row, &mut buffer);
+        }
+        buffer
+    };
+    for start in (0..count).step_by(CHUNK_ROWS * BATCH_CHUNKS) {
+        let end = count.min(start + CHUNK_ROWS * BATCH_CHUNKS);
+        let buffers: Vec<Vec<u8>> = (0..(end - start).div_ceil(CHUNK_ROWS))
+            .into_par_iter()
+            .map(|i| chunk(start + i * CHUNK_ROWS..end.min(start + (i + 1) * CHUNK_ROWS)))
+            .collect();
+        for buffer in buffers {
+            out.write_all(&buffer)?;
+        }
+    }
+    Ok(())
+}
+
+/// Appends a whole number.
+pub(super) fn push_integer(buffer: &mut Vec<u8>, mut value: u32) {
+    let mut digits = [0; 10];
+    let mut start = digits.len();
+    loop {
+        start -= 1;
+        digits[start] = b'0' + (value % 10) as u8;
+        value /= 10;
+        if value == 0 {
+            break;
+        }
+    }
+    buffer.extend_from_slice(&digits[start..]);
+}
+
+/// Appends the shortest text that reads back as `value`, which must be finite.
+pub(super) fn push_float<F: zmij::Float>(buffer: &mut Vec<u8>, value: F) {
+    let mut digits = zmij::Buffer::new();
+    let text = digits.format_finite(value);
+    buffer.extend_from_slice(text.strip_suffix(".0").unwrap_or(text).as_bytes());
+}
+
+/// Appends `values`, each after a space.
+pub(super) fn push_floats<F: zmij::Float + Copy>(buffer: &mut Vec<u8>, values: &[F]) {
+    for &value in values {
+        buffer.push(b' ');
+        push_float(buffer, value);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_exact() {
+        let text = |value: f64| {
+            let mut buffer = Vec::new();
+            push_float(&mut buffer, value);
+            String::from_utf8(buffer).unwrap()
+        };
+        assert_eq!([text(1.0), text(-0.5), text(0.1 + 0.2), text(-0.0)], ["1", "-0.5", "0.30000000000000004", "-0"]);
+        for value in [f64::MIN_POSITIVE, f64::MAX, 5e-324, 1e21, 123_456_789.125] {
+            assert_eq!(text(value).parse(), Ok(value));
+        }
+        let mut buffer = Vec::new();
+        for value in [0, 9, 10, u32::MAX] {
+            push_integer(&mut buffer, value);
+            buffer.push(b' ');
+        }
+        assert_eq!(buffer, b"0 9 10 4294967295 ");
+    }
+
+    #[test]
+    fn rows_come_in_order_whatever_the_threads() {
+        let count = CHUNK_ROWS * BATCH_CHUNKS + CHUNK_ROWS + 3;
+        let text = |threads| {
+            let mut out = Vec::new();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| rows(&mut out, count, |row, buffer| push_integer(buffer, row as u32 % 10))).unwrap();
+            out
+        };
+        let one = text(1);
+        assert_eq!(one.len(), count);
+        assert!(one.iter().enumerate().all(|(row, &digit)| usize::from(digit - b'0') == row % 10));
+        assert_eq!(one, text(3));
+    }
+}

@@ -1,0 +1,39 @@
+//! PLY: a text header that names elements and their properties, then text or binary rows.
+//!
+//! | element | properties read | types |
+//! |---------|-----------------|-------|
+//! | vertex | x y z | any |
+//! | | nx ny nz | any |
+//! | | red green blue \[alpha\], also with `diffuse_` before | float in `[0, 1]`, ushort, or byte |
+//! | face | list vertex_indices or vertex_index | any whole number |
+//!
+//! All else is skipped. Rows of a fixed size (every common file: scalar vertices, faces of three corners) are decoded
+//! by all threads straight from the mapped file; lists of varying length are walked row by row.
+//!
+//! Written positions are `float`, or `double` when rounding to f32 would move a vertex by more than
+//! 1e-6 of the bounding box's diagonal; text keeps all digits of f64 either way, and they are read whatever the declared
+//! type. Written colors are bytes, with alpha where any vertex is not opaque.
+
+mod ascii;
+mod binary;
+mod header;
+mod scalar;
+mod vertex;
+mod write;
+
+pub(super) use write::write;
+
+use self::header::{Body, Header};
+use crate::error::Result;
+use crate::mesh::Mesh;
+
+const FORMAT: &str = "PLY";
+
+/// Reads any of the three encodings.
+pub(super) fn read(bytes: &[u8]) -> Result<Mesh> {
+    let header = Header::parse(bytes)?;
+    match header.body {
+        Body::Text => ascii::read(&header, bytes),
+        Body::Binary(order) => binary::read(&header, order, bytes),
+    }
+}

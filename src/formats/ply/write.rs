@@ -1,0 +1,95 @@
+//! Writes PLY: binary little endian, or text.
+
+use std::io::{self, Write};
+
+use crate::formats::{WriteOptions, color, output};
+use crate::mesh::Mesh;
+
+/// The greatest way that rounding to f32 may move a vertex, as a fraction of the bounding box's diagonal.
+const ROUNDING_FRACTION: f64 = 1e-6;
+
+/// Writes binary PLY, or text with [`WriteOptions::ascii`].
+pub(in crate::formats) fn write(mesh: &Mesh, options: &WriteOptions, out: &mut dyn Write) -> io::Result<()> {
+    let double = needs_double(mesh);
+    let alpha = mesh.colors.iter().flatten().any(|color| color::to_byte(color[3]) != 255);
+    out.write_all(header(mesh, options, double, alpha).as_bytes())?;
+    if options.ascii { write_text(mesh, alpha, out) } else { write_binary(mesh, double, alpha, out) }
+}
+
+fn needs_double(mesh: &Mesh) -> bool {
+    let greatest = ROUNDING_FRACTION * mesh.diagonal();
+    mesh.positions.iter().any(|position| {
+        let rounded = position.as_vec3();
+        !rounded.is_finite() || rounded.as_dvec3().distance(*position) > greatest
+    })
+}
+
+fn header(mesh: &Mesh, options: &WriteOptions, double: bool, alpha: bool) -> String {
+    let encoding = if options.ascii { "ascii" } else { "binary_little_endian" };
+    let mut header = format!("ply\nformat {encoding} 1.0\nelement vertex {}\n", mesh.positions.len());
+    let mut property = |kind: &str, names: &[&str]| {
+        for name in names {
+            header.push_str(&format!("property {kind} {name}\n"));
+        }
+    };
+    property(if double { "double" } else { "float" }, &["x", "y", "z"]);
+    if mesh.normals.is_some() {
+        property("float", &["nx", "ny", "nz"]);
+    }
+    if mesh.colors.is_some() {
+        property("uchar", &["red", "green", "blue", "alpha"][..if alpha { 4 } else { 3 }]);
+    }
+    header
+        .push_str(&format!("element face {}\nproperty list uchar int vertex_indices\nend_header\n", mesh.faces.len()));
+    header
+}
+
+fn write_binary(mesh: &Mesh, double: bool, alpha: bool, out: &mut dyn Write) -> io::Result<()> {
+    output::rows(out, mesh.positions.len(), |vertex, buffer| {
+        for coordinate in mesh.positions[vertex].to_array() {
+            if double {
+                buffer.extend_from_slice(&coordinate.to_le_bytes());
+            } else {
+                buffer.extend_from_slice(&(coordinate as f32).to_le_bytes());
+            }
+        }
+        for coordinate in mesh.normals.iter().flat_map(|normals| normals[vertex].to_array()) {
+            buffer.extend_from_slice(&coordinate.to_le_bytes());
+        }
+        if let Some(colors) = &mesh.colors {
+            buffer.extend_from_slice(&color::to_bytes(colors[vertex])[..if alpha { 4 } else { 3 }]);
+        }
+    })?;
+    output::rows(out, mesh.faces.len(), |face, buffer| {
+        buffer.push(3);
+        for corner in mesh.faces[face] {
+            buffer.extend_from_slice(&corner.to_le_bytes());
+        }
+    })
+}
+
+fn write_text(mesh: &Mesh, alpha: bool, out: &mut dyn Write) -> io::Result<()> {
+    output::rows(out, mesh.positions.len(), |vertex, buffer| {
+        let position = mesh.positions[vertex];
+        output::push_float(buffer, position.x);
+        output::push_floats(buffer, &[position.y, position.z]);
+        if let Some(normals) = &mesh.normals {
+            output::push_floats(buffer, &normals[vertex].to_array());
+        }
+        if let Some(colors) = &mesh.colors {
+            for &channel in &color::to_bytes(colors[vertex])[..if alpha { 4 } else { 3 }] {
+                buffer.push(b' ');
+                output::push_integer(buffer, u32::from(channel));
+            }
+        }
+        buffer.push(b'\n');
+    })?;
+    output::rows(out, mesh.faces.len(), |face, buffer| {
+        buffer.push(b'3');
+        for corner in mesh.faces[face] {
+            buffer.push(b' ');
+            output::push_integer(buffer, corner);
+        }
+        buffer.push(b'\n');
+    })
+}

@@ -1,0 +1,217 @@
+//! Polygons to triangles, every corner kept.
+
+use earcut::Earcut;
+
+use crate::math::DVec3;
+
+/// Splits polygons into triangles; holds the scratch memory.
+pub(super) struct Triangulator {
+    earcut: Earcut<f64>,
+    flat: Vec<[f64; 2]>,
+    clipped: Vec<u32>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Triangulator {
+    pub(super) fn new() -> Self {
+        Self { earcut: Earcut::new(), flat: Vec::new(), clipped: Vec::new(), triangles: Vec::new() }
+    }
+
+    /// Appends the `corners.len() - 2` triangles of a polygon to `faces`; none for fewer than three corners.
+    ///
+    /// A convex polygon becomes the fan of its first corner, a concave one is clipped ear by ear in its plane. What
+    /// cannot be clipped (no area, crossing itself, too large for f64) becomes the fan, so that no face is lost. The
+    /// corners must be indices into `positions`.
+    pub(super) fn append(&mut self, corners: &[u32], positions: &[DVec3], faces: &mut Vec<[u32; 3]>) {
+        match *corners {
+            [] | [_] | [_, _] => {}
+            [a, b, c] => faces.push([a, b, c]),
+            _ => {
+                if self.project(corners, positions) && !is_convex(&self.flat) && self.clip() {
+                    faces.extend(self.triangles.iter().map(|t| t.map(|i| corners[i as usize])));
+                } else {
+                    faces.extend(corners[1..].windows(2).map(|edge| [corners[0], edge[0], edge[1]]));
+                }
+            }
+        }
+    }
+
+    /// Projects the corners counter-clockwise along the greatest axis of the area vector; false without a direction.
+    ///
+    /// Dropping a coordinate keeps the others exact, and it keeps convexity as any projection of a plane does.
+    fn project(&mut self, corners: &[u32], positions: &[DVec3]) -> bool {
+        let origin = positions[corners[0] as usize];
+        let local = |corner: u32| positions[corner as usize] - origin;
+        let size = corners.iter().fold(0.0_f64, |size, &corner| size.max(local(corner).abs().max_element()));
+        if !(size > 0.0 && size.is_finite()) {
+            return false;
+        }
+        let scaled = |corner: u32| local(corner) / size;
+        let next = corners.iter().cycle().skip(1);
+        let area: DVec3 = corners.iter().zip(next).map(|(&a, &b)| scaled(a).cross(scaled(b))).sum();
+        let magnitude = area.abs();
+        if magnitude.max_element() <= 0.0 {
+            return false;
+        }
+        self.flat.clear();
+        self.flat.extend(corners.iter().map(|&corner| {
+            let p = scaled(corner);
+            let (u, v, toward) = if magnitude.z >= magnitude.x && magnitude.z >= magnitude.y {
+                (p.x, p.y, area.z)
+            } else if magnitude.y >= magnitude.x {
+                (p.z, p.x, area.y)
+            } else {
+                (p.y, p.z, area.x)
+            };
+            if toward > 0.0 { [u, v] } else { [v, u] }
+        }));
+        true
+    }
+
+    /// Clips the projected polygon into `triangles`; false unless every corner is used and the count is right.
+    fn clip(&mut self) -> bool {
+        self.earcut.earcut_slice::<u32>(&self.flat, &[], &mut self.clipped);
+        // The clipper winds clockwise or not by version: the projection is counter-clockwise, so should the result be.
+        let turned =
+            |t: &[u32]| turn(self.flat[t[0] as usize], self.flat[t[1] as usize], self.flat[t[2] as usize]) < 0.0;
+        self.triangles.clear();
+        self.triangles.extend(self.clipped.chunks_exact(3).map(|t| match turned(t) {
+            true => [t[0], t[2], t[1]],
+            false => [t[0], t[1], t[2]],
+        }));
+        self.restore_dropped_corners();
+        self.triangles.len() + 2 == self.flat.len()
+    }
+
+    /// Puts back the corners that the clipper dropped because they lie on a straight side.
+    ///
+    /// Without them the neighbor across that side would meet this polygon in a T-junction, a crack. A dropped corner
+    /// `m` between the used corners `a` and `b` splits the triangle on that side:
+    /// ```text
+    ///      c             c
+    ///     / \           /|\
+    ///    a---b   →     a-m-b
+    /// ```
+    fn restore_dropped_corners(&mut self) {
+        let corner_count = self.flat.len();
+        let mut used = vec![false; corner_count];
+        for &corner in self.triangles.iter().flatten() {
+            used[corner as usize] = true;
+        }
+        let Some(first) = used.iter().position(|&used| used) else { return };
+        let mut a = first as u32;
+        for step in 1..corner_count {
+            let m = (first + step) % corner_count;
+            if !used[m] {
+                let Some(b) = (1..corner_count).map(|ahead| (m + ahead) % corner_count).find(|&b| used[b]) else {
+                    return;
+                };
+                let side = [a, b as u32];
+                let on_side = |t: &[u32; 3]| (0..3).find(|&i| [t[i], t[(i + 1) % 3]] == side);
+                let Some((at, i)) = self.triangles.iter().enumerate().find_map(|(at, t)| Some((at, on_side(t)?)))
+                else {
+                    return;
+                };
+                let c = self.triangles[at][(i + 2) % 3];
+                self.triangles[at] = [a, m as u32, c];
+                self.triangles.push([m as u32, b as u32, c]);
+                used[m] = true;
+            }
+            a = m as u32;
+        }
+    }
+}
+
+/// Twice the signed area of a triangle in the plane.
+fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+/// Whether no corner turns right and the outline goes around once.
+fn is_convex(flat: &[[f64; 2]]) -> bool {
+    let n = flat.len();
+    let corner = |i: usize| flat[i % n];
+    // A fan of a convex outline has no triangle turned over; together with the corners this also refuses stars.
+    (0..n).all(|i| turn(corner(i), corner(i + 1), corner(i + 2)) >= 0.0)
+        && (1..n - 1).all(|i| turn(corner(0), corner(i), corner(i + 1)) >= 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn triangulate(points: &[[f64; 3]]) -> (Vec<[u32; 3]>, DVec3, f64) {
+        let positions: Vec<DVec3> = points.iter().map(|&p| DVec3::from(p)).collect();
+        let corners: Vec<u32> = (0..points.len() as u32).collect();
+        let mut faces = Vec::new();
+        Triangulator::new().append(&corners, &positions, &mut faces);
+        let areas = faces.iter().map(|f| {
+            let [a, b, c] = f.map(|v| positions[v as usize]);
+            (b - a).cross(c - a) / 2.0
+        });
+        (faces.clone(), areas.clone().sum(), areas.map(DVec3::length).sum())
+    }
+
+    #[test]
+    fn convex_polygons_are_fans_of_the_first_corner() {
+        let (faces, ..) = triangulate(&[[0., 0., 0.], [2., 0., 0.], [3., 1., 0.], [1., 3., 0.], [0., 1., 0.]]);
+        assert_eq!(faces, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
+    }
+
+    /// The dart: corner 2 is dented in, so the fan of corner 0 would fold over. Area by hand: 2·(1·1/2) = 1.
+    #[test]
+    fn a_dart_keeps_its_area_in_every_plane_and_winding() {
+        let dart = [[0.0, 0.0], [1.0, 1.0], [0.0, 2.0], [0.5, 1.0]];
+        for start in 0..4 {
+            for axes in [[0, 1, 2], [1, 2, 0], [2, 0, 1], [1, 0, 2], [0, 2, 1], [2, 1, 0]] {
+                let points: Vec<[f64; 3]> = (0..4)
+                    .map(|i| {
+                        let p = dart[(start + i) % 4];
+                        let mut q = [0.0; 3];
+                        (q[axes[0]], q[axes[1]], q[axes[2]]) = (p[0], p[1], 0.25 * p[0] - p[1]);
+                        q
+                    })
+                    .collect();
+                let (faces, vector, area) = triangulate(&points);
+                assert_eq!(faces.len(), 2, "{points:?}");
+                // No triangle is turned over: the areas add up to the length of their vector sum.
+                assert!((vector.length() - area).abs() < 1e-12, "{points:?}: {faces:?}");
+                assert!((vector.to_array()[axes[2]].abs() - 0.5).abs() < 1e-12, "{points:?}: {vector}");
+            }
+        }
+    }
+
+    /// An L with two corners in the middle of straight sides: nothing may be dropped.
+    #[test]
+    fn corners_on_straight_sides_are_kept() {
+        let (faces, vector, area) = triangulate(&[
+            [0., 0., 0.],
+            [1., 0., 0.],
+            [2., 0., 0.],
+            [2., 1., 0.],
+            [1., 1., 0.],
+            [1., 2., 0.],
+            [0., 2., 0.],
+            [0., 1., 0.],
+        ]);
+        assert_eq!(faces.len(), 6);
+        assert_eq!((vector, area), (DVec3::new(0., 0., 3.), 3.0));
+        let mut used: Vec<u32> = faces.into_iter().flatten().collect();
+        used.sort_unstable();
+        used.dedup();
+        assert_eq!(used, [0, 1, 2, 3, 4, 5, 6, 7]);
+    }
+
+    #[test]
+    fn hostile_polygons_become_fans() {
+        for points in [
+            [[0.0; 3]; 5],
+            [[0., 0., 0.], [1., 0., 0.], [2., 0., 0.], [3., 0., 0.], [1., 0., 0.]],
+            [[f64::MAX, 0., 0.], [-f64::MAX, 0., 0.], [0., f64::MAX, 0.], [0., -f64::MAX, 0.], [1., 1., 1.]],
+            [[0., 0., 0.], [2., 3., 0.], [4., 0., 0.], [0., 2., 0.], [4., 2., 0.]],
+        ] {
+            assert_eq!(triangulate(&points).0.len(), 3, "{points:?}");
+        }
+        assert!(triangulate(&[[0.0; 3]; 2]).0.is_empty());
+    }
+}

@@ -1,0 +1,171 @@
+//! Reads binary and text STL.
+
+use super::join::Joiner;
+use super::{FACET_BYTES, FORMAT, HEADER_BYTES};
+use crate::error::{Error, Place, Result};
+use crate::formats::text::{Lines, Row, Rows, quote};
+use crate::math::DVec3;
+use crate::mesh::Mesh;
+
+/// Reads either form.
+pub(in crate::formats) fn read(bytes: &[u8]) -> Result<Mesh> {
+    let starts_as_text = bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    if is_binary(bytes) || !starts_as_text { read_binary(bytes) } else { read_text(bytes) }
+}
+
+/// Whether the length is exactly what the facet count of a binary header asks for.
+pub(in crate::formats) fn is_binary(bytes: &[u8]) -> bool {
+    facet_count(bytes).is_some_and(|count| expected_bytes(count) == bytes.len() as u64)
+}
+
+fn facet_count(bytes: &[u8]) -> Option<u32> {
+    let field = bytes.get(HEADER_BYTES - 4..HEADER_BYTES)?;
+    Some(u32::from_le_bytes(field.try_into().ok()?))
+}
+
+fn expected_bytes(facet_count: u32) -> u64 {
+    HEADER_BYTES as u64 + FACET_BYTES as u64 * u64::from(facet_count)
+}
+
+fn read_binary(bytes: &[u8]) -> Result<Mesh> {
+    let error = |place, message| Err(Error::format(FORMAT, place, message));
+    let Some(count) = facet_count(bytes) else {
+        let message = format!("found {} bytes, expected a header of {HEADER_BYTES} or a line 'solid'", bytes.len());
+        return error(Place::Byte(bytes.len() as u64), message);
+    };
+    if expected_bytes(count) != bytes.len() as u64 {
+        let place = Place::Byte(HEADER_BYTES as u64 - 4);
+        let message = format!(
+            "the header promises {count} facets, which take {} bytes, and the file has {}",
+            expected_bytes(count),
+            bytes.len()
+        );
+        return error(place, message);
+    }
+    // A closed mesh has half as many vertices as faces.
+    let mut joiner = Joiner::new(count as usize / 2 + 2);
+    let mut faces = Vec::with_capacity(count as usize);
+    for (facet, row) in bytes[HEADER_BYTES..].chunks_exact(FACET_BYTES).enumerate() {
+        let mut face = [0; 3];
+        for (corner, vertex) in row[12..48].chunks_exact(12).enumerate() {
+            let coordinates = [0, 4, 8].map(|at| coordinate(&vertex[at..]));
+            if !coordinates.iter().all(|c| c.is_finite()) {
+                let place = Place::Byte((HEADER_BYTES + FACET_BYTES * facet + 12 + 12 * corner) as u64);
+                return error(place, format!("found the vertex {coordinates:?}, expected finite coordinates"));
+            }
+            face[corner] = joiner.number(coordinates.map(f32::to_bits));
+        }
+        faces.push(face);
+    }
+    let position = |bits: &[u32; 3]| DVec3::from(bits.map(|bits| f64::from(f32::from_bits(bits))));
+    Ok(Mesh::new(joiner.positions.iter().map(position).collect(), faces))
+}
+
+/// A little-endian f32; −0 becomes 0, which is the same place.
+fn coordinate(bytes: &[u8]) -> f32 {
+    f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) + 0.0
+}
+
+fn read_text(bytes: &[u8]) -> Result<Mesh> {
+    let mut rows = Rows::new(FORMAT, Lines::after(0, bytes), None);
+    let mut joiner = Joiner::new(16);
+    let mut faces = Vec::new();
+    let mut corners: Vec<u32> = Vec::new();
+    // What must still come: the keywords that close what is open, innermost last.
+    let mut open: Vec<&str> = Vec::new();
+    while let Some(mut row) = rows.next() {
+        let word = row.expect("a keyword")?.to_ascii_lowercase();
+        match (word.as_slice(), open.last().copied()) {
+            (b"solid", None) => open.push("endsolid"),
+            (b"facet", Some("endsolid")) => open.push("endfacet"),
+            (b"outer", Some("endfacet")) => open.push("endloop"),
+            (b"vertex", Some("endloop")) => {
+                let position = row.point()? + DVec3::ZERO;
+                corners.push(joiner.number(position.to_array().map(f64::to_bits)));
+            }
+            (b"endloop", Some("endloop")) => {
+                faces.push(take_face(&row, &mut corners)?);
+                open.pop();
+            }
+            (closing, Some(expected)) if closing == expected.as_bytes() => {
+                open.pop();
+            }
+            (_, expected) => {
+                let expected = match expected {
+                    None => "'solid'",
+                    Some("endsolid") => "'facet' or 'endsolid'",
+                    Some("endfacet") => "'outer loop' or 'endfacet'",
+                    Some(_) => "'vertex' or 'endloop'",
+                };
+                return Err(row.error(format!("found {}, expected {expected}", quote(&word))));
+            }
+        }
+    }
+    if let Some(expected) = open.last() {
+        return Err(rows.ends(format!("the file ends, expected '{expected}'")));
+    }
+    let position = |bits: &[u64; 3]| DVec3::from(bits.map(f64::from_bits));
+    Ok(Mesh::new(joiner.positions.iter().map(position).collect(), faces))
+}
+
+fn take_face(row: &Row<'_>, corners: &mut Vec<u32>) -> Result<[u32; 3]> {
+    let face = <[u32; 3]>::try_from(corners.as_slice())
+        .map_err(|_| row.error(format!("found a loop of {} vertices, expected 3", corners.len())))?;
+    corners.clear();
+    Ok(face)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One facet; `start` overwrites the head of the free header.
+    fn binary(start: &[u8], first_x: f32) -> Vec<u8> {
+        let mut bytes = vec![0; 80];
+        bytes[..start.len()].copy_from_slice(start);
+        bytes.extend(1_u32.to_le_bytes());
+        for value in [0., 0., 1., first_x, 0., 0., 1., 0., 0., 0., 1., 0.] {
+            bytes.extend(f32::to_le_bytes(value));
+        }
+        bytes.extend([0; 2]);
+        bytes
+    }
+
+    #[test]
+    fn a_binary_file_may_start_with_solid() {
+        let mesh = read(&binary(b"solid exported by somebody", 0.0)).unwrap();
+        assert_eq!(mesh.faces, [[0, 1, 2]]);
+    }
+
+    #[test]
+    fn negative_zero_is_zero() {
+        let mut bytes = binary(b"", 0.0);
+        bytes[80] = 2;
+        bytes.extend(binary(b"", -0.0).split_off(84));
+        let mesh = read(&bytes).unwrap();
+        assert_eq!((mesh.positions.len(), mesh.faces), (3, vec![[0, 1, 2], [0, 1, 2]]));
+    }
+
+    #[test]
+    fn length_and_coordinates_are_checked() {
+        let mut long = binary(b"", 0.0);
+        long.push(0);
+        assert_eq!(
+            read(&long).unwrap_err().to_string(),
+            "STL byte 80: the header promises 1 facets, which take 134 bytes, and the file has 135"
+        );
+        let message = read(&binary(b"", f32::NAN)).unwrap_err().to_string();
+        assert!(message.starts_with("STL byte 96: found the vertex [NaN, 0.0, 0.0]"), "{message}");
+    }
+
+    #[test]
+    fn text_errors_have_a_line() {
+        let text = b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\n";
+        assert_eq!(read(text).unwrap_err().to_string(), "STL line 6: found a loop of 2 vertices, expected 3");
+        let text = b"solid a\nfacet normal 0 0 1\nvertex 0 0 0\n";
+        assert_eq!(
+            read(text).unwrap_err().to_string(),
+            "STL line 3: found 'vertex', expected 'outer loop' or 'endfacet'"
+        );
+    }
+}
