@@ -87,8 +87,7 @@ impl<'a> Normalized<'a> {
             }
             self.prelude_vertex = end;
         } else {
-            loop {
-                let Some((line, text)) = self.statements.next() else { break };
+            while let Some((line, text)) = self.statements.next() {
                 self.line = line;
                 match keyword(&text) {
                     b"v" => self.vertex(&text)?,
