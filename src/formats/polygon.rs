@@ -71,14 +71,12 @@ impl Triangulator {
     /// Clips the projected polygon into `triangles`; false unless every corner is used and the count is right.
     fn clip(&mut self) -> bool {
         self.earcut.earcut_slice::<u32>(&self.flat, &[], &mut self.clipped);
-        // The clipper winds clockwise or not by version: the projection is counter-clockwise, so should the result be.
-        let turned =
-            |t: &[u32]| turn(self.flat[t[0] as usize], self.flat[t[1] as usize], self.flat[t[2] as usize]) < 0.0;
+        // All triangles wind one way, those without an area too; which way is the clipper's choice.
+        let corner = |i: u32| self.flat[i as usize];
+        let area: f64 = self.clipped.chunks_exact(3).map(|t| turn(corner(t[0]), corner(t[1]), corner(t[2]))).sum();
+        let wind = |t: &[u32]| if area < 0.0 { [t[0], t[2], t[1]] } else { [t[0], t[1], t[2]] };
         self.triangles.clear();
-        self.triangles.extend(self.clipped.chunks_exact(3).map(|t| match turned(t) {
-            true => [t[0], t[2], t[1]],
-            false => [t[0], t[1], t[2]],
-        }));
+        self.triangles.extend(self.clipped.chunks_exact(3).map(wind));
         self.restore_dropped_corners();
         self.triangles.len() + 2 == self.flat.len()
     }

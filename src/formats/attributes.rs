@@ -31,6 +31,11 @@ pub(super) fn unit_normal(stored: Vec3) -> Vec3 {
     if stored.is_normalized() { stored } else { stored.normalize_or_zero() }
 }
 
+/// A normal as it is written: zero when it is no direction, since text has no NaN that every reader takes.
+pub(super) fn written_normal(normal: Vec3) -> Vec3 {
+    if normal.is_finite() { normal } else { Vec3::ZERO }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
