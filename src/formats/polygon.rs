@@ -81,10 +81,10 @@ impl Triangulator {
         self.triangles.len() + 2 == self.flat.len()
     }
 
-    /// Puts back the corners that the clipper dropped because they lie on a straight side.
+    /// Puts back the corners that the clipper dropped because they add no area: repeated positions and spikes.
     ///
-    /// Without them the neighbor across that side would meet this polygon in a T-junction, a crack. A dropped corner
-    /// `m` between the used corners `a` and `b` splits the triangle on that side:
+    /// Without them the neighbor across that side would not share its vertices, a crack. A dropped corner `m` between
+    /// the used corners `a` and `b` splits the triangle on that side:
     /// ```text
     ///      c             c
     ///     / \           /|\
@@ -198,6 +198,42 @@ mod tests {
         used.sort_unstable();
         used.dedup();
         assert_eq!(used, [0, 1, 2, 3, 4, 5, 6, 7]);
+    }
+
+    /// Combs with teeth of seeded lengths and corners along their straight back, on a slanted plane.
+    #[test]
+    fn combs_keep_their_area_and_every_corner() {
+        let mut state = 1_u64;
+        for teeth in 1..60 {
+            let mut outline = Vec::new();
+            for tooth in 0..teeth {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                let length = 1.0 + (state >> 60) as f64;
+                let x = 2.0 * f64::from(tooth);
+                outline.extend([[x, 0.0], [x, length], [x + 1.0, length], [x + 1.0, 0.0]]);
+            }
+            outline.extend((0..=teeth).rev().map(|i| [2.0 * f64::from(i) - 0.5, -1.0]));
+            let points: Vec<[f64; 3]> = outline.iter().map(|&[x, y]| [x, 0.5 * x - y, y]).collect();
+            let (faces, vector, area) = triangulate(&points);
+            assert_eq!(faces.len(), points.len() - 2, "{teeth} teeth");
+            assert!((vector.length() - area).abs() < 1e-9 * area, "{teeth} teeth: {vector} but {area}");
+            let sides = |face: &[u32; 3]| [[face[0], face[1]], [face[1], face[2]], [face[2], face[0]]];
+            let all: Vec<[u32; 2]> = faces.iter().flat_map(sides).collect();
+            let n = points.len() as u32;
+            assert!((0..n).all(|i| all.contains(&[i, (i + 1) % n])), "{teeth} teeth: a side is no triangle's");
+        }
+    }
+
+    /// Two corners at one place, as modeling programs leave them: the clipper drops one of each.
+    #[test]
+    fn repeated_positions_are_kept() {
+        let dart = [[0., 0., 0.], [1., 1., 0.], [0., 2., 0.], [0.5, 1., 0.]];
+        for repeated in 0..4 {
+            let mut points = dart.to_vec();
+            points.insert(repeated, dart[repeated]);
+            let (faces, vector, area) = triangulate(&points);
+            assert_eq!((faces.len(), vector, area), (3, DVec3::new(0., 0., 0.5), 0.5), "{repeated}: {faces:?}");
+        }
     }
 
     #[test]
