@@ -3,7 +3,6 @@
 pub mod backend;
 pub mod contract;
 pub mod error;
-
 pub mod formats;
 pub mod kernel;
 pub mod math;

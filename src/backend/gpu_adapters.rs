@@ -1,4 +1,8 @@
 //! temp
-#[derive(Debug)] #[allow(missing_docs)] pub struct AdapterReport;
+#[derive(Debug)]
+#[allow(missing_docs)]
+pub struct AdapterReport;
 /// temp
-pub fn adapters() -> Vec<AdapterReport> { Vec::new() }
+pub fn adapters() -> Vec<AdapterReport> {
+    Vec::new()
+}

@@ -1,2 +1,3 @@
 //! temp
-#[derive(Debug)] pub struct GpuBuffer;
+#[derive(Debug)]
+pub struct GpuBuffer;

@@ -87,14 +87,15 @@ impl Committer {
 
     /// Contracts the legal ones among `candidates` in order until `most_faces` faces are gone.
     ///
-    /// Interior pairs remove two faces and border pairs one; where one face is left to remove and only interior pairs
-    /// would, one more face goes than asked.
+    /// Interior pairs remove two faces and border pairs one. Where one face is left to remove, only a border pair will
+    /// do; with `may_overshoot` an interior one takes one face more than asked if no border pair did.
     pub fn commit(
         &mut self,
         surface: &mut Surface,
         carried: &mut Carried,
         candidates: &[Candidate],
         most_faces: usize,
+        may_overshoot: bool,
     ) -> Committed {
         let mut committed = Committed::default();
         let mut overshooting = None;
@@ -109,7 +110,7 @@ impl Committer {
             }
             self.attempt(surface, carried, *candidate, &mut committed);
         }
-        if let Some(first) = overshooting {
+        if let Some(first) = overshooting.filter(|_| may_overshoot) {
             for candidate in &candidates[first..] {
                 if committed.faces_removed >= most_faces {
                     break;

@@ -25,7 +25,6 @@ const CANDIDATES_EACH: f64 = 1.5;
 /// A round that contracts less than this share of its candidates widens the gate of the next.
 const MEAGER: f64 = 0.05;
 
-
 /// Where rounds are evaluated: on the host's own surface, or on a GPU's copy of it.
 struct Evaluator {
     queue: Queue,
@@ -171,7 +170,9 @@ impl<'a> Run<'a> {
         let sorted = clock.elapsed().as_secs_f64();
 
         let carried = &mut self.prepared.carried;
-        let committed = self.committer.commit(&mut self.host, carried, &self.candidates, faces - target);
+        let may_overshoot = self.widening >= FULL || !self.prepared.has_border;
+        let to_remove = faces - target;
+        let committed = self.committer.commit(&mut self.host, carried, &self.candidates, to_remove, may_overshoot);
         let vertices_left = self.host.vertex_count - committed.contractions.len();
         let faces_left = faces - committed.faces_removed;
         if !committed.contractions.is_empty() {

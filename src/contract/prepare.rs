@@ -31,7 +31,8 @@ pub struct Prepared {
 impl Prepared {
     /// Takes the start of a run out, for the host's surface.
     pub fn take_start(&mut self) -> Start {
-        let Rings { starts, faces } = std::mem::replace(&mut self.rings, Rings { starts: Vec::new(), faces: Vec::new() });
+        let Rings { starts, faces } =
+            std::mem::replace(&mut self.rings, Rings { starts: Vec::new(), faces: Vec::new() });
         Start {
             positions: std::mem::take(&mut self.positions),
             faces: std::mem::take(&mut self.faces),
@@ -63,7 +64,8 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     let turned = orient(&faces, &rings);
     if let Some(turned) = &turned {
         let count = turned.iter().filter(|&&turned| turned).count();
-        warnings.push(format!("{count} faces are wound against their neighbors; they keep their winding in the result"));
+        warnings
+            .push(format!("{count} faces are wound against their neighbors; they keep their winding in the result"));
         faces.par_iter_mut().zip(turned).filter(|(_, turned)| **turned).for_each(|(face, _)| face.swap(1, 2));
     }
     let locked = complex_vertices(&faces, &rings);

@@ -19,7 +19,7 @@
 //! Text is written with the fewest digits that read back as the same number. Text STL therefore keeps f64 positions.
 //! The bytes written do not depend on the number of threads.
 
-mod color;
+mod attributes;
 mod input;
 mod obj;
 mod off;

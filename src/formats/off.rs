@@ -14,9 +14,9 @@ use std::io::{self, Write};
 
 use super::polygon::Triangulator;
 use super::text::{Lines, Row, Rows, number, quote};
-use super::{color, output};
+use super::{attributes, output};
 use crate::error::{Error, Result};
-use crate::math::{DVec3, Vec3};
+use crate::math::DVec3;
 use crate::mesh::Mesh;
 
 const FORMAT: &str = "OFF";
@@ -91,7 +91,7 @@ fn read_vertices(rows: &mut Rows<'_>, vertex_count: u64, keyword: Keyword) -> Re
         mesh.positions.push(row.point()?);
         if keyword.normals {
             let normal = DVec3::new(row.number("nx")?, row.number("ny")?, row.number("nz")?);
-            normals.push(color::unit_normal(normal.as_vec3()));
+            normals.push(attributes::unit_normal(normal.as_vec3()));
         }
         if keyword.colors {
             fractions |= row.clone().next().is_some_and(|token| token.contains(&b'.'));
@@ -106,10 +106,10 @@ fn read_vertices(rows: &mut Rows<'_>, vertex_count: u64, keyword: Keyword) -> Re
         mesh.normals = Some(normals);
     }
     if keyword.colors {
-        let factor = if fractions { 1.0 } else { color::unit_factor(greatest_channel) };
+        let factor = if fractions { 1.0 } else { attributes::unit_factor(greatest_channel) };
         let unit = |(rgb, alpha): ([f64; 3], Option<f64>)| {
-            let [r, g, b] = rgb.map(|channel| color::channel(channel, factor));
-            [r, g, b, alpha.map_or(1.0, |alpha| color::channel(alpha, factor))]
+            let [r, g, b] = rgb.map(|channel| attributes::channel(channel, factor));
+            [r, g, b, alpha.map_or(1.0, |alpha| attributes::channel(alpha, factor))]
         };
         mesh.colors = Some(colors.into_iter().map(unit).collect());
     }
@@ -126,29 +126,23 @@ pub(super) fn write(mesh: &Mesh, out: &mut dyn Write) -> io::Result<()> {
         output::push_float(buffer, position.x);
         output::push_floats(buffer, &[position.y, position.z]);
         if let Some(normals) = &mesh.normals {
-            output::push_floats(buffer, &Vec3::to_array(&normals[vertex]));
+            output::push_floats(buffer, &attributes::written_normal(normals[vertex]).to_array());
         }
         if let Some(colors) = &mesh.colors {
-            for channel in color::to_bytes(colors[vertex]) {
+            for channel in attributes::to_bytes(colors[vertex]) {
                 buffer.push(b' ');
                 output::push_integer(buffer, u32::from(channel));
             }
         }
         buffer.push(b'\n');
     })?;
-    output::rows(out, mesh.faces.len(), |face, buffer| {
-        buffer.push(b'3');
-        for corner in mesh.faces[face] {
-            buffer.push(b' ');
-            output::push_integer(buffer, corner);
-        }
-        buffer.push(b'\n');
-    })
+    output::rows(out, mesh.faces.len(), |face, buffer| output::push_triangle(buffer, mesh.faces[face]))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Vec3;
 
     #[test]
     fn counts_may_stand_beside_the_keyword() {

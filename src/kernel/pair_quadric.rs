@@ -90,13 +90,7 @@ pub fn scale_up(half: u32) -> f32 {
 #[inline(always)]
 pub fn scaled(q: PairQuadric, s: f32) -> PairQuadric {
     let s_sq = mul(s, s);
-    PairQuadric {
-        a: sym_scale(q.a, s_sq),
-        b: scale3(q.b, s_sq),
-        c: mul(q.c, s_sq),
-        n: scale3(q.n, s),
-        d: mul(q.d, s),
-    }
+    PairQuadric { a: sym_scale(q.a, s_sq), b: scale3(q.b, s_sq), c: mul(q.c, s_sq), n: scale3(q.n, s), d: mul(q.d, s) }
 }
 
 /// The least point of a quadric of trace about 1, on its constraint where there is one: L D Lᵀ of the regularized

@@ -166,8 +166,8 @@ mod tests {
     #[test]
     fn sums_of_a_right_corner() {
         // Two unit right triangles in z = 0 around vertex 0: n = (0, 0, 1) each.
-        let positions = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
-            .map(|[x, y]| Position { x, y, z: 0.0, flags: BORDER });
+        let positions =
+            [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| Position { x, y, z: 0.0, flags: BORDER });
         let faces = [Face { a: 0, b: 1, c: 2 }, Face { a: 0, b: 2, c: 3 }];
         let sum = volume_sum(&[0, 1], &faces, &positions);
         assert_eq!(sum, VolumeSum { zz: 2.0, nz: 2.0, ..VolumeSum::default() });

@@ -226,23 +226,21 @@ impl<'a> Iterator for Statements<'a> {
     type Item = (u64, Cow<'a, [u8]>);
 
     fn next(&mut self) -> Option<Self::Item> {
-        let line = self.lines.next()?;
+        let mut statement = Cow::Borrowed(without_comment(self.lines.next()?));
         let first = self.lines.number;
-        let mut statement = Cow::Borrowed(line);
-        while let Some(continued) = statement.trim_ascii_end().strip_suffix(b"\\") {
-            let mut joined = continued.to_vec();
-            joined.push(b' ');
-            joined.extend_from_slice(self.lines.next().unwrap_or_default());
-            statement = Cow::Owned(joined);
-        }
-        if let Some(comment) = statement.iter().position(|&b| b == b'#') {
-            statement = match statement {
-                Cow::Borrowed(line) => Cow::Borrowed(&line[..comment]),
-                Cow::Owned(line) => Cow::Owned(line[..comment].to_vec()),
-            };
+        // A path or a name may end in a backslash, too.
+        if matches!(keyword(&statement), b"v" | b"vn" | b"f") {
+            while let Some(continued) = statement.trim_ascii_end().strip_suffix(b"\\") {
+                let next = without_comment(self.lines.next().unwrap_or_default());
+                statement = Cow::Owned([continued, b" ", next].concat());
+            }
         }
         Some((first, statement))
     }
+}
+
+fn without_comment(line: &[u8]) -> &[u8] {
+    line.split(|&b| b == b'#').next().unwrap_or_default()
 }
 
 /// The first word.

@@ -3,7 +3,7 @@
 use super::FORMAT;
 use super::normalize::{Counts, Normalized, Statements, keyword};
 use crate::error::{Error, Place, Result};
-use crate::formats::color;
+use crate::formats::attributes;
 use crate::formats::polygon::Triangulator;
 use crate::math::{DVec3, Vec3};
 use crate::mesh::Mesh;
@@ -55,9 +55,9 @@ fn assemble(bytes: &[u8], counts: Counts, parsed: tobj::Mesh) -> Result<Mesh> {
         }
     }
     if !parsed.vertex_color.is_empty() {
-        let factor = color::unit_factor(parsed.vertex_color.iter().copied().fold(0.0, f64::max));
+        let factor = attributes::unit_factor(parsed.vertex_color.iter().copied().fold(0.0, f64::max));
         let unit = |rgb: &[f64]| {
-            let [r, g, b] = [rgb[0], rgb[1], rgb[2]].map(|channel| color::channel(channel, factor));
+            let [r, g, b] = [rgb[0], rgb[1], rgb[2]].map(|channel| attributes::channel(channel, factor));
             [r, g, b, 1.0]
         };
         mesh.colors = Some(parsed.vertex_color.chunks_exact(3).map(unit).collect());

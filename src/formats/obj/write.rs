@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use crate::formats::output;
+use crate::formats::{attributes, output};
 use crate::mesh::Mesh;
 
 /// Writes OBJ text. Alpha is dropped.
@@ -13,14 +13,14 @@ pub(in crate::formats) fn write(mesh: &Mesh, out: &mut dyn Write) -> io::Result<
         output::push_floats(buffer, &mesh.positions[vertex].to_array());
         if let Some(colors) = &mesh.colors {
             // Fractions outside the unit range would read back as bytes.
-            output::push_floats(buffer, &[0, 1, 2].map(|channel| colors[vertex][channel].clamp(0.0, 1.0)));
+            output::push_floats(buffer, &[0, 1, 2].map(|i| attributes::channel(f64::from(colors[vertex][i]), 1.0)));
         }
         buffer.push(b'\n');
     })?;
     if let Some(normals) = &mesh.normals {
         output::rows(out, normals.len(), |vertex, buffer| {
             buffer.extend_from_slice(b"vn");
-            output::push_floats(buffer, &normals[vertex].to_array());
+            output::push_floats(buffer, &attributes::written_normal(normals[vertex]).to_array());
             buffer.push(b'\n');
         })?;
     }

@@ -82,12 +82,13 @@ impl Element {
 impl Header {
     /// Parses the header and checks that the bytes after it can hold what it promises.
     pub(super) fn parse(bytes: &[u8]) -> Result<Self> {
-        let mut rest = bytes;
-        let mut reader = Reader::new(&mut rest);
+        let body_start = header_bytes(bytes);
+        // Comments may hold file names in any encoding.
+        let text = String::from_utf8_lossy(&bytes[..body_start]);
+        let mut reader = Reader::new(text.as_bytes());
         let parsed = Parser::<DefaultElement>::new().read_header(&mut reader);
         let line = reader.line() as u64;
         let parsed = parsed.map_err(|error| line_error(bytes, error.line().map_or(line, |line| line as u64)))?;
-        let body_start = bytes.len() - rest.len();
         let mut lines = Lines::after(0, &bytes[..body_start]);
         let property_lines = lines.by_ref().filter(|line| line.starts_with(b"property")).count();
         let element_lines = Lines::after(0, &bytes[..body_start]).filter(|line| line.starts_with(b"element")).count();
@@ -149,6 +150,20 @@ impl Header {
         }
         Ok(())
     }
+}
+
+/// The bytes up to the end of the line 'end_header', or those of a text that may be a header without its end.
+fn header_bytes(bytes: &[u8]) -> usize {
+    /// Far more than any header has.
+    const GREATEST: usize = 1 << 20;
+    let head = &bytes[..bytes.len().min(GREATEST)];
+    let mut lines = Lines::after(0, head);
+    for line in lines.by_ref() {
+        if line.trim_ascii_end() == b"end_header" {
+            break;
+        }
+    }
+    head.len() - lines.rest().len()
 }
 
 fn line_error(bytes: &[u8], line: u64) -> Error {

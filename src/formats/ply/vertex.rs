@@ -4,7 +4,7 @@ use super::FORMAT;
 use super::header::{Kind, Property};
 use super::scalar::Scalar;
 use crate::error::{Error, Place, Result};
-use crate::formats::color;
+use crate::formats::attributes;
 use crate::math::{DVec3, Vec3};
 use crate::mesh::Mesh;
 
@@ -88,7 +88,7 @@ impl VertexLayout {
 
 /// The unit normal of a row.
 pub(super) fn normal(places: [usize; 3], value: impl Fn(usize) -> f64) -> Vec3 {
-    color::unit_normal(Vec3::from(places.map(|at| value(at) as f32)))
+    attributes::unit_normal(Vec3::from(places.map(|at| value(at) as f32)))
 }
 
 impl ColorLayout {
@@ -97,6 +97,6 @@ impl ColorLayout {
         let [red, green, blue] = self.rgb.map(&value);
         let alpha = self.alpha.map_or(1.0, value);
         let stored = [red, green, blue, alpha];
-        std::array::from_fn(|channel| color::channel(stored[channel], self.factors[channel]))
+        std::array::from_fn(|channel| attributes::channel(stored[channel], self.factors[channel]))
     }
 }

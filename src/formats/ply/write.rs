@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use crate::formats::{WriteOptions, color, output};
+use crate::formats::{WriteOptions, attributes, output};
 use crate::mesh::Mesh;
 
 /// The greatest way that rounding to f32 may move a vertex, as a fraction of the bounding box's diagonal.
@@ -11,7 +11,7 @@ const ROUNDING_FRACTION: f64 = 1e-6;
 /// Writes binary PLY, or text with [`WriteOptions::ascii`].
 pub(in crate::formats) fn write(mesh: &Mesh, options: &WriteOptions, out: &mut dyn Write) -> io::Result<()> {
     let double = needs_double(mesh);
-    let alpha = mesh.colors.iter().flatten().any(|color| color::to_byte(color[3]) != 255);
+    let alpha = mesh.colors.iter().flatten().any(|color| attributes::to_byte(color[3]) != 255);
     out.write_all(header(mesh, options, double, alpha).as_bytes())?;
     if options.ascii { write_text(mesh, alpha, out) } else { write_binary(mesh, double, alpha, out) }
 }
@@ -53,11 +53,12 @@ fn write_binary(mesh: &Mesh, double: bool, alpha: bool, out: &mut dyn Write) -> 
                 buffer.extend_from_slice(&(coordinate as f32).to_le_bytes());
             }
         }
-        for coordinate in mesh.normals.iter().flat_map(|normals| normals[vertex].to_array()) {
+        for coordinate in mesh.normals.iter().flat_map(|normals| attributes::written_normal(normals[vertex]).to_array())
+        {
             buffer.extend_from_slice(&coordinate.to_le_bytes());
         }
         if let Some(colors) = &mesh.colors {
-            buffer.extend_from_slice(&color::to_bytes(colors[vertex])[..if alpha { 4 } else { 3 }]);
+            buffer.extend_from_slice(&attributes::to_bytes(colors[vertex])[..if alpha { 4 } else { 3 }]);
         }
     })?;
     output::rows(out, mesh.faces.len(), |face, buffer| {
@@ -74,22 +75,15 @@ fn write_text(mesh: &Mesh, alpha: bool, out: &mut dyn Write) -> io::Result<()> {
         output::push_float(buffer, position.x);
         output::push_floats(buffer, &[position.y, position.z]);
         if let Some(normals) = &mesh.normals {
-            output::push_floats(buffer, &normals[vertex].to_array());
+            output::push_floats(buffer, &attributes::written_normal(normals[vertex]).to_array());
         }
         if let Some(colors) = &mesh.colors {
-            for &channel in &color::to_bytes(colors[vertex])[..if alpha { 4 } else { 3 }] {
+            for &channel in &attributes::to_bytes(colors[vertex])[..if alpha { 4 } else { 3 }] {
                 buffer.push(b' ');
                 output::push_integer(buffer, u32::from(channel));
             }
         }
         buffer.push(b'\n');
     })?;
-    output::rows(out, mesh.faces.len(), |face, buffer| {
-        buffer.push(b'3');
-        for corner in mesh.faces[face] {
-            buffer.push(b' ');
-            output::push_integer(buffer, corner);
-        }
-        buffer.push(b'\n');
-    })
+    output::rows(out, mesh.faces.len(), |face, buffer| output::push_triangle(buffer, mesh.faces[face]))
 }

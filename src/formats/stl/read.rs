@@ -10,7 +10,9 @@ use crate::mesh::Mesh;
 /// Reads either form.
 pub(in crate::formats) fn read(bytes: &[u8]) -> Result<Mesh> {
     let starts_as_text = bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
-    if is_binary(bytes) || !starts_as_text { read_binary(bytes) } else { read_text(bytes) }
+    // No text holds a zero byte: a binary file that was cut short may start with "solid" too.
+    let is_text = starts_as_text && !bytes.contains(&0);
+    if is_binary(bytes) || !is_text { read_binary(bytes) } else { read_text(bytes) }
 }
 
 /// Whether the length is exactly what the facet count of a binary header asks for.

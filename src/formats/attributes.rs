@@ -1,0 +1,57 @@
+//! Vertex colors and normals between what files store and what a mesh holds.
+
+use crate::math::Vec3;
+
+/// One channel of `[0, 1]` as a byte.
+pub(super) fn to_byte(channel: f32) -> u8 {
+    // The cast saturates and takes NaN to 0.
+    (channel * 255.0).round() as u8
+}
+
+/// All four channels as bytes.
+pub(super) fn to_bytes(color: [f32; 4]) -> [u8; 4] {
+    color.map(to_byte)
+}
+
+/// The factor that takes stored channels to `[0, 1]`: text files hold fractions or bytes and do not say which.
+///
+/// `greatest` is the greatest channel of the whole file.
+pub(super) fn unit_factor(greatest: f64) -> f64 {
+    if greatest > 1.0 { 1.0 / 255.0 } else { 1.0 }
+}
+
+/// A channel scaled and clamped to `[0, 1]`; NaN becomes 0.
+pub(super) fn channel(stored: f64, factor: f64) -> f32 {
+    let value = (stored * factor) as f32;
+    if value > 0.0 { value.min(1.0) } else { 0.0 }
+}
+
+/// A stored normal at unit length, unchanged when it is that already; zero when it has no direction.
+pub(super) fn unit_normal(stored: Vec3) -> Vec3 {
+    if stored.is_normalized() { stored } else { stored.normalize_or_zero() }
+}
+
+/// A normal as it is written: zero when it is no direction, since text has no NaN that every reader takes.
+pub(super) fn written_normal(normal: Vec3) -> Vec3 {
+    if normal.is_finite() { normal } else { Vec3::ZERO }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_survive_the_round_trip() {
+        for byte in 0..=255 {
+            assert_eq!(to_byte(channel(f64::from(byte), 1.0 / 255.0)), byte);
+        }
+        assert_eq!([to_byte(-1.0), to_byte(7.0), to_byte(f32::NAN)], [0, 255, 0]);
+    }
+
+    #[test]
+    fn hostile_normals_become_zero_or_unit() {
+        assert_eq!(unit_normal(Vec3::NAN), Vec3::ZERO);
+        assert_eq!(unit_normal(Vec3::INFINITY), Vec3::ZERO);
+        assert_eq!(unit_normal(Vec3::new(0.0, 0.0, 5.0)), Vec3::Z);
+    }
+}
