@@ -6,9 +6,9 @@
 
 use crate::kernel::contract_quadrics::contracted;
 use crate::kernel::contract_vertices::{GONE, KEEPS};
-use crate::kernel::pairs::Stars;
 use crate::kernel::plane_costs::PLANE_REGULARIZATION;
 use crate::kernel::rows::{BORDER, Candidate, Contraction, Face, LOCKED, PlaneQuadric, Position};
+use crate::kernel::stars::Stars;
 use crate::kernel::volume_costs::{BORDER_FACTOR, VOLUME_REGULARIZATION};
 use crate::math::{DVec3, Vec3};
 use crate::simplify::Blocked;
