@@ -3,6 +3,7 @@
 pub mod backend;
 pub mod contract;
 pub mod error;
+pub mod kernel;
 pub mod math;
 pub mod mesh;
 pub mod simplify;
