@@ -18,7 +18,7 @@ use super::rows::{BORDER, BorderSum, Face, LOCKED, Position, VolumeSum};
 use super::split::CHUNK;
 use super::stars::Stars;
 use super::volume_sums::border_term;
-use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
 use crate::math::exact::{Sym3, add3, cross3, dot3, mul, outer, scale3, sub3, sym_add, sym_scale, trace};
 
@@ -53,7 +53,15 @@ pub struct VolumeCosts<'a> {
     pub keys: &'a mut Buffer<u32>,
 }
 
-params!(count: u32, at_endpoints: u32, border_weight: f32, regularization: f32);
+params! {
+    /// The uniform block.
+    pub struct Params {
+        count: u32,
+        at_endpoints: u32,
+        border_weight: f32,
+        regularization: f32,
+    }
+}
 
 /// What both ends and the shared faces sum to.
 #[derive(Debug, Clone, Copy)]
@@ -156,7 +164,7 @@ impl Kernel for VolumeCosts<'_> {
         include_str!("../../shaders/shared/pair_quadric.wgsl"),
     ];
     type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = FIELDS;
+    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
     const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;
 
     fn params(&self) -> Params {
