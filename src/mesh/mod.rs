@@ -6,8 +6,22 @@
 //! - every coordinate is finite;
 //! - `normals` and `colors`, where present, have one row a vertex.
 
+pub mod adjacency;
+mod disjoint;
+mod near;
+pub mod orient;
+mod point_table;
+pub mod weld;
+
+pub use adjacency::Rings;
+pub use orient::orient;
+pub use weld::{Welded, weld};
+
 use crate::error::{Error, Result};
 use crate::math::{DVec3, Vec3};
+
+/// The fewest rows worth handing to another thread.
+const PARALLEL_ROWS: usize = 4096;
 
 /// An indexed triangle mesh.
 ///
