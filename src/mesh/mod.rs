@@ -7,14 +7,18 @@
 //! - `normals` and `colors`, where present, have one row a vertex.
 
 pub mod adjacency;
+mod circle;
 mod disjoint;
 mod near;
 pub mod orient;
 mod point_table;
+pub mod shapes;
+pub mod topology;
 pub mod weld;
 
 pub use adjacency::Rings;
 pub use orient::orient;
+pub use topology::{Topology, complex_vertices, topology};
 pub use weld::{Welded, weld};
 
 use crate::error::{Error, Result};
@@ -87,5 +91,23 @@ impl Mesh {
     pub fn diagonal(&self) -> f64 {
         let (low, high) = self.bounds();
         (high - low).length()
+    }
+
+    /// The area of all faces, in squared model units.
+    pub fn area(&self) -> f64 {
+        self.faces.iter().map(|&face| self.cross(face).length() / 2.0).sum()
+    }
+
+    /// The enclosed volume in cubed model units: negative when inside out, without meaning when open.
+    pub fn volume(&self) -> f64 {
+        // About a corner of the box, so that a far-away model loses no digits.
+        let (origin, _) = self.bounds();
+        self.faces.iter().map(|&face| self.cross(face).dot(self.positions[face[0] as usize] - origin) / 6.0).sum()
+    }
+
+    /// Twice the face's area along its normal.
+    pub(crate) fn cross(&self, face: [u32; 3]) -> DVec3 {
+        let [a, b, c] = face.map(|v| self.positions[v as usize]);
+        (b - a).cross(c - a)
     }
 }
