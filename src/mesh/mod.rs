@@ -14,11 +14,13 @@ pub mod orient;
 mod point_table;
 pub mod shapes;
 pub mod topology;
+pub mod validate;
 pub mod weld;
 
 pub use adjacency::Rings;
 pub use orient::orient;
 pub use topology::{Topology, complex_vertices, topology};
+pub use validate::{Defect, validate};
 pub use weld::{Welded, weld};
 
 use crate::error::{Error, Result};

@@ -7,6 +7,7 @@ use super::adjacency::{EdgeUse, Rings, from_corner};
 use super::disjoint::DisjointSets;
 use super::weld::Twins;
 use super::{Mesh, PARALLEL_ROWS};
+use crate::math::DVec3;
 
 /// The topology of a mesh as stored. Faces with a repeated corner are counted and otherwise left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -110,7 +111,7 @@ pub(super) fn has_no_area(mesh: &Mesh, face: usize) -> bool {
     let (ab, ac, bc) = (b - a, c - a, c - b);
     // Over the longest edge first: neither tiny nor huge models leave the range of the squares.
     let longest = ab.abs().max(ac.abs()).max(bc.abs()).max_element();
-    longest == 0.0 || (ab / longest).cross(ac / longest).length() <= 0.0
+    longest == 0.0 || (ab / longest).cross(ac / longest) == DVec3::ZERO
 }
 
 /// What the faces around the vertices say.
@@ -303,7 +304,6 @@ mod tests {
 
     use super::super::shapes::*;
     use super::*;
-    use crate::math::DVec3;
 
     fn complex(mesh: &Mesh) -> Vec<u32> {
         let complex = complex_vertices(&mesh.faces, &Rings::new(&mesh.faces, mesh.positions.len()));
