@@ -65,22 +65,31 @@ fn carve(mesh: Mesh, cell: f64) -> Mesh {
     carved
 }
 
-/// Smooths the few vertices whose faces the carving has turned sharply against each other.
+/// Smooths the few places where the carving has turned faces sharply against each other.
 fn unfold(mesh: &mut Mesh, rings: &Rings) {
     let mut suspects: Vec<u32> = (0..mesh.positions.len() as u32).collect();
     for _ in 0..30 {
-        suspects = suspects.into_par_iter().filter(|&v| is_sharp(mesh, rings.ring(v))).collect();
-        if suspects.is_empty() {
+        let sharp: Vec<u32> = suspects.into_par_iter().filter(|&v| is_sharp(mesh, rings.ring(v))).collect();
+        if sharp.is_empty() {
             return;
         }
-        let moved: Vec<DVec3> = suspects.iter().map(|&v| middle(mesh, rings.ring(v), v as usize)).collect();
-        for (&v, p) in suspects.iter().zip(moved) {
+        // Their neighbors move along, or they would hold a deep fold open.
+        let around = widened(mesh, rings, &sharp);
+        let moved: Vec<DVec3> = around.iter().map(|&v| middle(mesh, rings.ring(v), v as usize)).collect();
+        for (&v, p) in around.iter().zip(moved) {
             mesh.positions[v as usize] = p;
         }
-        suspects = suspects.iter().flat_map(|&v| rings.ring(v)).flat_map(|&f| mesh.faces[f as usize]).collect();
-        suspects.sort_unstable();
-        suspects.dedup();
+        suspects = widened(mesh, rings, &around);
     }
+}
+
+/// The vertices and their neighbors, ascending.
+fn widened(mesh: &Mesh, rings: &Rings, vertices: &[u32]) -> Vec<u32> {
+    let mut wide: Vec<u32> =
+        vertices.iter().flat_map(|&v| rings.ring(v)).flat_map(|&f| mesh.faces[f as usize]).collect();
+    wide.sort_unstable();
+    wide.dedup();
+    wide
 }
 
 /// Whether two faces of a ring are turned more than 140° against each other, or one has no area.
