@@ -96,7 +96,7 @@ pub fn survey(mesh: &Mesh) -> Survey {
     }
     let locked = complex_vertices(&mesh.faces, &rings);
     let mut parts = parts(&mesh, &rings, &locked);
-    parts.sort_by(|a, b| b.faces.cmp(&a.faces));
+    parts.sort_by_key(|part| std::cmp::Reverse(part.faces));
     Survey {
         topology: topology_of(&mesh, &rings),
         joined_vertices: welded.joined_vertices,
@@ -186,7 +186,7 @@ fn reasons(parts: &[Part]) -> Vec<String> {
             plural(faces, "face")
         ),
     );
-    reasons.sort_by(|a, b| b.0.cmp(&a.0));
+    reasons.sort_by_key(|(faces, _)| std::cmp::Reverse(*faces));
     reasons.into_iter().map(|(_, text)| text).collect()
 }
 
