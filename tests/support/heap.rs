@@ -27,6 +27,8 @@ pub struct Tuning {
     pub volume_border: f64,
     /// `Volume`: pull to the midpoint, as a fraction of the matrix's trace.
     pub volume_ridge: f64,
+    /// `Volume`: a face weighs its doubled area to this power (2: its volume, squared, as in the paper).
+    pub volume_area_power: f64,
     /// `Plane`: factor of the planes through border edges, times the edge's squared length.
     pub plane_border: f64,
     /// `Plane`: a face's plane weighs its area to this power (0: all alike, as in the paper's first form).
@@ -35,7 +37,13 @@ pub struct Tuning {
 
 impl Default for Tuning {
     fn default() -> Self {
-        Self { volume_border: 9.0, volume_ridge: 1e-4, plane_border: 1.0, plane_area_power: 1.0 }
+        Self {
+            volume_border: 9.0,
+            volume_ridge: 1e-4,
+            volume_area_power: 2.0,
+            plane_border: 1.0,
+            plane_area_power: 1.0,
+        }
     }
 }
 
@@ -294,7 +302,10 @@ impl Surface {
         for f in self.faces_around(u, v) {
             let [p0, p1, p2] = self.corners(f).map(|p| p - midpoint);
             let n = (p1 - p0).cross(p2 - p0);
-            quadric.add(&Quadric::plane(n, n.dot(p0), 1.0));
+            if n != DVec3::ZERO {
+                let weight = n.length().powf(self.tuning.volume_area_power - 2.0);
+                quadric.add(&Quadric::plane(n, n.dot(p0), weight));
+            }
             normals += n;
             volumes += n.dot(p0);
         }
