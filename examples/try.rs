@@ -2,14 +2,15 @@
 use coarsen::*;
 fn main() {
     let a: Vec<String> = std::env::args().collect();
-    let mesh = formats::read(a[1].as_ref()).unwrap();
+    let mesh = if let Some((n, f)) = mesh::parse_sample(&a[1]) { mesh::sample(n, f).unwrap() } else { formats::read(a[1].as_ref()).unwrap() };
     let n: usize = a[3].parse().unwrap();
     let metric =
         if a.get(4).is_some_and(|m| m == "plane") { contract::Metric::Plane } else { contract::Metric::Volume };
     let threads = a.get(5).and_then(|t| t.parse().ok()).unwrap_or(0);
     let opts = contract::Options { metric, ..Default::default() };
-    let dev = Device::cpu(threads).unwrap();
+    let dev = if std::env::var("SW").is_ok() { Device::open(&backend::Selector::Software, threads).unwrap() } else { Device::cpu(threads).unwrap() };
     let out = simplify(&mesh, &Method::Contract(opts), &Budget::faces(n), &dev, None).unwrap();
+    for w in &out.warnings { eprintln!("{w}"); }
     if std::env::var("V").is_ok() {
         for r in &out.rounds {
             eprintln!("{r:?}");
