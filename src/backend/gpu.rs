@@ -11,6 +11,9 @@ use super::module::{PageShape, Signature};
 use super::{GpuOptions, Selector};
 use crate::error::{Error, Result};
 
+/// A kernel's name and its buffers' pages.
+type PipelineKey = (&'static str, Vec<PageShape>);
+
 /// A wgpu device with its queue.
 #[derive(Debug)]
 pub struct Gpu {
@@ -21,7 +24,7 @@ pub struct Gpu {
     faults: Faults,
     meter: Meter,
     page_rows: u32,
-    pipelines: Mutex<HashMap<(&'static str, Vec<PageShape>), Arc<Pipeline>>>,
+    pipelines: Mutex<HashMap<PipelineKey, Arc<Pipeline>>>,
 }
 
 impl Gpu {
@@ -96,7 +99,7 @@ impl Gpu {
     /// A zeroed buffer.
     pub(super) fn buffer(&self, rows: usize, stride: usize) -> Result<GpuBuffer> {
         let (bytes, shift) = (rows as u64 * stride as u64, self.page_shift(stride));
-        let (pages, bound) = ((rows as u64).div_ceil(1 << shift), self.limits.max_storage_buffers_per_shader_stage);
+        let (pages, bound) = ((rows as u64).div_ceil(1 << shift), self.max_pages());
         if pages > u64::from(bound) {
             return Err(Error::Limit(format!(
                 "the mesh is too large for this adapter: {bytes} bytes in one buffer take {pages} bindings, {} has {bound}",
@@ -107,6 +110,12 @@ impl Gpu {
         self.guard(&format!("cannot allocate {bytes} bytes"), || {
             GpuBuffer::new(&self.device, rows, stride, shift, lease)
         })
+    }
+
+    /// The most pages that a kernel can bind: one buffer goes to the uniform block.
+    pub(super) fn max_pages(&self) -> u32 {
+        let buffers = self.limits.max_buffers_and_acceleration_structures_per_shader_stage.saturating_sub(1);
+        self.limits.max_storage_buffers_per_shader_stage.min(buffers)
     }
 
     /// The binary logarithm of the most rows that one binding holds.
@@ -135,6 +144,8 @@ fn limits(own: &wgpu::Limits) -> wgpu::Limits {
         max_buffer_size: own.max_buffer_size,
         max_storage_buffer_binding_size: own.max_storage_buffer_binding_size,
         max_storage_buffers_per_shader_stage: own.max_storage_buffers_per_shader_stage,
+        max_buffers_and_acceleration_structures_per_shader_stage: own
+            .max_buffers_and_acceleration_structures_per_shader_stage,
         max_compute_workgroups_per_dimension: own.max_compute_workgroups_per_dimension,
         min_uniform_buffer_offset_alignment: own.min_uniform_buffer_offset_alignment,
         ..wgpu::Limits::downlevel_defaults()

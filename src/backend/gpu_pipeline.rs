@@ -23,8 +23,7 @@ impl Pipeline {
     /// # Errors
     /// [`Error::Limit`] when the pages are more than the adapter can bind, [`Error::Device`] when it refuses the module.
     pub fn new(gpu: &Gpu, signature: &Signature<'_>, pages: &[PageShape]) -> Result<Self> {
-        let (needed, limit) =
-            (pages.iter().map(|page| page.count).sum::<u32>(), gpu.limits().max_storage_buffers_per_shader_stage);
+        let (needed, limit) = (pages.iter().map(|page| page.count).sum::<u32>(), gpu.max_pages());
         if needed > limit {
             return Err(Error::Limit(format!(
                 "the mesh is too large for this adapter: '{}' needs {needed} storage buffers, {} binds {limit}",

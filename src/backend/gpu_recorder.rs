@@ -1,10 +1,10 @@
 //! Records kernels, submits them in bounded batches, and moves rows to and from the GPU.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, mpsc};
+use std::time::Duration;
 
 use super::gpu::Gpu;
 use super::gpu_buffer::{GpuBuffer, Piece};
-use super::gpu_faults::lock;
 use super::gpu_pipeline::Pipeline;
 use super::module::{Signature, uniform_block};
 use crate::error::{Error, Result};
@@ -21,6 +21,9 @@ const PIECE_BYTES: usize = 8 << 20;
 
 /// Pieces of an upload in flight.
 const PIECES_AHEAD: usize = 2;
+
+/// How long an answer may take after the work it is about is done: some microseconds, unless the machine stalls.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// The recording half of a queue on a GPU.
 #[derive(Debug)]
@@ -170,17 +173,18 @@ impl Recorder {
 impl Gpu {
     fn read_piece(&self, piece: &Piece<'_>, staging: &wgpu::Buffer, into: &mut [u8]) -> Result<()> {
         let size = into.len() as u64;
-        let answer = Arc::new(Mutex::new(None));
+        let (answer, heard) = mpsc::channel();
         self.guard("cannot read", || {
             let mut encoder = self.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             encoder.copy_buffer_to_buffer(piece.page, piece.offset, staging, 0, size);
             self.queue().submit([encoder.finish()]);
-            let heard = Arc::clone(&answer);
-            staging.map_async(wgpu::MapMode::Read, ..size, move |result| *lock(&heard) = Some(result));
+            // Nobody listens any more only after an error.
+            staging.map_async(wgpu::MapMode::Read, ..size, move |result| drop(answer.send(result)));
         })?;
         self.wait(None)?;
         let unread = || Error::Device("cannot read from the GPU".into());
-        let Some(Ok(())) = lock(&answer).take() else { return Err(unread()) };
+        // Another thread that waits may be the one that is about to deliver the answer.
+        let Ok(Ok(())) = heard.recv_timeout(ANSWER_TIMEOUT) else { return Err(unread()) };
         let mapped = staging.get_mapped_range(..size).map_err(|_| unread())?;
         into.copy_from_slice(&mapped);
         drop(mapped);

@@ -1,6 +1,6 @@
 //! The queue on a GPU: pages, large dispatches, and faults as values.
 
-use coarsen::backend::{Access, Binding, Buffer, Device, GpuOptions, Kernel, Queue};
+use coarsen::backend::{Access, Binding, Buffer, Device, GpuOptions, Kernel, Queue, Selector, adapters};
 use coarsen::{Error, Result};
 
 use crate::{gpu, open};
@@ -215,7 +215,8 @@ fn a_lost_gpu_is_an_error() {
     queue.run(Triples { rows: &rows, thrice: &mut other, sums: &mut sums }).unwrap();
     device.lose_gpu();
     let mut read = vec![9];
-    assert!(message(queue.read(&other, 3, &mut read)).contains("lost"));
+    let error = message(queue.read(&other, 3, &mut read));
+    assert!(error.contains("the GPU was lost"), "{error}");
     assert_eq!(read, [9]);
     assert!(message(queue.run(Triples { rows: &rows, thrice: &mut other, sums: &mut sums })).contains("lost"));
     assert!(message(queue.write(&mut rows, &[4])).contains("lost"));
@@ -274,4 +275,35 @@ fn bytes_moved_are_counted() {
     let mut queue = gpu_queue(device);
     triples(&mut queue, 99).unwrap();
     assert_eq!(queue.bytes_moved(), 4 * (99 + 99 + 34));
+}
+
+#[test]
+fn adapters_and_devices_are_described() {
+    let Some(device) = gpu() else { return };
+    let reports = adapters();
+    assert!(reports.iter().zip(0..).all(|(report, index)| report.index == index));
+    assert!(reports.is_sorted_by_key(|report| report.kind == "software"));
+    let own = reports.iter().find(|report| device.description().starts_with(&report.name)).expect("its own report");
+    assert!(own.usable && device.description().ends_with(&own.driver), "{own:?}, {}", device.description());
+    assert!(own.max_binding_bytes >= 128 << 20, "{own:?}");
+    assert_eq!(reports, adapters());
+    let by_name = Device::open(&Selector::Name(own.name.to_uppercase()), 1).unwrap();
+    assert_eq!(by_name.description(), device.description());
+    let beyond = message(Device::open(&Selector::Index(reports.len()), 1));
+    assert!(beyond.contains(&own.name), "{beyond}");
+}
+
+#[test]
+fn threads_may_share_a_device() {
+    let Some(device) = gpu() else { return };
+    let want = triples(&mut device.cpu_queue(), 50_000).unwrap();
+    std::thread::scope(|scope| {
+        for _ in 0..8 {
+            scope.spawn(|| {
+                for _ in 0..5 {
+                    assert!(triples(&mut gpu_queue(device), 50_000).unwrap() == want);
+                }
+            });
+        }
+    });
 }

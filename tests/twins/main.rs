@@ -2,6 +2,8 @@
 //!
 //! Without an adapter the tests that need one say so and pass; `REQUIRE_GPU=1` makes that a failure.
 
+#![expect(clippy::print_stdout, reason = "a skipped test says so")]
+
 mod backend;
 mod modules;
 mod trials;

@@ -131,9 +131,9 @@ fn bound() {
         if params_bytes != signature.params.len() * 4 {
             found.push(format!("{params_bytes} bytes of parameters for {:?}", signature.params));
         }
-        found.extend(signature.params.iter().filter_map(|(name, _)| {
-            (!signature.source.contains(&format!("params.{name}"))).then(|| format!("does not read params.{name}"))
-        }));
+        let params = signature.params.iter().map(|(name, _)| format!("params.{name}"));
+        let unread = params.filter(|param| !signature.source.contains(param));
+        found.extend(unread.map(|param| format!("does not read {param}")));
         for binding in &signature.bindings {
             let verb = match binding.access {
                 Access::Read => "load",

@@ -1,11 +1,10 @@
 //! The one list of kernels: for each a run on hostile inputs, whose outputs must not depend on the device.
 
 use coarsen::Result;
-use coarsen::backend::{Buffer, Kernel, Queue, Row, Signature};
+use coarsen::backend::{Buffer, Device, GpuOptions, Kernel, Queue, Row, Signature};
 use coarsen::kernel::exact_probe::{ExactProbe, RESULTS, hostile_operands};
 
 use crate::{gpu, open};
-use coarsen::backend::{Device, GpuOptions};
 
 /// A kernel and its run.
 pub struct Trial {
@@ -15,11 +14,14 @@ pub struct Trial {
     pub run: fn(&mut Queue, perturbed: bool, &mut Seen) -> Result<()>,
 }
 
+/// Takes a kernel's signature and the bytes of its parameters.
+pub type Look = Box<dyn FnMut(&Signature<'_>, usize)>;
+
 /// What a trial shows: the kernel, as the module tests see it, and its outputs.
 #[derive(Default)]
 pub struct Seen {
     /// Looks at the kernel before it runs.
-    pub look: Option<Box<dyn FnMut(&Signature<'_>, usize)>>,
+    pub look: Option<Look>,
     /// Every output as bits, by name.
     pub outputs: Vec<(&'static str, Vec<u32>)>,
 }
