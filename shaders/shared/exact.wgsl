@@ -51,17 +51,10 @@ fn assemble(sign: u32, exponent: i32, digits: u32) -> f32 {
     return bitcast<f32>(sign | (u32(biased) << 23u) | (digits & FRACTION));
 }
 
-fn divide(a: f32, b: f32) -> f32 {
-    if abs(a) < LEAST || abs(b) < LEAST {
-        return 0.0;
-    }
-    let x = significand(a);
-    let y = significand(b);
-    let less = select(0u, 1u, x < y);
-    let n = x << less;
-    // n / y is in [1, 2): the quotient's 24 digits are q = n·2²³ / y. The guess is a few units off, so the remainder
-    // is far below 2³¹ and comes out of 32-bit arithmetic exactly.
-    var q = u32(f32(n) / f32(y) * 8388608.0);
+// n·2²³ / y to 24 digits, correctly rounded, for n / y in [1, 2). The guess at n / y may be dozens of units off: the
+// remainder is still far below 2³¹ and comes out of wrapping arithmetic exactly.
+fn quotient_digits(n: u32, y: u32, guess: f32) -> u32 {
+    var q = u32(guess * 8388608.0);
     var r = bitcast<i32>((n << 23u) - q * y);
     let step = i32(floor(f32(r) / f32(y)));
     q = q + bitcast<u32>(step);
@@ -78,19 +71,12 @@ fn divide(a: f32, b: f32) -> f32 {
     if 2 * r > i32(y) {
         q = q + 1u;
     }
-    let sign = (bitcast<u32>(a) ^ bitcast<u32>(b)) & SIGN;
-    return assemble(sign, biased_exponent(a) - biased_exponent(b) + 127 - i32(less), q);
+    return q;
 }
 
-fn root(x: f32) -> f32 {
-    if x < LEAST {
-        return 0.0;
-    }
-    let exponent = biased_exponent(x);
-    let odd = 1u - (u32(exponent) & 1u);
-    let n = significand(x) << odd;
-    // The root's 24 digits are s = √(n·2²³), exact as in `divide`.
-    var s = u32(sqrt(f32(n) * 8388608.0));
+// √(n·2²³) to 24 digits, correctly rounded, for n in 2²³ .. 2²⁵, from a guess that may be dozens of units off.
+fn root_digits(n: u32, guess: f32) -> u32 {
+    var s = u32(guess);
     var r = bitcast<i32>((n << 23u) - s * s);
     let step = i32(floor(f32(r) / f32(2u * s)));
     r = r - step * (2 * i32(s) + step);
@@ -107,6 +93,30 @@ fn root(x: f32) -> f32 {
     if r > i32(s) {
         s = s + 1u;
     }
+    return s;
+}
+
+fn divide(a: f32, b: f32) -> f32 {
+    if abs(a) < LEAST || abs(b) < LEAST {
+        return 0.0;
+    }
+    let x = significand(a);
+    let y = significand(b);
+    let less = select(0u, 1u, x < y);
+    let n = x << less;
+    let q = quotient_digits(n, y, f32(n) / f32(y));
+    let sign = (bitcast<u32>(a) ^ bitcast<u32>(b)) & SIGN;
+    return assemble(sign, biased_exponent(a) - biased_exponent(b) + 127 - i32(less), q);
+}
+
+fn root(x: f32) -> f32 {
+    if x < LEAST {
+        return 0.0;
+    }
+    let exponent = biased_exponent(x);
+    let odd = 1u - (u32(exponent) & 1u);
+    let n = significand(x) << odd;
+    let s = root_digits(n, sqrt(f32(n) * 8388608.0));
     return assemble(0u, 127 + (exponent - 127 - i32(odd)) / 2, s);
 }
 

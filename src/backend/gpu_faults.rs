@@ -20,7 +20,7 @@ impl Faults {
         device.on_uncaptured_error(Arc::new(move |error| uncaught.note(in_words(&error))));
         device.set_device_lost_callback(move |_, message| {
             let reason = message.split_whitespace().collect::<Vec<_>>().join(" ");
-            lost.note(format!("{LOST} {reason}").trim_end().to_string());
+            lost.note(if reason.is_empty() { LOST.into() } else { format!("{LOST} ({reason})") });
         });
         faults
     }
