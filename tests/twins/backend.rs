@@ -3,7 +3,7 @@
 use coarsen::backend::{Access, Binding, Buffer, Device, GpuOptions, Kernel, Queue, Selector, adapters};
 use coarsen::{Error, Result};
 
-use crate::{gpu, open};
+use crate::{SMALL_PAGE, gpu, open};
 
 /// Adds each row's square to `sums[i / 3]` and writes its triple to `thrice`.
 struct Triples<'a> {
@@ -136,14 +136,23 @@ fn message<T>(result: Result<T>) -> String {
 
 #[test]
 fn pages_do_not_show() {
-    let Some(device) = open(&GpuOptions { page_rows: Some(4096), ..GpuOptions::default() }) else { return };
-    for len in [1, 4095, 4096, 4097, 12_288, 20_000] {
+    let Some(device) = open(&GpuOptions { page_rows: Some(SMALL_PAGE), ..GpuOptions::default() }) else { return };
+    for len in [1, SMALL_PAGE - 1, SMALL_PAGE, SMALL_PAGE + 1, 3 * SMALL_PAGE, 160_000] {
         let want = triples(&mut device.cpu_queue(), len).unwrap();
         assert_eq!(triples(&mut gpu_queue(&device), len).unwrap(), want, "{len} rows");
     }
-    // A thousand pages are more than any adapter binds.
-    let too_many = triples(&mut gpu_queue(&device), 1 << 22);
-    assert!(matches!(too_many, Err(Error::Limit(_))), "{too_many:?}");
+}
+
+#[test]
+fn more_pages_than_an_adapter_binds_are_an_error() {
+    let Some(device) = open(&GpuOptions { page_rows: Some(SMALL_PAGE), ..GpuOptions::default() }) else { return };
+    let too_long = gpu_queue(&device).buffer::<u32>(1 << 45);
+    assert!(matches!(too_long, Err(Error::Limit(_))), "{too_long:?}");
+    // 20, 20 and 7 pages.
+    let together = triples(&mut gpu_queue(&device), 20 * SMALL_PAGE);
+    let bound =
+        adapters().iter().find(|a| device.description().starts_with(&a.name)).map(|a| a.storage_buffers_per_stage);
+    assert_eq!(matches!(together, Err(Error::Limit(_))), bound.expect("its report") < 47);
 }
 
 #[test]
@@ -183,19 +192,19 @@ fn nothing_to_do_is_no_error() {
 
 #[test]
 fn writes_clears_and_runs_keep_their_order() {
-    let Some(device) = open(&GpuOptions { page_rows: Some(4096), ..GpuOptions::default() }) else { return };
+    let Some(device) = open(&GpuOptions { page_rows: Some(SMALL_PAGE), ..GpuOptions::default() }) else { return };
     let run = |mut queue: Queue| {
-        let mut rows = queue.buffer_from(&vec![7u32; 10_000]).unwrap();
-        let mut thrice = queue.buffer(10_000).unwrap();
-        let mut sums = queue.buffer(10_000 / 3 + 1).unwrap();
+        let mut rows = queue.buffer_from(&vec![7u32; 80_000]).unwrap();
+        let mut thrice = queue.buffer(80_000).unwrap();
+        let mut sums = queue.buffer(80_000 / 3 + 1).unwrap();
         let mut read = Vec::new();
-        for step in 0..300 {
+        for step in 0..100 {
             queue.run(Triples { rows: &rows, thrice: &mut thrice, sums: &mut sums }).unwrap();
             match step % 50 {
-                20 => queue.write(&mut rows, &vec![step; 5_000]).unwrap(),
-                30 => queue.clear(&mut rows, 4_500).unwrap(),
-                40 => queue.clear(&mut sums, 3_000).unwrap(),
-                45 => queue.read(&thrice, 9_000, &mut read).unwrap(),
+                20 => queue.write(&mut rows, &vec![step; 40_000]).unwrap(),
+                30 => queue.clear(&mut rows, 36_000).unwrap(),
+                40 => queue.clear(&mut sums, 24_000).unwrap(),
+                45 => queue.read(&thrice, 72_000, &mut read).unwrap(),
                 _ => {}
             }
         }

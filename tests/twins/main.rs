@@ -12,6 +12,9 @@ use std::sync::OnceLock;
 
 use coarsen::backend::{Device, GpuOptions, Selector};
 
+/// Rows to a page in the tests of paging: enough for the self-test to stay at a few pages, whose code it repeats.
+const SMALL_PAGE: u32 = 1 << 15;
+
 /// A hardware GPU, or software Vulkan, opened once; `None` after saying that there is neither.
 fn gpu() -> Option<&'static Device> {
     static GPU: OnceLock<Option<Device>> = OnceLock::new();

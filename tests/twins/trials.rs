@@ -4,7 +4,7 @@ use coarsen::Result;
 use coarsen::backend::{Buffer, Device, GpuOptions, Kernel, Queue, Row, Signature};
 use coarsen::kernel::exact_probe::{ExactProbe, RESULTS, hostile_operands};
 
-use crate::{gpu, open};
+use crate::{SMALL_PAGE, gpu, open};
 
 /// A kernel and its run.
 pub struct Trial {
@@ -46,8 +46,8 @@ impl Seen {
 pub const TRIALS: &[Trial] = &[Trial { name: "exact_probe", run: exact_probe }];
 
 fn exact_probe(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
-    let mut rows = hostile_operands(20_000);
-    rows[19_998][0] ^= u32::from(perturbed);
+    let mut rows = hostile_operands(5_000);
+    rows[4_998][0] ^= u32::from(perturbed);
     let operands = queue.buffer_from(&rows)?;
     let mut results = queue.buffer::<u32>(rows.len() * RESULTS)?;
     seen.run(queue, ExactProbe { operands: &operands, results: &mut results })?;
@@ -93,7 +93,7 @@ fn can_fail() {
 
 #[test]
 fn equal_in_small_pages() {
-    let Some(device) = open(&GpuOptions { page_rows: Some(1 << 16), ..GpuOptions::default() }) else { return };
+    let Some(device) = open(&GpuOptions { page_rows: Some(SMALL_PAGE), ..GpuOptions::default() }) else { return };
     let differences: Vec<_> = TRIALS.iter().filter_map(|trial| difference(trial, &device, false)).collect();
     assert!(differences.is_empty(), "{differences:#?}");
 }
