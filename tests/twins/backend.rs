@@ -48,7 +48,7 @@ impl Kernel for Triples<'_> {
 
 /// Runs [`Triples`] on the numbers `0 .. len`; returns what it wrote.
 fn triples(queue: &mut Queue, len: u32) -> Result<(Vec<u32>, Vec<u32>)> {
-    let rows = queue.buffer_from(&(0..len).map(|i| i ^ 0x5555).collect::<Vec<_>>())?;
+    let rows = queue.buffer_from((0..len).map(|i| i ^ 0x5555).collect::<Vec<_>>())?;
     let mut thrice = queue.buffer(rows.len())?;
     let mut sums = queue.buffer(rows.len() / 3 + 1)?;
     queue.run(Triples { rows: &rows, thrice: &mut thrice, sums: &mut sums })?;
@@ -167,7 +167,7 @@ fn more_than_65535_workgroups() {
 fn a_kernel_may_have_its_own_entry() {
     let Some(device) = gpu() else { return };
     let run = |mut queue: Queue| {
-        let rows = queue.buffer_from(&(0..1000).collect::<Vec<u32>>()).unwrap();
+        let rows = queue.buffer_from((0..1000).collect::<Vec<u32>>()).unwrap();
         let mut sums = queue.buffer(8).unwrap();
         queue.run(GroupSums { rows: &rows, sums: &mut sums }).unwrap();
         let mut read = Vec::new();
@@ -194,7 +194,7 @@ fn nothing_to_do_is_no_error() {
 fn writes_clears_and_runs_keep_their_order() {
     let Some(device) = open(&GpuOptions { page_rows: Some(SMALL_PAGE), ..GpuOptions::default() }) else { return };
     let run = |mut queue: Queue| {
-        let mut rows = queue.buffer_from(&vec![7u32; 80_000]).unwrap();
+        let mut rows = queue.buffer_from(vec![7u32; 80_000]).unwrap();
         let mut thrice = queue.buffer(80_000).unwrap();
         let mut sums = queue.buffer(80_000 / 3 + 1).unwrap();
         let mut read = Vec::new();
@@ -218,7 +218,7 @@ fn writes_clears_and_runs_keep_their_order() {
 fn a_lost_gpu_is_an_error() {
     let Some(device) = open(&GpuOptions::default()) else { return };
     let mut queue = gpu_queue(&device);
-    let mut rows = queue.buffer_from(&[1u32, 2, 3]).unwrap();
+    let mut rows = queue.buffer_from(vec![1u32, 2, 3]).unwrap();
     let mut other = queue.buffer::<u32>(3).unwrap();
     let mut sums = queue.buffer::<u32>(2).unwrap();
     queue.run(Triples { rows: &rows, thrice: &mut other, sums: &mut sums }).unwrap();

@@ -42,14 +42,35 @@ impl Seen {
     }
 }
 
-/// Every kernel.
+/// Every kernel with a trial.
 pub const TRIALS: &[Trial] = &[Trial { name: "exact_probe", run: exact_probe }];
+
+/// The kernels that still need one.
+pub const UNTRIED: &[&str] = &[
+    "compact_faces",
+    "compact_quadrics",
+    "compact_rings",
+    "compact_vertices",
+    "contract_faces",
+    "contract_quadrics",
+    "contract_vertices",
+    "cost_histogram",
+    "count_candidates",
+    "gather_candidates",
+    "live_vertices",
+    "plane_costs",
+    "plane_sums",
+    "scan_add",
+    "scan_blocks",
+    "volume_costs",
+    "volume_sums",
+];
 
 fn exact_probe(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
     let mut rows = hostile_operands(5_000);
     rows[4_998][0] ^= u32::from(perturbed);
-    let operands = queue.buffer_from(&rows)?;
     let mut results = queue.buffer::<u32>(rows.len() * RESULTS)?;
+    let operands = queue.buffer_from(rows)?;
     seen.run(queue, ExactProbe { operands: &operands, results: &mut results })?;
     seen.output(queue, "results", &results)
 }
