@@ -112,7 +112,7 @@ impl Recorder {
 
     /// Records zeros over the first `bytes` bytes.
     pub fn clear(&mut self, buffer: &GpuBuffer, bytes: usize) -> Result<()> {
-        let whole_pages = buffer.pieces(bytes, usize::MAX);
+        let whole_pages = buffer.pieces(0..bytes, usize::MAX);
         self.commands.extend(
             whole_pages.map(|piece| Command::Clear { page: piece.page.clone(), bytes: piece.range.len() as u64 }),
         );
@@ -139,7 +139,7 @@ impl Recorder {
         self.submit()?;
         self.bytes_moved += bytes.len() as u64;
         let mut in_flight = std::collections::VecDeque::new();
-        for piece in buffer.pieces(bytes.len(), PIECE_BYTES) {
+        for piece in buffer.pieces(0..bytes.len(), PIECE_BYTES) {
             if in_flight.len() == PIECES_AHEAD {
                 self.gpu.wait(in_flight.pop_front())?;
             }
@@ -152,13 +152,13 @@ impl Recorder {
         Ok(())
     }
 
-    /// Fills `bytes` from the start of `buffer`, after all that was recorded.
-    pub fn read(&mut self, buffer: &GpuBuffer, bytes: &mut [u8]) -> Result<()> {
+    /// Fills `bytes` from byte `start` of `buffer` on, after all that was recorded.
+    pub fn read(&mut self, buffer: &GpuBuffer, start: usize, bytes: &mut [u8]) -> Result<()> {
         self.submit()?;
         self.bytes_moved += bytes.len() as u64;
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         let staging = own_buffer(&self.gpu, &mut self.staging, PIECE_BYTES as u64, usage)?;
-        let result = buffer.pieces(bytes.len(), PIECE_BYTES).try_for_each(|piece| {
+        let result = buffer.pieces(start..start + bytes.len(), PIECE_BYTES).try_for_each(|piece| {
             let into = &mut bytes[piece.range.clone()];
             self.gpu.read_piece(&piece, &staging, into)
         });

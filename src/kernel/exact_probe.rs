@@ -209,7 +209,7 @@ pub fn self_test(queue: &mut Queue) -> Result<()> {
     let mut results = queue.buffer::<u32>(operands.len() * RESULTS)?;
     queue.run(ExactProbe { operands: &operand_buffer, results: &mut results })?;
     let mut got = Vec::new();
-    queue.read(&results, results.len(), &mut got)?;
+    queue.read(&results, 0..results.len(), &mut got)?;
     compare(&operands, &got)
 }
 

@@ -53,8 +53,8 @@ fn triples(queue: &mut Queue, len: u32) -> Result<(Vec<u32>, Vec<u32>)> {
     let mut sums = queue.buffer(rows.len() / 3 + 1)?;
     queue.run(Triples { rows: &rows, thrice: &mut thrice, sums: &mut sums })?;
     let (mut thrice_rows, mut sum_rows) = (Vec::new(), Vec::new());
-    queue.read(&thrice, thrice.len(), &mut thrice_rows)?;
-    queue.read(&sums, sums.len(), &mut sum_rows)?;
+    queue.read(&thrice, 0..thrice.len(), &mut thrice_rows)?;
+    queue.read(&sums, 0..sums.len(), &mut sum_rows)?;
     Ok((thrice_rows, sum_rows))
 }
 
@@ -171,7 +171,7 @@ fn a_kernel_may_have_its_own_entry() {
         let mut sums = queue.buffer(8).unwrap();
         queue.run(GroupSums { rows: &rows, sums: &mut sums }).unwrap();
         let mut read = Vec::new();
-        queue.read(&sums, 8, &mut read).unwrap();
+        queue.read(&sums, 0..8, &mut read).unwrap();
         read
     };
     let want = run(device.cpu_queue());
@@ -204,11 +204,11 @@ fn writes_clears_and_runs_keep_their_order() {
                 20 => queue.write(&mut rows, &vec![step; 40_000]).unwrap(),
                 30 => queue.clear(&mut rows, 36_000).unwrap(),
                 40 => queue.clear(&mut sums, 24_000).unwrap(),
-                45 => queue.read(&thrice, 72_000, &mut read).unwrap(),
+                45 => queue.read(&thrice, 0..72_000, &mut read).unwrap(),
                 _ => {}
             }
         }
-        queue.read(&sums, sums.len(), &mut read).unwrap();
+        queue.read(&sums, 0..sums.len(), &mut read).unwrap();
         read
     };
     assert!(run(gpu_queue(&device)) == run(device.cpu_queue()));
@@ -224,7 +224,7 @@ fn a_lost_gpu_is_an_error() {
     queue.run(Triples { rows: &rows, thrice: &mut other, sums: &mut sums }).unwrap();
     device.lose_gpu();
     let mut read = vec![9];
-    let error = message(queue.read(&other, 3, &mut read));
+    let error = message(queue.read(&other, 0..3, &mut read));
     assert!(error.contains("the GPU was lost"), "{error}");
     assert_eq!(read, [9]);
     assert!(message(queue.run(Triples { rows: &rows, thrice: &mut other, sums: &mut sums })).contains("lost"));
@@ -275,7 +275,7 @@ fn misplaced_buffers_and_rows_are_errors() {
     assert!(message(queue.write(&mut on_host, &[1])).contains("on the host"));
     let mut on_gpu = queue.buffer::<u32>(3).unwrap();
     assert!(message(queue.write(&mut on_gpu, &[1; 4])).contains("4 rows in a buffer of 3"));
-    assert!(message(queue.read(&on_gpu, 4, &mut Vec::new())).contains("4 rows"));
+    assert!(message(queue.read(&on_gpu, 0..4, &mut Vec::new())).contains("4 rows"));
 }
 
 #[test]

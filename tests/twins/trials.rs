@@ -36,7 +36,7 @@ impl Seen {
 
     fn output<T: Row>(&mut self, queue: &mut Queue, name: &'static str, buffer: &Buffer<T>) -> Result<()> {
         let mut rows = Vec::new();
-        queue.read(buffer, buffer.len(), &mut rows)?;
+        queue.read(buffer, 0..buffer.len(), &mut rows)?;
         self.outputs.push((name, bytemuck::cast_slice(&rows).to_vec()));
         Ok(())
     }
