@@ -1,8 +1,8 @@
 // Arithmetic whose bits do not depend on the device. Twin: src/math/exact.rs
 //
-// Vulkan rounds +, - and * correctly, but a driver may fuse and reorder them: every result passes `keep`, through which
-// no compiler sees. Division and square root may be some units in the last place off: `divide` and `root` take the
-// device's result as a guess and put it right in wrapping integers, which are exact everywhere.
+// Vulkan rounds +, - and * correctly, but a driver may fuse and reorder them, and its division and square root may be
+// some units in the last place off. `keep`, `divide` and `root` stand in arithmetic_guarded.wgsl, for any device, and in
+// arithmetic_plain.wgsl, for software that the self-test has found to do neither.
 // Numbers below LEAST may be flushed by a device: a kernel calls `flush` where an underflow could come up.
 
 const LEAST: f32 = 0x1p-125f;
@@ -10,10 +10,6 @@ const GREATEST_BITS: u32 = 0x7f7fffffu;
 const IMPLICIT_BIT: u32 = 0x800000u;
 const FRACTION: u32 = 0x7fffffu;
 const SIGN: u32 = 0x80000000u;
-
-fn keep(x: f32) -> f32 {
-    return bitcast<f32>(bitcast<u32>(x) ^ params.zero);
-}
 
 fn add(a: f32, b: f32) -> f32 {
     return keep(a + b);
@@ -94,30 +90,6 @@ fn root_digits(n: u32, guess: f32) -> u32 {
         s = s + 1u;
     }
     return s;
-}
-
-fn divide(a: f32, b: f32) -> f32 {
-    if abs(a) < LEAST || abs(b) < LEAST {
-        return 0.0;
-    }
-    let x = significand(a);
-    let y = significand(b);
-    let less = select(0u, 1u, x < y);
-    let n = x << less;
-    let q = quotient_digits(n, y, f32(n) / f32(y));
-    let sign = (bitcast<u32>(a) ^ bitcast<u32>(b)) & SIGN;
-    return assemble(sign, biased_exponent(a) - biased_exponent(b) + 127 - i32(less), q);
-}
-
-fn root(x: f32) -> f32 {
-    if x < LEAST {
-        return 0.0;
-    }
-    let exponent = biased_exponent(x);
-    let odd = 1u - (u32(exponent) & 1u);
-    let n = significand(x) << odd;
-    let s = root_digits(n, sqrt(f32(n) * 8388608.0));
-    return assemble(0u, 127 + (exponent - 127 - i32(odd)) / 2, s);
 }
 
 fn add3(a: vec3f, b: vec3f) -> vec3f {

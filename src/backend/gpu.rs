@@ -7,7 +7,7 @@ use super::gpu_adapters::{choose, describe};
 use super::gpu_buffer::{GpuBuffer, Meter};
 use super::gpu_faults::{Faults, guard, lock, wait};
 use super::gpu_pipeline::Pipeline;
-use super::module::{PageShape, Signature};
+use super::module::{Exactness, PageShape, Signature};
 use super::{GpuOptions, Selector};
 use crate::error::{Error, Result};
 
@@ -24,6 +24,7 @@ pub struct Gpu {
     faults: Faults,
     meter: Meter,
     page_rows: u32,
+    exactness: Exactness,
     pipelines: Mutex<HashMap<PipelineKey, Arc<Pipeline>>>,
 }
 
@@ -47,6 +48,8 @@ impl Gpu {
         let (device, queue) =
             pollster::block_on(request).map_err(|e| Error::Device(format!("cannot open {}: {e}", info.name)))?;
         let faults = Faults::of(&device);
+        let is_software = info.device_type == wgpu::DeviceType::Cpu;
+        let exactness = if is_software { Exactness::Plain } else { Exactness::Guarded };
         Ok(Self {
             device,
             queue,
@@ -55,6 +58,7 @@ impl Gpu {
             faults,
             meter: Meter::new(options.memory_limit),
             page_rows: options.page_rows.unwrap_or(u32::MAX).max(1),
+            exactness: options.exactness.unwrap_or(exactness),
             pipelines: Mutex::default(),
         })
     }
@@ -67,6 +71,16 @@ impl Gpu {
     /// Bytes of buffers that live now.
     pub fn allocated(&self) -> u64 {
         self.meter.used()
+    }
+
+    /// How its kernels keep their arithmetic exact.
+    pub(super) fn exactness(&self) -> Exactness {
+        self.exactness
+    }
+
+    /// Whether it is software on this machine's own processor.
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
     }
 
     /// Loses the device.

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use coarsen::backend::{Access, Device, PageShape, Signature};
+use coarsen::backend::{Access, Device, Exactness, PageShape, Signature};
 
 use crate::trials::{Seen, TRIALS, UNTRIED};
 
@@ -36,8 +36,12 @@ fn complaints(look: impl Fn(&Signature<'_>, usize) -> Vec<String> + Copy + 'stat
 
 fn module(signature: &Signature<'_>, pages: u32) -> Result<naga::Module, String> {
     let shapes = vec![PageShape { count: pages, shift: 12 }; signature.bindings.len()];
-    let text = signature.compose(&shapes);
-    naga::front::wgsl::parse_str(&text).map_err(|error| error.emit_to_string_with_path(&text, signature.name))
+    let parse = |exactness| {
+        let text = signature.compose(&shapes, exactness);
+        naga::front::wgsl::parse_str(&text).map_err(|error| error.emit_to_string_with_path(&text, signature.name))
+    };
+    parse(Exactness::Plain)?;
+    parse(Exactness::Guarded)
 }
 
 /// The files of `src/kernel` that are no kernel's twin, beside those of shared sources.
