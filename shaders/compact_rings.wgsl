@@ -1,6 +1,16 @@
 // Writes the new ring of every live vertex: the live faces of its own ring and of the one it took in, under their new
 // numbers, ascending. Twin: src/kernel/compact_rings.rs
 
+// No face: past the end of a ring.
+const END: u32 = 0xffffffffu;
+
+fn head(at: u32, end: u32) -> u32 {
+    if at < end {
+        return load_ring_faces(at);
+    }
+    return END;
+}
+
 fn run(vertex: u32) {
     if load_new_vertex(vertex + 1u) == load_new_vertex(vertex) {
         return;
@@ -16,18 +26,16 @@ fn run(vertex: u32) {
         j = load_ring_starts(other);
         j_end = load_ring_starts(other + 1u);
     }
-    while i < i_end || j < j_end {
-        var face = 0u;
-        var from_own = j == j_end;
-        if !from_own && i < i_end {
-            from_own = load_ring_faces(i) < load_ring_faces(j);
-        }
-        if from_own {
-            face = load_ring_faces(i);
+    var own = head(i, i_end);
+    var taken = head(j, j_end);
+    while min(own, taken) != END {
+        let face = min(own, taken);
+        if own < taken {
             i++;
+            own = head(i, i_end);
         } else {
-            face = load_ring_faces(j);
             j++;
+            taken = head(j, j_end);
         }
         let now = load_new_face(face);
         if load_new_face(face + 1u) != now {

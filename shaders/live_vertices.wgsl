@@ -3,7 +3,8 @@
 
 fn live_faces(vertex: u32) -> u32 {
     var sum = 0u;
-    for (var i = load_ring_starts(vertex); i < load_ring_starts(vertex + 1u); i++) {
+    let end = load_ring_starts(vertex + 1u);
+    for (var i = load_ring_starts(vertex); i < end; i++) {
         sum += load_face_live(load_ring_faces(i));
     }
     return sum;

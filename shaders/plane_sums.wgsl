@@ -4,10 +4,12 @@
 fn plane_sum(vertex: u32) -> PlaneQuadric {
     var matrix = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     var weight = 0.0;
-    let on_border = (load_positions(vertex).flags & BORDER) != 0u && ring_length(vertex) <= HUB;
-    for (var i = load_ring_starts(vertex); i < load_ring_starts(vertex + 1u); i++) {
+    let on_border = (load_positions(vertex).flags & (BORDER | HUB)) == BORDER;
+    let p0 = xyz(load_positions(vertex));
+    let end = load_ring_starts(vertex + 1u);
+    for (var i = load_ring_starts(vertex); i < end; i++) {
         let face = load_faces(load_ring_faces(i));
-        let n = face_normal(face);
+        let n = normal_from(vertex, p0, face);
         let n_sq = dot3(n, n);
         if n_sq > NO_AREA {
             // |n| is twice the area: area·(n/|n|)(n/|n|)ᵀ = n nᵀ/(2|n|).

@@ -6,8 +6,10 @@
 fn volume_sum(vertex: u32) -> VolumeSum {
     var matrix = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     var normal = vec3f(0.0, 0.0, 0.0);
-    for (var i = load_ring_starts(vertex); i < load_ring_starts(vertex + 1u); i++) {
-        let n = face_normal(load_faces(load_ring_faces(i)));
+    let p0 = xyz(load_positions(vertex));
+    let end = load_ring_starts(vertex + 1u);
+    for (var i = load_ring_starts(vertex); i < end; i++) {
+        let n = normal_from(vertex, p0, load_faces(load_ring_faces(i)));
         matrix = sym_add(matrix, outer(n));
         normal = add3(normal, n);
     }
@@ -18,7 +20,8 @@ fn volume_sum(vertex: u32) -> VolumeSum {
 
 fn border_sum(vertex: u32) -> BorderSum {
     var matrix = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-    for (var i = load_ring_starts(vertex); i < load_ring_starts(vertex + 1u); i++) {
+    let end = load_ring_starts(vertex + 1u);
+    for (var i = load_ring_starts(vertex); i < end; i++) {
         let face = load_faces(load_ring_faces(i));
         let corners = array<u32, 3>(face.a, face.b, face.c);
         for (var k = 0u; k < 3u; k++) {
@@ -34,13 +37,14 @@ fn border_sum(vertex: u32) -> BorderSum {
 
 fn run(i: u32) {
     var sum = VolumeSum(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-    if ring_length(i) <= HUB {
+    let flags = load_positions(i).flags;
+    if (flags & HUB) == 0u {
         sum = volume_sum(i);
     }
     store_sums(i, sum);
     if params.has_border != 0u {
         var border = BorderSum(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        if ring_length(i) <= HUB && (load_positions(i).flags & BORDER) != 0u {
+        if (flags & (BORDER | HUB)) == BORDER {
             border = border_sum(i);
         }
         store_borders(i, border);

@@ -2,7 +2,8 @@
 
 // The vertex opposite the half-edge from a to b in the first face of the ring of `around` that has it, or NO_VERTEX.
 fn opposite(a: u32, b: u32, around: u32) -> u32 {
-    for (var i = load_ring_starts(around); i < load_ring_starts(around + 1u); i++) {
+    let end = load_ring_starts(around + 1u);
+    for (var i = load_ring_starts(around); i < end; i++) {
         let face = load_faces(load_ring_faces(i));
         if face.a == a && face.b == b {
             return face.c;
@@ -18,11 +19,12 @@ fn opposite(a: u32, b: u32, around: u32) -> u32 {
 }
 
 fn owns_pair(u: u32, w: u32) -> bool {
-    let both = load_positions(u).flags & load_positions(w).flags;
-    if (both & LOCKED) != 0u || (u > w && (both & BORDER) == 0u) {
+    let at_u = load_positions(u).flags;
+    let at_w = load_positions(w).flags;
+    if (at_u & at_w & LOCKED) != 0u || ((at_u | at_w) & HUB) != 0u {
         return false;
     }
-    if ring_length(u) > HUB || ring_length(w) > HUB {
+    if u > w && (at_u & at_w & BORDER) == 0u {
         return false;
     }
     if u < w {

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::kernel::rows::{BORDER, Face, LOCKED, Position};
+use crate::kernel::rows::{BORDER, Face, LOCKED, Position, with_hub};
 use crate::mesh::Mesh;
 use crate::mesh::adjacency::{EdgeUse, Rings};
 use crate::mesh::orient::orient;
@@ -78,7 +78,7 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
             let on_border = on_border(vertex as u32, locked, &faces, &rings, uses);
             let locked = locked || (on_border && options.lock_border);
             let flags = if on_border { BORDER } else { 0 } | if locked { LOCKED } else { 0 };
-            frame.to_rows(position, flags)
+            frame.to_rows(position, with_hub(flags, rings.ring(vertex as u32).len() as u32))
         })
         .collect();
     let has_border = rows.iter().any(|p| p.flags & BORDER != 0);

@@ -9,6 +9,9 @@ use super::contract_vertices::{KEEPS, ROLES, VERTEX};
 use super::split::{chunk_bounds, split_at_bounds};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 
+/// No face: past the end of a ring.
+const END: u32 = u32::MAX;
+
 /// One invocation a vertex.
 pub struct CompactRings<'a> {
     /// V roles.
@@ -84,14 +87,16 @@ impl Kernel for CompactRings<'_> {
                     let other = (role & VERTEX) as usize;
                     (j, j_end) = (ring_starts[other], ring_starts[other + 1]);
                 }
-                while i < i_end || j < j_end {
-                    let face;
-                    if j == j_end || (i < i_end && ring_faces[i as usize] < ring_faces[j as usize]) {
-                        face = ring_faces[i as usize] as usize;
+                let head = |at: u32, end: u32| if at < end { ring_faces[at as usize] } else { END };
+                let (mut own, mut taken) = (head(i, i_end), head(j, j_end));
+                while own.min(taken) != END {
+                    let face = own.min(taken) as usize;
+                    if own < taken {
                         i += 1;
+                        own = head(i, i_end);
                     } else {
-                        face = ring_faces[j as usize] as usize;
                         j += 1;
+                        taken = head(j, j_end);
                     }
                     if new_face[face + 1] != new_face[face] {
                         rings_out[out] = new_face[face];

@@ -1,11 +1,11 @@
-//! Moves live vertices to their new numbers, with the starts of their rings. Twin: `shaders/compact_vertices.wgsl`,
+//! Moves live vertices to their new numbers, with the starts of their rings, and tells which are hubs. Twin: `shaders/compact_vertices.wgsl`,
 //! line for line.
 
 use rayon::prelude::*;
 
-use super::rows::Position;
+use super::rows::{FLAGS, Position, with_hub};
 use super::split::{chunk_bounds, split_at_bounds};
-use crate::backend::{Access, Binding, Buffer, Kernel, params};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 
 /// One invocation a vertex, and one that ends the starts.
 pub struct CompactVertices<'a> {
@@ -33,6 +33,7 @@ params! {
 impl Kernel for CompactVertices<'_> {
     const NAME: &'static str = "compact_vertices";
     const SOURCE: &'static str = include_str!("../../shaders/compact_vertices.wgsl");
+    const CONSTANTS: &'static [(&'static str, Constant)] = FLAGS;
     type Params = Params;
     const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
 
@@ -68,7 +69,9 @@ impl Kernel for CompactVertices<'_> {
             let mut out = 0;
             for vertex in range[0]..range[1] {
                 if new_vertex[vertex + 1] != new_vertex[vertex] {
-                    positions_out[out] = positions[vertex];
+                    let faces = new_starts[vertex + 1] - new_starts[vertex];
+                    let position = positions[vertex];
+                    positions_out[out] = Position { flags: with_hub(position.flags, faces), ..position };
                     starts_out[out] = new_starts[vertex];
                     out += 1;
                 }

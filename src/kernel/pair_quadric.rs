@@ -1,8 +1,8 @@
 //! The quadric of a pair about its midpoint, its least point and its cost: what both metrics share. In WGSL:
 //! `shaders/shared/pair_quadric.wgsl`.
 
-use super::pairs::{HUB, NO_VERTEX};
-use super::rows::{BORDER, LOCKED};
+use super::pairs::NO_VERTEX;
+use super::rows::{BORDER, HUB, LOCKED};
 use crate::backend::Constant;
 use crate::math::Vec3;
 use crate::math::exact::{

@@ -2,26 +2,22 @@
 //!
 //! A pair is an edge. Of its two half-edges the one that starts at the lower vertex owns it; on a border there is one.
 
-use super::rows::{BORDER, Face, LOCKED};
+use super::rows::{BORDER, Face, HUB, LOCKED};
 use super::stars::Stars;
 use crate::backend::Constant;
 
 /// No vertex: what is opposite across a border.
 pub const NO_VERTEX: u32 = u32::MAX;
-/// Faces around a vertex past which it takes part in no contraction: work at a vertex grows with the square of its
-/// ring, and a hub of thousands of faces shrinks by the pairs on its rim. Real meshes stay below 100.
-pub const HUB: u32 = 512;
-
 /// Faces whose pairs one invocation counts and gathers.
 pub const PAIR_BLOCK: u32 = 16;
 
 /// The constants of pairs under their names in WGSL.
 pub const CONSTANTS: &[(&str, Constant)] = &[
     ("NO_VERTEX", Constant::U32(NO_VERTEX)),
-    ("HUB", Constant::U32(HUB)),
     ("PAIR_BLOCK", Constant::U32(PAIR_BLOCK)),
     ("BORDER", Constant::U32(BORDER)),
     ("LOCKED", Constant::U32(LOCKED)),
+    ("HUB", Constant::U32(HUB)),
 ];
 
 /// The vertex opposite the half-edge from `a` to `b` in the first face of the ring of `around` that has it, or
@@ -48,11 +44,11 @@ pub fn opposite(a: u32, b: u32, around: u32, stars: &Stars<'_>) -> u32 {
 /// Edges of more than two faces, and those whose faces disagree in orientation, have both ends locked: no pair.
 #[inline(always)]
 pub fn owns_pair(u: u32, w: u32, stars: &Stars<'_>) -> bool {
-    let both = stars.positions[u as usize].flags & stars.positions[w as usize].flags;
-    if both & LOCKED != 0 || (u > w && both & BORDER == 0) {
+    let (at_u, at_w) = (stars.positions[u as usize].flags, stars.positions[w as usize].flags);
+    if at_u & at_w & LOCKED != 0 || (at_u | at_w) & HUB != 0 {
         return false;
     }
-    if stars.ring_length(u) > HUB || stars.ring_length(w) > HUB {
+    if u > w && at_u & at_w & BORDER == 0 {
         return false;
     }
     u < w || opposite(w, u, u, stars) == NO_VERTEX

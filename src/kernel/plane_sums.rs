@@ -10,10 +10,9 @@
 use rayon::prelude::*;
 
 use super::pair_quadric::{CONSTANTS, NO_AREA};
-use super::pairs::HUB;
-use super::rows::{BORDER, Face, PlaneQuadric, Position};
+use super::rows::{BORDER, Face, HUB, PlaneQuadric, Position};
 use super::split::CHUNK;
-use super::stars::{Stars, face_normal, faces_with};
+use super::stars::{Stars, faces_with, normal_from};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::exact::{Sym3, add, cross3, divide, dot3, mul, outer, root, sub3, sym_add, sym_scale};
 
@@ -47,10 +46,11 @@ params! {
 fn plane_sum(vertex: u32, stars: &Stars<'_>, border_weight: f32) -> PlaneQuadric {
     let mut matrix = Sym3::default();
     let mut weight = 0.0;
-    let on_border = stars.positions[vertex as usize].flags & BORDER != 0 && stars.ring_length(vertex) <= HUB;
+    let on_border = stars.positions[vertex as usize].flags & (BORDER | HUB) == BORDER;
+    let p0 = stars.positions[vertex as usize].xyz();
     for &f in stars.ring(vertex) {
         let face = stars.faces[f as usize];
-        let n = face_normal(face, stars);
+        let n = normal_from(vertex, p0, face, stars);
         let n_sq = dot3(n, n);
         if n_sq > NO_AREA {
             // |n| is twice the area: area·(n/|n|)(n/|n|)ᵀ = n nᵀ/(2|n|).

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::backend::row;
+use crate::backend::{Constant, row};
 use crate::math::Vec3;
 use crate::math::exact::Sym3;
 
@@ -10,6 +10,25 @@ use crate::math::exact::Sym3;
 pub const BORDER: u32 = 1;
 /// A vertex may neither move nor vanish: others may only contract onto it.
 pub const LOCKED: u32 = 2;
+/// A vertex has more than [`HUB_FACES`] faces and takes part in no contraction.
+pub const HUB: u32 = 4;
+/// Faces around a vertex past which it is a hub: work at a vertex grows with its ring, and a ring of thousands shrinks by
+/// the pairs on its rim. Real meshes stay below 100.
+pub const HUB_FACES: u32 = 512;
+
+/// The flags under their names in WGSL.
+pub const FLAGS: &[(&str, Constant)] = &[
+    ("BORDER", Constant::U32(BORDER)),
+    ("LOCKED", Constant::U32(LOCKED)),
+    ("HUB", Constant::U32(HUB)),
+    ("HUB_FACES", Constant::U32(HUB_FACES)),
+];
+
+/// The flags of a vertex that now has this many faces.
+#[inline(always)]
+pub fn with_hub(flags: u32, faces: u32) -> u32 {
+    if faces > HUB_FACES { flags | HUB } else { flags & !HUB }
+}
 
 /// A vertex position in the normalized frame (mean edge length about 1), with its flags.
 #[repr(C)]
@@ -21,7 +40,7 @@ pub struct Position {
     pub y: f32,
     /// Coordinate along the third axis.
     pub z: f32,
-    /// [`BORDER`] and [`LOCKED`].
+    /// [`BORDER`], [`LOCKED`] and [`HUB`].
     pub flags: u32,
 }
 

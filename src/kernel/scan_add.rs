@@ -43,7 +43,7 @@ impl Kernel for ScanAdd<'_> {
 
     fn run_cpu(&mut self) {
         let values = &mut self.values.host_mut()[..self.count as usize];
-        values.par_chunks_mut(SCAN_BLOCK as usize).zip(self.sums.host()).with_min_len(16).for_each(|(block, &sum)| {
+        values.par_chunks_mut(SCAN_BLOCK as usize).zip(self.sums.host()).with_min_len(256).for_each(|(block, &sum)| {
             for value in block {
                 *value += sum;
             }

@@ -23,20 +23,20 @@ impl<'a> Stars<'a> {
     pub fn ring(&self, vertex: u32) -> &'a [u32] {
         &self.ring_faces[self.ring_starts[vertex as usize] as usize..self.ring_starts[vertex as usize + 1] as usize]
     }
-
-    /// How many faces are around a vertex.
-    #[inline(always)]
-    pub fn ring_length(&self, vertex: u32) -> u32 {
-        self.ring_starts[vertex as usize + 1] - self.ring_starts[vertex as usize]
-    }
 }
 
-/// n = (p1−p0)×(p2−p0): twice the area, along the normal.
+/// n = (p1−p0)×(p2−p0): twice the area, along the normal. `p0` is the position of `vertex`, a corner of the face.
 #[inline(always)]
-pub fn face_normal(face: Face, stars: &Stars<'_>) -> Vec3 {
-    let p0 = stars.positions[face.a as usize].xyz();
-    let p1 = stars.positions[face.b as usize].xyz();
-    let p2 = stars.positions[face.c as usize].xyz();
+pub fn normal_from(vertex: u32, p0: Vec3, face: Face, stars: &Stars<'_>) -> Vec3 {
+    let next = if face.a == vertex {
+        [face.b, face.c]
+    } else if face.b == vertex {
+        [face.c, face.a]
+    } else {
+        [face.a, face.b]
+    };
+    let p1 = stars.positions[next[0] as usize].xyz();
+    let p2 = stars.positions[next[1] as usize].xyz();
     cross3(sub3(p1, p0), sub3(p2, p0))
 }
 

@@ -6,10 +6,9 @@
 
 use rayon::prelude::*;
 
-use super::pairs::HUB;
-use super::rows::{BORDER, BorderSum, Face, Position, VolumeSum};
+use super::rows::{BORDER, BorderSum, FLAGS, Face, HUB, Position, VolumeSum};
 use super::split::CHUNK;
-use super::stars::{Stars, face_normal, faces_with};
+use super::stars::{Stars, faces_with, normal_from};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
 use crate::math::exact::{Sym3, add3, dot3, outer, sub3, sym_add, sym_sub};
@@ -52,8 +51,9 @@ pub fn border_term(e: Vec3) -> Sym3 {
 fn volume_sum(vertex: u32, stars: &Stars<'_>) -> VolumeSum {
     let mut matrix = Sym3::default();
     let mut normal = Vec3::ZERO;
+    let p0 = stars.positions[vertex as usize].xyz();
     for &f in stars.ring(vertex) {
-        let n = face_normal(stars.faces[f as usize], stars);
+        let n = normal_from(vertex, p0, stars.faces[f as usize], stars);
         matrix = sym_add(matrix, outer(n));
         normal = add3(normal, n);
     }
@@ -91,8 +91,7 @@ impl Kernel for VolumeSums<'_> {
         &[include_str!("../../shaders/shared/stars.wgsl"), include_str!("../../shaders/shared/border_term.wgsl")];
     type Params = Params;
     const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
-    const CONSTANTS: &'static [(&'static str, Constant)] =
-        &[("BORDER", Constant::U32(BORDER)), ("HUB", Constant::U32(HUB))];
+    const CONSTANTS: &'static [(&'static str, Constant)] = FLAGS;
 
     fn params(&self) -> Params {
         Params { count: self.vertex_count, has_border: u32::from(self.borders.len() > 1) }
@@ -125,7 +124,7 @@ impl Kernel for VolumeSums<'_> {
         sums.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(vertex, sum)| {
             let vertex = vertex as u32;
             *sum = VolumeSum::default();
-            if stars.ring_length(vertex) <= HUB {
+            if stars.positions[vertex as usize].flags & HUB == 0 {
                 *sum = volume_sum(vertex, &stars);
             }
         });
@@ -134,7 +133,7 @@ impl Kernel for VolumeSums<'_> {
             borders.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(vertex, border)| {
                 let vertex = vertex as u32;
                 *border = BorderSum::default();
-                if stars.ring_length(vertex) <= HUB && stars.positions[vertex as usize].flags & BORDER != 0 {
+                if stars.positions[vertex as usize].flags & (BORDER | HUB) == BORDER {
                     *border = border_sum(vertex, &stars);
                 }
             });
