@@ -1,4 +1,4 @@
-//! Contracting the candidates of a round in ascending order, each on the state that the ones before it left.
+//! Contracting the selected pairs of a round one after the other, each on the state that the ones before it left.
 //!
 //! # Invariants
 //! - No vertex is an end of two contractions of a round; rings of unused ends are therefore those of its start.
@@ -92,7 +92,7 @@ impl Committer {
         Self { rules, star: Star::default(), marks: Marks::new(vertex_count), deviation_sq: 0.0 }
     }
 
-    /// Contracts the legal ones among `candidates` in order until `most_faces` faces are gone.
+    /// Contracts the legal ones among `candidates`, in order, until `most_faces` faces are gone; no vertex twice.
     ///
     /// Interior pairs remove two faces and border pairs one. Where one face is left to remove, only a border pair will
     /// do; with `may_overshoot` an interior one takes one face more than asked if no border pair did.
@@ -103,29 +103,44 @@ impl Committer {
         candidates: &[Candidate],
         most_faces: usize,
         may_overshoot: bool,
-    ) -> Committed {
-        let mut committed = Committed::default();
+        committed: &mut Committed,
+    ) {
         let mut overshooting = None;
         for (i, candidate) in candidates.iter().enumerate() {
-            let left = most_faces - committed.faces_removed;
+            let left = most_faces.saturating_sub(committed.faces_removed);
             if left == 0 {
-                return committed;
+                return;
             }
             if left == 1 && !self.removes_one(surface, *candidate) {
                 overshooting = overshooting.or(Some(i));
                 continue;
             }
-            self.attempt(surface, carried, *candidate, &mut committed);
+            self.attempt(surface, carried, *candidate, committed);
         }
         if let Some(first) = overshooting.filter(|_| may_overshoot) {
             for candidate in &candidates[first..] {
                 if committed.faces_removed >= most_faces {
                     break;
                 }
-                self.attempt(surface, carried, *candidate, &mut committed);
+                self.attempt(surface, carried, *candidate, committed);
             }
         }
-        committed
+    }
+
+    /// Contracts the legal ones among `selected`, all of which fit the budget and no two of which share an end.
+    ///
+    /// Does not count refusals: [`Committer::commit`] meets them again.
+    pub fn commit_all(
+        &mut self,
+        surface: &mut Surface,
+        carried: &mut Carried,
+        selected: &[Candidate],
+        committed: &mut Committed,
+    ) {
+        for &candidate in selected {
+            self.attempt(surface, carried, candidate, committed);
+        }
+        committed.blocked = Blocked::default();
     }
 
     fn removes_one(&self, surface: &Surface, candidate: Candidate) -> bool {

@@ -6,10 +6,10 @@ mod driver;
 mod evaluate;
 mod filter;
 mod frame;
-mod order;
 mod placement;
 mod prepare;
 mod scan;
+mod select;
 mod star;
 mod surface;
 
