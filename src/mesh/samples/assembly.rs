@@ -17,13 +17,24 @@ const REACH: f64 = 1.55;
 pub fn assembly(faces: usize) -> Mesh {
     let part_count = (faces / PART_FACES).max(4);
     let row = (part_count as f64).sqrt().ceil() as usize;
-    let parts: Vec<Mesh> = (0..part_count)
-        .into_par_iter()
+    // Parts come in steps of whole bands: each makes up for what the ones before it left.
+    let mut made = 0;
+    let wanted: Vec<(Profile, u32, usize)> = (0..part_count)
         .map(|i| {
-            // Sizes differ from part to part; shares of the whole, so that the sum comes out.
-            let share = |i: usize| i * faces / part_count;
+            let profile = profile(i as u32);
+            let wanted = ((i + 1) * faces / part_count).saturating_sub(made);
+            // Steps around that both triangles and squares divide, about as long as the bands are high.
+            let count = (((wanted as f64 * 0.75).sqrt() / 12.0).round() as u32).max(1) * 12;
+            made += profile.faces(count, wanted);
+            (profile, count, wanted)
+        })
+        .collect();
+    let parts: Vec<Mesh> = wanted
+        .into_par_iter()
+        .enumerate()
+        .map(|(i, (profile, count, wanted))| {
             let place = DVec3::new((i % row) as f64, (i / row) as f64, 0.0) * 2.0 * REACH;
-            placed(part(i as u32, share(i + 1) - share(i)), i as u32, place)
+            placed(profile.turn(count, wanted), i as u32, place)
         })
         .collect();
     let mut mesh = Mesh::default();
@@ -35,8 +46,7 @@ pub fn assembly(faces: usize) -> Mesh {
     mesh
 }
 
-fn part(i: u32, faces: usize) -> Mesh {
-    let size = 0.75 + 0.25 * random(i * 4);
+fn profile(i: u32) -> Profile {
     let (rows, is_ring) = match i % 6 {
         0 => {
             let (head, shank) = (Regular(6, 0.6), Round(0.34));
@@ -65,23 +75,18 @@ fn part(i: u32, faces: usize) -> Mesh {
             (vec![(-0.2, plate), (0.1, plate), (0.1, Round(0.45)), (1.1, Round(0.3))], false)
         }
     };
-    // Steps around that both triangles and squares divide, about as long as the bands are high.
-    let count = (((faces as f64 * 0.75).sqrt() / 12.0).round() as u32).max(1) * 12;
-    let mut mesh = Profile { rows, is_ring }.turn(count, faces);
-    for p in &mut mesh.positions {
-        *p *= size;
-    }
-    mesh
+    Profile { rows, is_ring }
 }
 
-/// Turned by chance and moved.
+/// Scaled and turned by chance, and moved.
 fn placed(mut mesh: Mesh, i: u32, place: DVec3) -> Mesh {
     let [x, y, z] = [1, 2, 3].map(|k| random(i * 4 + k) - 0.5);
     let axis = (DVec3::new(x, y, z) + DVec3::Z * 0.01).normalize_or(DVec3::Z);
+    let size = 0.75 + 0.25 * random(i * 4);
     let side = axis.any_orthonormal_vector();
     let turn = DMat3::from_cols(side, axis.cross(side), axis);
     for p in &mut mesh.positions {
-        *p = turn * *p + place;
+        *p = turn * *p * size + place;
     }
     mesh
 }

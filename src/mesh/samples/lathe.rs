@@ -50,11 +50,20 @@ impl Profile {
         self.rows.len() - usize::from(!self.is_ring)
     }
 
+    /// Bands of 2·count faces, at least one a segment. The two end caps of a solid have the faces of one band.
+    fn bands(&self, count: u32, faces: usize) -> usize {
+        let bands = (faces as f64 / f64::from(2 * count)).round() as usize;
+        bands.saturating_sub(usize::from(!self.is_ring)).max(self.segments())
+    }
+
+    /// The faces that [`Profile::turn`] will make.
+    pub fn faces(&self, count: u32, faces: usize) -> usize {
+        2 * count as usize * (self.bands(count, faces) + usize::from(!self.is_ring))
+    }
+
     /// The mesh with `count` steps around and about `faces` faces: F is a multiple of 2·count.
     pub fn turn(&self, count: u32, faces: usize) -> Mesh {
-        let bands = (faces as f64 / f64::from(2 * count)).round() as usize;
-        // The two end caps of a solid have the faces of one band.
-        let divisions = self.divisions(bands.saturating_sub(usize::from(!self.is_ring)));
+        let divisions = self.divisions(self.bands(count, faces));
         let mut mesh = Mesh::default();
         for (segment, &parts) in divisions.iter().enumerate() {
             let (below, above) = (self.rows[segment], self.rows[(segment + 1) % self.rows.len()]);

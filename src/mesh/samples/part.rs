@@ -106,6 +106,8 @@ impl Grid {
             }
         }
         profile.push((INNER, THICKNESS));
+        // Sheets face out where their rows go up outside.
+        profile.reverse();
         add_grid(soup, profile.len() as u32, count + 1, |row, i| {
             let (r, z) = profile[row as usize];
             polar(r, i, count, z)

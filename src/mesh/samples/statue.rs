@@ -32,43 +32,63 @@ pub fn statue(faces: usize) -> Mesh {
 /// Moves every vertex to the middle of its neighbors, which evens out the slivers that marching leaves.
 fn relax(mesh: Mesh) -> Mesh {
     let rings = Rings::new(&mesh.faces, mesh.positions.len());
-    let middle = |v: usize| {
-        let ring = rings.ring(v as u32);
-        let corners = ring.iter().flat_map(|&f| mesh.faces[f as usize]).map(|corner| mesh.positions[corner as usize]);
-        let sum: DVec3 = corners.sum();
-        let count = ring.len() as f64;
-        (sum - mesh.positions[v] * count) / (2.0 * count)
-    };
-    let positions = (0..mesh.positions.len()).into_par_iter().map(middle).collect();
+    let positions = (0..mesh.positions.len()).into_par_iter().map(|v| middle(&mesh, rings.ring(v as u32), v)).collect();
     Mesh { positions, ..mesh }
+}
+
+/// The mean of the neighbors of `vertex`.
+fn middle(mesh: &Mesh, ring: &[u32], vertex: usize) -> DVec3 {
+    let corners = ring.iter().flat_map(|&f| mesh.faces[f as usize]).map(|corner| mesh.positions[corner as usize]);
+    let (sum, count) = (corners.sum::<DVec3>(), ring.len() as f64);
+    (sum - mesh.positions[vertex] * count) / (2.0 * count)
 }
 
 /// Puts the vertices back on the smooth form, then displaces and colors them.
 fn carve(mesh: Mesh, cell: f64) -> Mesh {
-    let (positions, colors) = mesh
-        .positions
-        .par_iter()
-        .map(|&p| {
-            let step = cell * 0.05;
-            let here = bust(p);
-            let slope = DVec3::new(
-                bust(p + DVec3::X * step) - here,
-                bust(p + DVec3::Y * step) - here,
-                bust(p + DVec3::Z * step) - here,
-            ) / step;
-            let normal = slope / slope.length().max(0.3);
-            let back = (-here / slope.length().max(0.3)).clamp(-0.5 * cell, 0.5 * cell);
-            let p = p + normal * back;
-            let (relief, depth) = relief(p);
-            (p + normal * relief, color(p, depth))
-        })
-        .unzip();
-    Mesh { positions, colors: Some(colors), ..mesh }
+    let rings = Rings::new(&mesh.faces, mesh.positions.len());
+    let carve_vertex = |v: usize| {
+        let ring = rings.ring(v as u32);
+        let normal = ring.iter().map(|&f| mesh.cross(mesh.faces[f as usize])).sum::<DVec3>().normalize_or_zero();
+        // Coarse meshes cannot follow what is finer than they are: bounded moves keep their faces from folding.
+        let back = (-bust(mesh.positions[v])).clamp(-0.3 * cell, 0.3 * cell);
+        let p = mesh.positions[v] + normal * back;
+        let (relief, depth) = relief(p);
+        (p + normal * relief.clamp(-0.4 * cell, cell), color(p, depth))
+    };
+    let (positions, colors) = (0..mesh.positions.len()).into_par_iter().map(carve_vertex).unzip();
+    let mut carved = Mesh { positions, colors: Some(colors), ..mesh };
+    unfold(&mut carved, &rings);
+    carved
+}
+
+/// Smooths the few vertices whose faces the carving has turned sharply against each other.
+fn unfold(mesh: &mut Mesh, rings: &Rings) {
+    for _ in 0..10 {
+        let sharp: Vec<u32> =
+            (0..mesh.positions.len() as u32).into_par_iter().filter(|&v| is_sharp(mesh, rings.ring(v))).collect();
+        if sharp.is_empty() {
+            return;
+        }
+        let moved: Vec<DVec3> = sharp.iter().map(|&v| middle(mesh, rings.ring(v), v as usize)).collect();
+        for (&v, p) in sharp.iter().zip(moved) {
+            mesh.positions[v as usize] = p;
+        }
+    }
+}
+
+/// Whether two faces of a ring are more than 150° apart, or one has next to no area.
+fn is_sharp(mesh: &Mesh, ring: &[u32]) -> bool {
+    let normal = |&f: &u32| mesh.cross(mesh.faces[f as usize]).normalize_or_zero();
+    let mean = ring.iter().map(normal).sum::<DVec3>().normalize_or_zero();
+    ring.iter().any(|f| normal(f).dot(mean) < -0.1)
 }
 
 /// The distance to the smooth form, nearly: negative inside.
 fn bust(p: DVec3) -> f64 {
-    blend(head(turned(p)), torso(p), 0.10)
+    let head = head(turned(p));
+    // What is farther than the blend reaches changes nothing.
+    let torso_at = DVec3::new(0.0, 0.1, -1.5);
+    if p.distance(torso_at) - 1.15 > head + 0.1 { head } else { blend(head, torso(p), 0.10) }
 }
 
 /// Into the coordinates of the head, which is turned above the collar bones.
@@ -84,39 +104,47 @@ fn head(q: DVec3) -> f64 {
     // Left and right alike.
     let m = DVec3::new(q.x.abs(), q.y, q.z);
     let at = DVec3::new;
+    // Jaw from under the ear to the chin, neck and its two strands.
     let mut d = ellipsoid(m, at(0.0, 0.07, 0.17), at(0.42, 0.52, 0.45));
     d = blend(d, ellipsoid(m, at(0.0, -0.14, -0.14), at(0.325, 0.36, 0.47)), 0.12);
-    // Jaw: from under the ear to the chin.
     d = blend(d, capsule(m, at(0.25, 0.02, -0.24), at(0.07, -0.33, -0.47), [0.09, 0.10]), 0.14);
-    d = blend(d, ellipsoid(m, at(0.0, -0.40, -0.46), at(0.11, 0.10, 0.10)), 0.10);
-    // Cheek bone.
+    d = blend(d, capsule(m, at(0.0, 0.10, -0.35), at(0.0, 0.14, -1.1), [0.23, 0.25]), 0.10);
+    d = blend(d, capsule(m, at(0.27, 0.12, -0.32), at(0.06, -0.14, -0.98), [0.05, 0.05]), 0.09);
+    // The finer parts matter only near them: their blends are at most 0.12 wide.
+    let beyond = |d: f64, center: DVec3, radius: f64| m.distance(center) - radius > d.abs() + 0.12;
+    if !beyond(d, at(0.12, -0.42, -0.16), 0.46) {
+        d = face(m, d);
+    }
+    if !beyond(d, at(0.41, 0.06, -0.04), 0.19) {
+        // Ear: a shell with a hollow and a lobe.
+        let shell = ellipsoid(m, at(0.405, 0.08, -0.02), at(0.05, 0.085, 0.135));
+        let shell = carve_out(shell, ellipsoid(m, at(0.465, 0.06, 0.0), at(0.03, 0.045, 0.085)), 0.03);
+        d = blend(d, shell, 0.04);
+        d = blend(d, ellipsoid(m, at(0.385, 0.04, -0.15), at(0.03, 0.04, 0.045)), 0.04);
+    }
+    d
+}
+
+fn face(m: DVec3, d: f64) -> f64 {
+    let at = DVec3::new;
+    // Chin, cheek bone.
+    let mut d = blend(d, ellipsoid(m, at(0.0, -0.40, -0.46), at(0.11, 0.10, 0.10)), 0.10);
     d = blend(d, capsule(m, at(0.17, -0.36, -0.09), at(0.29, -0.16, -0.04), [0.07, 0.06]), 0.12);
     // Eye sockets, then what lies in them.
-    d = carve_out(d, ellipsoid(m, at(0.145, -0.52, 0.02), at(0.115, 0.12, 0.075)), 0.10);
-    d = blend(d, ellipsoid(m, at(0.145, -0.39, 0.0), at(0.085, 0.07, 0.062)), 0.015);
-    d = blend(d, capsule(m, at(0.06, -0.455, 0.005), at(0.225, -0.405, 0.0), [0.012, 0.012]), 0.02);
+    d = carve_out(d, ellipsoid(m, at(0.145, -0.52, 0.015), at(0.10, 0.11, 0.07)), 0.10);
+    d = blend(d, ellipsoid(m, at(0.145, -0.375, 0.0), at(0.085, 0.075, 0.062)), 0.05);
     // Brows.
-    d = blend(d, capsule(m, at(0.05, -0.475, 0.095), at(0.19, -0.445, 0.125), [0.034, 0.034]), 0.07);
-    d = blend(d, capsule(m, at(0.19, -0.445, 0.125), at(0.285, -0.34, 0.075), [0.034, 0.022]), 0.07);
-    // Nose: ridge, tip, wings, nostrils.
-    d = blend(d, capsule(m, at(0.0, -0.475, 0.10), at(0.0, -0.605, -0.125), [0.030, 0.045]), 0.05);
-    d = blend(d, ellipsoid(m, at(0.0, -0.595, -0.14), at(0.05, 0.06, 0.045)), 0.04);
-    d = blend(d, ellipsoid(m, at(0.05, -0.54, -0.155), at(0.035, 0.05, 0.035)), 0.03);
-    d = carve_out(d, ellipsoid(m, at(0.028, -0.58, -0.19), at(0.016, 0.025, 0.025)), 0.02);
-    // Lips, the line between them, and the hollow below.
+    d = blend(d, capsule(m, at(0.05, -0.465, 0.09), at(0.17, -0.445, 0.115), [0.030, 0.034]), 0.09);
+    d = blend(d, capsule(m, at(0.17, -0.445, 0.115), at(0.275, -0.34, 0.075), [0.034, 0.022]), 0.09);
+    // Nose: ridge, tip, wings.
+    d = blend(d, capsule(m, at(0.0, -0.465, 0.10), at(0.0, -0.595, -0.125), [0.032, 0.045]), 0.07);
+    d = blend(d, ellipsoid(m, at(0.0, -0.585, -0.14), at(0.05, 0.06, 0.045)), 0.05);
+    d = blend(d, ellipsoid(m, at(0.05, -0.53, -0.155), at(0.035, 0.05, 0.035)), 0.05);
+    // Lips on their mound, and the hollow below.
     d = blend(d, ellipsoid(m, at(0.0, -0.475, -0.30), at(0.14, 0.06, 0.10)), 0.08);
-    d = blend(d, capsule(m, at(0.025, -0.535, -0.268), at(0.105, -0.475, -0.292), [0.022, 0.010]), 0.03);
-    d = blend(d, capsule(m, at(0.0, -0.525, -0.325), at(0.075, -0.485, -0.315), [0.026, 0.012]), 0.03);
-    d = carve_out(d, capsule(m, at(0.0, -0.557, -0.294), at(0.125, -0.480, -0.300), [0.009, 0.007]), 0.02);
-    d = carve_out(d, ellipsoid(m, at(0.0, -0.55, -0.385), at(0.10, 0.05, 0.03)), 0.06);
-    // Ear: a shell with a hollow and a lobe.
-    let shell = ellipsoid(m, at(0.405, 0.08, -0.02), at(0.045, 0.085, 0.135));
-    let shell = carve_out(shell, ellipsoid(m, at(0.455, 0.06, 0.0), at(0.03, 0.045, 0.085)), 0.02);
-    d = blend(d, shell, 0.03);
-    d = blend(d, ellipsoid(m, at(0.385, 0.04, -0.15), at(0.03, 0.04, 0.045)), 0.03);
-    // Neck with its two strands.
-    d = blend(d, capsule(m, at(0.0, 0.10, -0.35), at(0.0, 0.14, -1.1), [0.23, 0.25]), 0.10);
-    blend(d, capsule(m, at(0.27, 0.12, -0.32), at(0.06, -0.14, -0.98), [0.05, 0.05]), 0.09)
+    d = blend(d, capsule(m, at(0.025, -0.53, -0.268), at(0.10, -0.475, -0.290), [0.022, 0.012]), 0.04);
+    d = blend(d, capsule(m, at(0.0, -0.52, -0.325), at(0.075, -0.485, -0.313), [0.026, 0.014]), 0.04);
+    carve_out(d, ellipsoid(m, at(0.0, -0.55, -0.385), at(0.10, 0.05, 0.03)), 0.06)
 }
 
 fn torso(p: DVec3) -> f64 {
@@ -128,8 +156,8 @@ fn torso(p: DVec3) -> f64 {
     d = blend(d, ellipsoid(m, at(0.27, -0.12, -1.40), at(0.29, 0.17, 0.22)), 0.15);
     d = blend(d, capsule(m, at(0.06, -0.20, -1.05), at(0.55, -0.02, -1.02), [0.035, 0.04]), 0.08);
     // A mantle from one shoulder across.
-    let mantle = capsule(p, at(0.62, -0.10, -1.06), at(-0.42, -0.26, -1.58), [0.15, 0.12]);
-    d = blend(d, mantle, 0.07);
+    let mantle = capsule(p, at(0.56, -0.02, -1.02), at(-0.40, -0.22, -1.55), [0.15, 0.12]);
+    d = blend(d, mantle, 0.12);
     // Cut to the shape of a bust: rounded below.
     let cut = ellipsoid(m, at(0.0, 0.12, -1.05), at(0.93, 0.62, 0.72));
     d = blend_max(d, cut, 0.05);
@@ -161,14 +189,28 @@ fn relief(p: DVec3) -> (f64, f64) {
         out += hair * (0.022 + 0.034 * lock + 0.011 * strand);
         depth += hair * (1.0 - 0.6 * lock - 0.4 * strand);
     }
-    // Folds of the mantle, running along it, on the body below the neck.
-    let cloth = smoothstep(-1.02, -1.16, p.z) * smoothstep(-1.72, -1.62, p.z);
+    // Lids around the blank eyes, the line of the mouth, nostrils.
+    let m = DVec3::new(q.x.abs(), q.y, q.z);
+    if m.y < -0.36 && m.distance(DVec3::new(0.1, -0.46, -0.14)) < 0.36 {
+        let eye = DVec3::new((m.x - 0.142) / 0.082, (m.z + 0.004) / 0.042, 0.0).length();
+        let lid = smoothstep(0.35, 0.0, (eye - 1.0).abs());
+        let mouth = DVec3::new((m.x / 0.125).powi(4), (m.z + 0.294 - 0.25 * m.x * m.x) / 0.010, 0.0).length();
+        let mouth = smoothstep(1.3, 0.2, mouth);
+        let nostril = DVec3::new((m.x - 0.030) / 0.017, (m.y + 0.56) / 0.03, (m.z + 0.185) / 0.022).length();
+        let nostril = smoothstep(1.4, 0.4, nostril);
+        out += 0.010 * lid - 0.011 * mouth - 0.016 * nostril;
+        depth += mouth + nostril;
+    }
+    // A tunic: folds sag from both shoulders, below a round neckline with a hem.
+    let neckline = DVec3::new(p.x, p.y + 0.10, (p.z + 0.86) * 0.9).length() + 0.012 * noise(p * 6.0);
+    let cloth = smoothstep(0.45, 0.475, neckline) * smoothstep(-0.86, -0.98, p.z) * smoothstep(-1.74, -1.62, p.z);
     if cloth > 0.0 {
-        let across = p.x * 0.45 + p.z * 0.9;
-        let hang = 0.12 * noise(p * 2.2) + 0.05 * noise(p * 5.0 + DVec3::splat(3.3));
-        let fold = wave((across + hang) * 4.6);
-        out += cloth * 0.036 * (fold - 0.4);
-        depth += cloth * (1.0 - fold) * 0.7;
+        let sag = DVec3::new(p.x.abs() - 0.72, 0.35 * p.y, p.z + 0.80).length();
+        let hang = 0.16 * noise(p * 1.9) + 0.05 * noise(p * 4.3 + DVec3::splat(3.3));
+        let fold = wave((sag + hang) * 6.5);
+        let hem = smoothstep(0.05, 0.02, (neckline - 0.50).abs());
+        out += cloth * (0.012 + 0.034 * fold * (1.0 - hem) + 0.016 * hem);
+        depth += cloth * (1.0 - fold) * (1.0 - hem) * 0.7;
     }
     let weather = 0.0035 * fractal(p * 7.0, 4);
     let scan = 0.0006 * fractal(p * 90.0, 3);
