@@ -12,6 +12,7 @@ mod disjoint;
 mod near;
 pub mod orient;
 mod point_table;
+pub mod samples;
 pub mod shapes;
 pub mod topology;
 pub mod validate;
@@ -19,6 +20,7 @@ pub mod weld;
 
 pub use adjacency::Rings;
 pub use orient::orient;
+pub use samples::{SAMPLES, parse_sample, sample};
 pub use topology::{Topology, complex_vertices, topology};
 pub use validate::{Defect, validate};
 pub use weld::{Welded, weld};
