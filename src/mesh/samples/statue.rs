@@ -4,30 +4,34 @@ use rayon::prelude::*;
 
 use super::super::{Mesh, Rings};
 use super::march::Lattice;
-use super::noise::{fractal, noise, smoothstep, wave};
+use super::noise::{fractal, noise, random, smoothstep, wave};
 use crate::math::{DVec3, Vec3};
 
 /// A bust of about `faces` faces, 3 high, looking along -y with its head turned, with vertex colors. One closed part of genus 0.
 pub fn statue(faces: usize) -> Mesh {
-    let lattice = |cell| Lattice { low: DVec3::new(-1.28, -1.28, -2.28), side: 3.2, cell };
-    // A closed surface of area A has about 9.3 faces a cell² of it; the bust has A = 8. Measured counts then correct the cell.
-    let trial = faces.min(40_000);
+    let lattice = |cell| Lattice { low: DVec3::new(-1.28, -1.28, -2.28), side: 3.4, cell };
+    let off = |mesh: &Mesh| mesh.faces.len() as f64 / faces as f64;
+    // A cell² of a surface has about 9.3 faces, and the bust's area is 8. A trial then corrects the cell; it sees a little less
+    // area than a finer mesh does, hence the last factor.
+    let trial = faces.min(TRIAL_FACES);
     let mut cell = (75.0 / trial as f64).sqrt();
     let mut mesh = lattice(cell).surface(&bust);
-    if trial < faces {
-        cell *= (mesh.faces.len() as f64 / faces as f64).sqrt();
-        mesh = lattice(cell).surface(&bust);
-    }
-    for _ in 0..12 {
-        let ratio = mesh.faces.len() as f64 / faces as f64;
-        if (ratio - 1.0).abs() < 0.015 {
+    cell *= off(&mesh).sqrt() * if trial < faces { 1.006 } else { 1.0 };
+    mesh = lattice(cell).surface(&bust);
+    // The counts of coarse lattices jump: shift the lattice until one fits.
+    for shift in 1..100 {
+        if (off(&mesh) - 1.0).abs() < 0.018 {
             break;
         }
-        cell *= ratio.sqrt();
-        mesh = lattice(cell).surface(&bust);
+        cell *= off(&mesh).sqrt();
+        let lattice = lattice(cell);
+        mesh = Lattice { low: lattice.low - 0.5 * cell * random(shift), ..lattice }.surface(&bust);
     }
     carve(relax(mesh), cell)
 }
+
+/// Enough for the count to tell the area to a percent, little enough to cost next to nothing.
+const TRIAL_FACES: usize = 40_000;
 
 /// Moves every vertex to the middle of its neighbors, which evens out the slivers that marching leaves.
 fn relax(mesh: Mesh) -> Mesh {
@@ -53,7 +57,7 @@ fn carve(mesh: Mesh, cell: f64) -> Mesh {
         let back = (-bust(mesh.positions[v])).clamp(-0.3 * cell, 0.3 * cell);
         let p = mesh.positions[v] + normal * back;
         let (relief, depth) = relief(p);
-        (p + normal * relief.clamp(-0.4 * cell, cell), color(p, depth))
+        (p + normal * relief * (0.06 / cell).min(1.0), color(p, depth))
     };
     let (positions, colors) = (0..mesh.positions.len()).into_par_iter().map(carve_vertex).unzip();
     let mut carved = Mesh { positions, colors: Some(colors), ..mesh };
@@ -61,26 +65,40 @@ fn carve(mesh: Mesh, cell: f64) -> Mesh {
     carved
 }
 
-/// Smooths the few vertices whose faces the carving has turned sharply against each other.
+/// Smooths the few places where the carving has turned faces sharply against each other.
 fn unfold(mesh: &mut Mesh, rings: &Rings) {
-    for _ in 0..10 {
-        let sharp: Vec<u32> =
-            (0..mesh.positions.len() as u32).into_par_iter().filter(|&v| is_sharp(mesh, rings.ring(v))).collect();
+    let mut suspects: Vec<u32> = (0..mesh.positions.len() as u32).collect();
+    for _ in 0..30 {
+        let sharp: Vec<u32> = suspects.into_par_iter().filter(|&v| is_sharp(mesh, rings.ring(v))).collect();
         if sharp.is_empty() {
             return;
         }
-        let moved: Vec<DVec3> = sharp.iter().map(|&v| middle(mesh, rings.ring(v), v as usize)).collect();
-        for (&v, p) in sharp.iter().zip(moved) {
+        // Their neighbors move along, or they would hold a deep fold open.
+        let around = widened(mesh, rings, &sharp);
+        let moved: Vec<DVec3> = around.iter().map(|&v| middle(mesh, rings.ring(v), v as usize)).collect();
+        for (&v, p) in around.iter().zip(moved) {
             mesh.positions[v as usize] = p;
         }
+        suspects = widened(mesh, rings, &around);
     }
 }
 
-/// Whether two faces of a ring are more than 150° apart, or one has next to no area.
+/// The vertices and their neighbors, ascending.
+fn widened(mesh: &Mesh, rings: &Rings, vertices: &[u32]) -> Vec<u32> {
+    let mut wide: Vec<u32> =
+        vertices.iter().flat_map(|&v| rings.ring(v)).flat_map(|&f| mesh.faces[f as usize]).collect();
+    wide.sort_unstable();
+    wide.dedup();
+    wide
+}
+
+/// Whether two faces of a ring are turned more than 140° against each other, or one has no area.
 fn is_sharp(mesh: &Mesh, ring: &[u32]) -> bool {
     let normal = |&f: &u32| mesh.cross(mesh.faces[f as usize]).normalize_or_zero();
-    let mean = ring.iter().map(normal).sum::<DVec3>().normalize_or_zero();
-    ring.iter().any(|f| normal(f).dot(mean) < -0.1)
+    ring.iter().enumerate().any(|(i, f)| {
+        let one = normal(f);
+        one == DVec3::ZERO || ring[..i].iter().any(|other| one.dot(normal(other)) < -0.77)
+    })
 }
 
 /// The distance to the smooth form, nearly: negative inside.
@@ -134,8 +152,8 @@ fn face(m: DVec3, d: f64) -> f64 {
     d = carve_out(d, ellipsoid(m, at(0.145, -0.52, 0.015), at(0.10, 0.11, 0.07)), 0.10);
     d = blend(d, ellipsoid(m, at(0.145, -0.375, 0.0), at(0.085, 0.075, 0.062)), 0.05);
     // Brows.
-    d = blend(d, capsule(m, at(0.05, -0.465, 0.09), at(0.17, -0.445, 0.115), [0.030, 0.034]), 0.09);
-    d = blend(d, capsule(m, at(0.17, -0.445, 0.115), at(0.275, -0.34, 0.075), [0.034, 0.022]), 0.09);
+    d = blend(d, capsule(m, at(0.05, -0.455, 0.085), at(0.17, -0.430, 0.105), [0.026, 0.028]), 0.09);
+    d = blend(d, capsule(m, at(0.17, -0.430, 0.105), at(0.27, -0.34, 0.07), [0.028, 0.020]), 0.09);
     // Nose: ridge, tip, wings.
     d = blend(d, capsule(m, at(0.0, -0.465, 0.10), at(0.0, -0.595, -0.125), [0.032, 0.045]), 0.07);
     d = blend(d, ellipsoid(m, at(0.0, -0.585, -0.14), at(0.05, 0.06, 0.045)), 0.05);
@@ -203,7 +221,7 @@ fn relief(p: DVec3) -> (f64, f64) {
     }
     // A tunic: folds sag from both shoulders, below a round neckline with a hem.
     let neckline = DVec3::new(p.x, p.y + 0.10, (p.z + 0.86) * 0.9).length() + 0.012 * noise(p * 6.0);
-    let cloth = smoothstep(0.45, 0.475, neckline) * smoothstep(-0.86, -0.98, p.z) * smoothstep(-1.74, -1.62, p.z);
+    let cloth = smoothstep(0.44, 0.48, neckline) * smoothstep(-0.86, -0.98, p.z) * smoothstep(-1.74, -1.62, p.z);
     if cloth > 0.0 {
         let sag = DVec3::new(p.x.abs() - 0.72, 0.35 * p.y, p.z + 0.80).length();
         let hang = 0.16 * noise(p * 1.9) + 0.05 * noise(p * 4.3 + DVec3::splat(3.3));

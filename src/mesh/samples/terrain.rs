@@ -44,10 +44,10 @@ fn height(x: f64, y: f64) -> f64 {
         let ridge = ridge * ridge * weight;
         sum += ridge * scale;
         weight = (ridge * 1.6).clamp(0.0, 1.0);
-        scale *= 0.48;
+        scale *= 0.44;
         at = at * 2.07 + DVec3::new(11.3, 5.9, 3.1);
     }
-    let mountains = 1.5 * (sum - 0.55);
+    let mountains = 1.2 * (sum - 0.95);
     // A valley floor with low dunes where the mountains would go below it.
     let floor = 0.12 * fractal(p * 0.8, 6);
     let rise = smoothstep(-0.25, 0.35, mountains - floor);
