@@ -1,0 +1,36 @@
+// The cost of every pair by the plane metric. Twin: src/kernel/plane_costs.rs
+
+// Solved at a scale where the trace is about 1.
+fn plane_cost(first: PlaneQuadric, second: PlaneQuadric, h: vec3f, freedom: Freedom) -> f32 {
+    let both = sum_moved(moved(first, h), moved(second, scale3(h, -1.0)));
+    let q = PairQuadric(both.a, scale3(both.b, -1.0), both.c, vec3f(0.0, 0.0, 0.0), 0.0);
+    let t = trace(q.a);
+    if !(t > NO_AREA) {
+        return 0.0;
+    }
+    let exponent = half_exponent(t);
+    let cost = pair_cost(scaled(q, scale_down(exponent)), h, freedom);
+    return mul(mul(cost, scale_up(exponent)), scale_up(exponent));
+}
+
+fn plane_key(u: u32, w: u32) -> u32 {
+    let pair = pair_of(u, w);
+    if !pair.owned {
+        return NO_PAIR;
+    }
+    let pu = load_positions(u);
+    let pw = load_positions(w);
+    let h = scale3(sub3(xyz(pw), xyz(pu)), 0.5);
+    let freedom = Freedom(
+        (pu.flags & LOCKED) != 0u,
+        (pw.flags & LOCKED) != 0u,
+        params.at_endpoints != 0u,
+        params.regularization,
+    );
+    return cost_key(plane_cost(load_quadrics(u), load_quadrics(w), h, freedom));
+}
+
+fn run(i: u32) {
+    let corners = half_edge_corners(i);
+    store_keys(i, plane_key(corners.x, corners.y));
+}

@@ -1,0 +1,40 @@
+// The quadric of every vertex at the start: area-weighted squared distances to the planes of its faces, and to planes
+// through its border edges. Twin: src/kernel/plane_sums.rs
+
+fn plane_sum(vertex: u32) -> PlaneQuadric {
+    var matrix = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    var weight = 0.0;
+    let on_border = (load_positions(vertex).flags & BORDER) != 0u && ring_length(vertex) <= HUB;
+    for (var i = load_ring_starts(vertex); i < load_ring_starts(vertex + 1u); i++) {
+        let face = load_faces(load_ring_faces(i));
+        let n = face_normal(face);
+        let n_sq = dot3(n, n);
+        if n_sq > NO_AREA {
+            // |n| is twice the area: area·(n/|n|)(n/|n|)ᵀ = n nᵀ/(2|n|).
+            let length = root(n_sq);
+            matrix = sym_add(matrix, sym_scale(outer(n), divide(0.5, length)));
+            weight = add(weight, mul(0.5, length));
+            if on_border {
+                let corners = array<u32, 3>(face.a, face.b, face.c);
+                for (var k = 0u; k < 3u; k++) {
+                    let other = corners[k];
+                    if other != vertex && faces_with(other, vertex) == 1u {
+                        let e = sub3(xyz(load_positions(other)), xyz(load_positions(vertex)));
+                        let e_sq = dot3(e, e);
+                        // The plane holds the edge and the normal; |e×n|² = |e|²·n² since they are perpendicular.
+                        let across = cross3(e, n);
+                        matrix = sym_add(matrix, sym_scale(outer(across), divide(params.border_weight, n_sq)));
+                        weight = add(weight, mul(params.border_weight, e_sq));
+                    }
+                }
+            }
+        }
+    }
+    return PlaneQuadric(
+        matrix.xx, matrix.xy, matrix.xz, matrix.yy, matrix.yz, matrix.zz, 0.0, 0.0, 0.0, 0.0, weight,
+    );
+}
+
+fn run(i: u32) {
+    store_quadrics(i, plane_sum(i));
+}

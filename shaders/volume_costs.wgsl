@@ -1,0 +1,99 @@
+// The cost of every pair by the volume metric. Twin: src/kernel/volume_costs.rs
+
+struct Ends {
+    first: Sym3,
+    second: Sym3,
+    common: Sym3,
+    first_normal: vec3f,
+    second_normal: vec3f,
+    common_normal: vec3f,
+}
+
+fn volume_matrix(sum: VolumeSum) -> Sym3 {
+    return Sym3(sum.xx, sum.xy, sum.xz, sum.yy, sum.yz, sum.zz);
+}
+
+fn border_matrix(sum: BorderSum) -> Sym3 {
+    return Sym3(sum.xx, sum.xy, sum.xz, sum.yy, sum.yz, sum.zz);
+}
+
+// Adds the border terms, weighted by the pair's length, and drops the volume constraint.
+fn with_border(ends: Ends, first: BorderSum, second: BorderSum, common: Sym3, weight: f32) -> Ends {
+    let none = vec3f(0.0, 0.0, 0.0);
+    return Ends(
+        sym_add(ends.first, sym_scale(border_matrix(first), weight)),
+        sym_add(ends.second, sym_scale(border_matrix(second), weight)),
+        sym_add(ends.common, sym_scale(common, weight)),
+        none,
+        none,
+        none,
+    );
+}
+
+// Solved at a scale where the trace is about 1.
+fn volume_cost(ends: Ends, h: vec3f, freedom: Freedom) -> f32 {
+    let t = trace(sym_add(ends.first, ends.second));
+    if !(t > NO_AREA) {
+        return 0.0;
+    }
+    let exponent = half_exponent(t);
+    let s = scale_down(exponent);
+    let s_sq = mul(s, s);
+    let first = sym_scale(ends.first, s_sq);
+    let second = sym_scale(ends.second, s_sq);
+    let common = sym_scale(ends.common, s_sq);
+    var q = end_matrices(first, second, common, h);
+    q.n = scale3(sub3(add3(ends.first_normal, ends.second_normal), ends.common_normal), s);
+    q.d = dot3(scale3(sub3(ends.second_normal, ends.first_normal), s), h);
+    return mul(mul(pair_cost(q, h, freedom), scale_up(exponent)), scale_up(exponent));
+}
+
+fn volume_key(u: u32, w: u32, l: u32) -> u32 {
+    let pair = pair_of(u, w);
+    if !pair.owned {
+        return NO_PAIR;
+    }
+    let pu = load_positions(u);
+    let pw = load_positions(w);
+    let a = xyz(pu);
+    let e = sub3(xyz(pw), a);
+    let h = scale3(e, 0.5);
+    let left = cross3(e, sub3(xyz(load_positions(l)), a));
+    var common = outer(left);
+    var common_normal = left;
+    if pair.right != NO_PAIR {
+        let right = cross3(sub3(xyz(load_positions(pair.right)), a), e);
+        common = sym_add(common, outer(right));
+        common_normal = add3(common_normal, right);
+    }
+    let sum_u = load_sums(u);
+    let sum_w = load_sums(w);
+    var ends = Ends(
+        volume_matrix(sum_u),
+        volume_matrix(sum_w),
+        common,
+        vec3f(sum_u.nx, sum_u.ny, sum_u.nz),
+        vec3f(sum_w.nx, sum_w.ny, sum_w.nz),
+        common_normal,
+    );
+    if ((pu.flags | pw.flags) & BORDER) != 0u {
+        var on_border = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        if pair.right == NO_PAIR {
+            on_border = border_term(e);
+        }
+        let weight = mul(params.border_weight, dot3(e, e));
+        ends = with_border(ends, load_borders(u), load_borders(w), on_border, weight);
+    }
+    let freedom = Freedom(
+        (pu.flags & LOCKED) != 0u,
+        (pw.flags & LOCKED) != 0u,
+        params.at_endpoints != 0u,
+        params.regularization,
+    );
+    return cost_key(volume_cost(ends, h, freedom));
+}
+
+fn run(i: u32) {
+    let corners = half_edge_corners(i);
+    store_keys(i, volume_key(corners.x, corners.y, corners.z));
+}

@@ -1,0 +1,48 @@
+// What the volume metric needs of every vertex: sums over its star of n nᵀ and n, and the border term. Twin:
+// src/kernel/volume_sums.rs
+//
+// Gathers the ring in ascending face order.
+
+fn volume_sum(vertex: u32) -> VolumeSum {
+    var matrix = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    var normal = vec3f(0.0, 0.0, 0.0);
+    for (var i = load_ring_starts(vertex); i < load_ring_starts(vertex + 1u); i++) {
+        let n = face_normal(load_faces(load_ring_faces(i)));
+        matrix = sym_add(matrix, outer(n));
+        normal = add3(normal, n);
+    }
+    return VolumeSum(
+        matrix.xx, matrix.xy, matrix.xz, matrix.yy, matrix.yz, matrix.zz, normal.x, normal.y, normal.z,
+    );
+}
+
+fn border_sum(vertex: u32) -> BorderSum {
+    var matrix = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    for (var i = load_ring_starts(vertex); i < load_ring_starts(vertex + 1u); i++) {
+        let face = load_faces(load_ring_faces(i));
+        let corners = array<u32, 3>(face.a, face.b, face.c);
+        for (var k = 0u; k < 3u; k++) {
+            let other = corners[k];
+            if other != vertex && faces_with(other, vertex) == 1u {
+                let e = sub3(xyz(load_positions(other)), xyz(load_positions(vertex)));
+                matrix = sym_add(matrix, border_term(e));
+            }
+        }
+    }
+    return BorderSum(matrix.xx, matrix.xy, matrix.xz, matrix.yy, matrix.yz, matrix.zz);
+}
+
+fn run(i: u32) {
+    var sum = VolumeSum(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    if ring_length(i) <= HUB {
+        sum = volume_sum(i);
+    }
+    store_sums(i, sum);
+    if params.has_border != 0u {
+        var border = BorderSum(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        if ring_length(i) <= HUB && (load_positions(i).flags & BORDER) != 0u {
+            border = border_sum(i);
+        }
+        store_borders(i, border);
+    }
+}

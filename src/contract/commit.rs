@@ -6,9 +6,10 @@
 
 use crate::kernel::contract_quadrics::contracted;
 use crate::kernel::contract_vertices::{GONE, KEEPS};
-use crate::kernel::pairs::Stars;
+use crate::kernel::plane_costs::PLANE_REGULARIZATION;
 use crate::kernel::rows::{BORDER, Candidate, Contraction, Face, LOCKED, PlaneQuadric, Position};
-use crate::kernel::volume_costs::BORDER_FACTOR;
+use crate::kernel::stars::Stars;
+use crate::kernel::volume_costs::{BORDER_FACTOR, VOLUME_REGULARIZATION};
 use crate::math::{DVec3, Vec3};
 use crate::simplify::Blocked;
 
@@ -25,6 +26,7 @@ pub struct Rules {
     metric: Metric,
     placement: Placement,
     border_weight: f64,
+    regularization: f64,
     limits: ShapeLimits,
     /// Greatest estimated deviation, in the normalized frame.
     max_deviation: f64,
@@ -37,6 +39,10 @@ impl Rules {
             metric: options.metric,
             placement: options.placement,
             border_weight: f64::from(BORDER_FACTOR * options.border_weight),
+            regularization: f64::from(match options.metric {
+                Metric::Volume => VOLUME_REGULARIZATION,
+                Metric::Plane => PLANE_REGULARIZATION,
+            }),
             limits: ShapeLimits {
                 min_cos: f64::from(options.max_flip_rad).cos(),
                 min_aspect: f64::from(options.min_aspect),
@@ -199,7 +205,7 @@ impl Committer {
 
     /// Where the metric is least, about the midpoint, and how far that is along the pair.
     fn least(&self, pair: [u32; 2], on_border: bool, h: DVec3, quadrics: [&PlaneQuadric; 2]) -> (DVec3, f32) {
-        let x = self.quadric(pair, on_border, h, quadrics).least(h);
+        let x = self.quadric(pair, on_border, h, quadrics).least(h, self.rules.regularization);
         // Strictly inside: only a placement exactly at an end takes that end's own rows.
         let t = ((x + h).dot(h) / (2.0 * h.length_squared())) as f32;
         (x, t.clamp(f32::EPSILON, 1.0 - f32::EPSILON))

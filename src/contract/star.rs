@@ -10,8 +10,8 @@
 //!        l
 //! ```
 
-use crate::kernel::pairs::Stars;
 use crate::kernel::rows::{Face, Position};
+use crate::kernel::stars::Stars;
 use crate::math::DVec3;
 
 /// A live face of a star, turned so that its end comes first; `u` for shared faces.

@@ -1,11 +1,11 @@
 //! Adds the quadrics of both ends of every accepted contraction, about the new position. Twin:
 //! `shaders/contract_quadrics.wgsl`, line for line.
 
-use super::plane_costs::{moved, sum};
+use super::plane_quadric::{moved, sum_moved};
 use super::rows::{Contraction, PlaneQuadric, Position};
 use crate::backend::{Access, Binding, Buffer, Kernel};
 use crate::math::Vec3;
-use crate::math::exact::{add, scale3, sub3};
+use crate::math::exact::{add, sub3};
 
 /// One invocation a contraction. Runs before the positions change.
 pub struct ContractQuadrics<'a> {
@@ -24,8 +24,7 @@ params!(count: u32);
 /// The sum of two quadrics, about `x`; `a` and `b` are where they stand.
 #[inline(always)]
 pub fn contracted(first: PlaneQuadric, second: PlaneQuadric, a: Vec3, b: Vec3, x: Vec3) -> PlaneQuadric {
-    let q = sum(moved(first, sub3(x, a)), moved(second, sub3(x, b)));
-    let linear = scale3(q.b, -1.0);
+    let q = sum_moved(moved(first, sub3(x, a)), moved(second, sub3(x, b)));
     PlaneQuadric {
         xx: q.a.xx,
         xy: q.a.xy,
@@ -33,9 +32,9 @@ pub fn contracted(first: PlaneQuadric, second: PlaneQuadric, a: Vec3, b: Vec3, x
         yy: q.a.yy,
         yz: q.a.yz,
         zz: q.a.zz,
-        bx: linear.x,
-        by: linear.y,
-        bz: linear.z,
+        bx: q.b.x,
+        by: q.b.y,
+        bz: q.b.z,
         c: q.c,
         weight: add(first.weight, second.weight),
     }

@@ -9,9 +9,6 @@ use crate::math::exact::{
     Sym3, add, add3, divide, dot3, mul, scale3, sub, sym_add, sym_mul, sym_scale, sym_sub, trace,
 };
 
-/// Pulls the placement to the midpoint, as a share of the trace: bounds it on flats and creases, where the least is a
-/// plane or a line.
-pub const REGULARIZATION: f32 = 1e-4;
 /// A placement farther from the midpoint than this many half pairs is not trusted.
 pub const REACH: f32 = 4.0;
 /// The volume constraint holds when |Σn|² is more than this share of Σ|n|²: below, the two sides of a thin sheet cancel.
@@ -24,7 +21,6 @@ pub const NO_AREA: f32 = 1e-30;
 pub const GREATEST: f32 = 3.0e38;
 /// The constants above under their names in WGSL.
 pub const CONSTANTS: &[(&str, Constant)] = &[
-    ("REGULARIZATION", Constant::F32(REGULARIZATION)),
     ("REACH", Constant::F32(REACH)),
     ("CONSTRAINT", Constant::F32(CONSTRAINT)),
     ("NOISE", Constant::F32(NOISE)),
@@ -51,8 +47,8 @@ pub struct PairQuadric {
     pub d: f32,
 }
 
-/// Where a pair may go: flags of its ends and the policy.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Where a pair may go: flags of its ends and the policies.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Freedom {
     /// The first end may not move.
     pub first_locked: bool,
@@ -60,6 +56,9 @@ pub struct Freedom {
     pub second_locked: bool,
     /// Only the ends are allowed.
     pub at_endpoints: bool,
+    /// Pulls the placement to the midpoint, as a share of the trace: bounds it on flats and creases, where the least is
+    /// a plane or a line.
+    pub regularization: f32,
 }
 
 /// The quadric's value.
@@ -96,8 +95,8 @@ pub fn scaled(q: PairQuadric, s: f32) -> PairQuadric {
 /// The least point of a quadric of trace about 1, on its constraint where there is one: L D Lᵀ of the regularized
 /// matrix, which needs no pivots.
 #[inline(always)]
-pub fn least(q: PairQuadric) -> Vec3 {
-    let r = mul(REGULARIZATION, trace(q.a));
+pub fn least(q: PairQuadric, regularization: f32) -> Vec3 {
+    let r = mul(regularization, trace(q.a));
     let r0 = divide(1.0, add(q.a.xx, r));
     let l1 = mul(q.a.xy, r0);
     let l2 = mul(q.a.xz, r0);
@@ -135,7 +134,7 @@ pub fn pair_cost(q: PairQuadric, h: Vec3, freedom: Freedom) -> f32 {
     let at_first = value(q, scale3(h, -1.0));
     let at_second = value(q, h);
     let at_ends = at_first.min(at_second);
-    let x = least(q);
+    let x = least(q, freedom.regularization);
     let near = dot3(x, x) <= mul(mul(REACH, REACH), dot3(h, h));
     let mut cost = if near { value(q, x) } else { q.c.min(at_ends) };
     cost = if freedom.at_endpoints { at_ends } else { cost };
@@ -150,15 +149,15 @@ pub fn cost_key(cost: f32) -> u32 {
     cost.min(GREATEST).to_bits()
 }
 
-/// A with the terms of both ends, the shared ones counted once; b and c from half the pair.
+/// A with the terms of both ends, the common ones counted once; b and c from half the pair.
 ///
-/// Every plane of the first end has d = −n·h about the midpoint and every plane of the second d = n·h; the shared ones
+/// Every plane of the first end has d = −n·h about the midpoint and every plane of the second d = n·h; the common ones
 /// hold both ends, so n·h = 0.
 #[inline(always)]
-pub fn end_matrices(first: Sym3, second: Sym3, shared: Sym3, h: Vec3) -> PairQuadric {
+pub fn end_matrices(first: Sym3, second: Sym3, common: Sym3, h: Vec3) -> PairQuadric {
     let both = sym_add(first, second);
     PairQuadric {
-        a: sym_sub(both, shared),
+        a: sym_sub(both, common),
         b: sym_mul(sym_sub(second, first), h),
         c: dot3(h, sym_mul(both, h)),
         n: Vec3::ZERO,
@@ -191,7 +190,7 @@ mod tests {
             n: Vec3::ZERO,
             d: 0.0,
         };
-        let x = least(q);
+        let x = least(q, 1e-4);
         assert!((x - Vec3::new(1.0, 2.0, 0.0)).length() < 1e-3, "{x}");
         assert!(value(q, x) < 1e-6);
     }
@@ -205,7 +204,7 @@ mod tests {
             n: Vec3::new(0.0, 0.0, 1.0),
             d: 0.3,
         };
-        assert!((least(q) - Vec3::new(0.0, 0.0, 0.3)).length() < 1e-6);
+        assert!((least(q, 1e-4) - Vec3::new(0.0, 0.0, 0.3)).length() < 1e-6);
     }
 
     #[test]

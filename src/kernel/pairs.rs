@@ -2,34 +2,14 @@
 //!
 //! A pair is an edge. Of its two half-edges the one that starts at the lower vertex owns it; on a border there is one.
 
-use super::rows::{BORDER, Face, LOCKED, Position};
+use super::rows::{BORDER, LOCKED};
+use super::stars::Stars;
 
 /// The key of a half-edge that owns no pair, or one that may not be contracted; no vertex either.
 pub const NO_PAIR: u32 = u32::MAX;
 /// Faces around a vertex past which it takes part in no contraction: work at a vertex grows with the square of its
 /// ring, and a hub of thousands of faces shrinks by the pairs on its rim. Real meshes stay below 100.
 pub const HUB: u32 = 512;
-
-/// The live mesh as kernels see it.
-#[derive(Debug, Clone, Copy)]
-pub struct Stars<'a> {
-    /// V positions.
-    pub positions: &'a [Position],
-    /// F faces.
-    pub faces: &'a [Face],
-    /// V + 1 starts into `ring_faces`.
-    pub ring_starts: &'a [u32],
-    /// The faces around every vertex, ascending.
-    pub ring_faces: &'a [u32],
-}
-
-impl<'a> Stars<'a> {
-    /// The faces around a vertex.
-    #[inline(always)]
-    pub fn ring(&self, vertex: u32) -> &'a [u32] {
-        &self.ring_faces[self.ring_starts[vertex as usize] as usize..self.ring_starts[vertex as usize + 1] as usize]
-    }
-}
 
 /// What a half-edge says of its pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,7 +48,7 @@ pub fn pair_of(u: u32, w: u32, stars: &Stars<'_>) -> Pair {
     if both & LOCKED != 0 || (u > w && both & BORDER == 0) {
         return Pair { owned: false, right: NO_PAIR };
     }
-    if stars.ring(u).len() as u32 > HUB || stars.ring(w).len() as u32 > HUB {
+    if stars.ring_length(u) > HUB || stars.ring_length(w) > HUB {
         return Pair { owned: false, right: NO_PAIR };
     }
     let right = opposite(w, u, u, stars);

@@ -10,10 +10,10 @@
 use rayon::prelude::*;
 
 use super::pair_quadric::{CONSTANTS, NO_AREA};
-use super::pairs::{HUB, Stars};
+use super::pairs::HUB;
 use super::rows::{BORDER, Face, PlaneQuadric, Position};
 use super::split::CHUNK;
-use super::volume_sums::{face_normal, faces_with};
+use super::stars::{Stars, face_normal, faces_with};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
 use crate::math::exact::{Sym3, add, cross3, divide, dot3, mul, outer, root, sub3, sym_add, sym_scale};
 
@@ -41,10 +41,10 @@ params!(count: u32, border_weight: f32);
 fn plane_sum(vertex: u32, stars: &Stars<'_>, border_weight: f32) -> PlaneQuadric {
     let mut matrix = Sym3::default();
     let mut weight = 0.0;
-    let on_border = stars.positions[vertex as usize].flags & BORDER != 0 && stars.ring(vertex).len() as u32 <= HUB;
+    let on_border = stars.positions[vertex as usize].flags & BORDER != 0 && stars.ring_length(vertex) <= HUB;
     for &f in stars.ring(vertex) {
         let face = stars.faces[f as usize];
-        let n = face_normal(face, stars.positions);
+        let n = face_normal(face, stars);
         let n_sq = dot3(n, n);
         if n_sq > NO_AREA {
             // |n| is twice the area: area·(n/|n|)(n/|n|)ᵀ = n nᵀ/(2|n|).
@@ -53,7 +53,7 @@ fn plane_sum(vertex: u32, stars: &Stars<'_>, border_weight: f32) -> PlaneQuadric
             weight = add(weight, mul(0.5, length));
             if on_border {
                 for other in [face.a, face.b, face.c] {
-                    if other != vertex && faces_with(other, stars.ring(vertex), stars.faces) == 1 {
+                    if other != vertex && faces_with(other, vertex, stars) == 1 {
                         let e = sub3(stars.positions[other as usize].xyz(), stars.positions[vertex as usize].xyz());
                         let e_sq = dot3(e, e);
                         // The plane holds the edge and the normal; |e×n|² = |e|²·n² since they are perpendicular.
@@ -83,6 +83,7 @@ fn plane_sum(vertex: u32, stars: &Stars<'_>, border_weight: f32) -> PlaneQuadric
 impl Kernel for PlaneSums<'_> {
     const NAME: &'static str = "plane_sums";
     const SOURCE: &'static str = include_str!("../../shaders/plane_sums.wgsl");
+    const SHARED: &'static [&'static str] = &[include_str!("../../shaders/shared/stars.wgsl")];
     type Params = Params;
     const PARAMS: &'static [(&'static str, &'static str)] = FIELDS;
     const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;

@@ -13,9 +13,10 @@ use rayon::prelude::*;
 use super::pair_quadric::{
     CONSTANTS, Freedom, NO_AREA, cost_key, end_matrices, half_exponent, pair_cost, scale_down, scale_up,
 };
-use super::pairs::{NO_PAIR, Stars, pair_of};
+use super::pairs::{NO_PAIR, pair_of};
 use super::rows::{BORDER, BorderSum, Face, LOCKED, Position, VolumeSum};
 use super::split::CHUNK;
+use super::stars::Stars;
 use super::volume_sums::border_term;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
 use crate::math::Vec3;
@@ -23,6 +24,10 @@ use crate::math::exact::{Sym3, add3, cross3, dot3, mul, outer, scale3, sub3, sym
 
 /// Border against volume: the paper's volume term counts 1/18, its border term 1/2.
 pub const BORDER_FACTOR: f32 = 9.0;
+
+/// Pull to the midpoint: the sums are of current faces alone, nearly flat in a smooth region. 1e-3 costs accuracy, 1e-5
+/// lets rounding move the vertex.
+pub const VOLUME_REGULARIZATION: f32 = 1e-4;
 
 /// One invocation a half-edge.
 pub struct VolumeCosts<'a> {
@@ -48,29 +53,29 @@ pub struct VolumeCosts<'a> {
     pub keys: &'a mut Buffer<u32>,
 }
 
-params!(count: u32, at_endpoints: u32, border_weight: f32);
+params!(count: u32, at_endpoints: u32, border_weight: f32, regularization: f32);
 
 /// What both ends and the shared faces sum to.
 #[derive(Debug, Clone, Copy)]
 pub struct Ends {
     first: Sym3,
     second: Sym3,
-    shared: Sym3,
+    common: Sym3,
     first_normal: Vec3,
     second_normal: Vec3,
-    shared_normal: Vec3,
+    common_normal: Vec3,
 }
 
 /// Adds the border terms, weighted by the pair's length, and drops the volume constraint.
 #[inline(always)]
-fn with_border(ends: Ends, first: BorderSum, second: BorderSum, shared: Sym3, weight: f32) -> Ends {
+fn with_border(ends: Ends, first: BorderSum, second: BorderSum, common: Sym3, weight: f32) -> Ends {
     Ends {
         first: sym_add(ends.first, sym_scale(first.matrix(), weight)),
         second: sym_add(ends.second, sym_scale(second.matrix(), weight)),
-        shared: sym_add(ends.shared, sym_scale(shared, weight)),
+        common: sym_add(ends.common, sym_scale(common, weight)),
         first_normal: Vec3::ZERO,
         second_normal: Vec3::ZERO,
-        shared_normal: Vec3::ZERO,
+        common_normal: Vec3::ZERO,
     }
 }
 
@@ -86,9 +91,9 @@ fn volume_cost(ends: Ends, h: Vec3, freedom: Freedom) -> f32 {
     let s_sq = mul(s, s);
     let first = sym_scale(ends.first, s_sq);
     let second = sym_scale(ends.second, s_sq);
-    let shared = sym_scale(ends.shared, s_sq);
-    let mut q = end_matrices(first, second, shared, h);
-    q.n = scale3(sub3(add3(ends.first_normal, ends.second_normal), ends.shared_normal), s);
+    let common = sym_scale(ends.common, s_sq);
+    let mut q = end_matrices(first, second, common, h);
+    q.n = scale3(sub3(add3(ends.first_normal, ends.second_normal), ends.common_normal), s);
     q.d = dot3(scale3(sub3(ends.second_normal, ends.first_normal), s), h);
     mul(mul(pair_cost(q, h, freedom), scale_up(half)), scale_up(half))
 }
@@ -111,21 +116,21 @@ fn volume_key(
     let e = sub3(pw.xyz(), a);
     let h = scale3(e, 0.5);
     let left = cross3(e, sub3(stars.positions[l as usize].xyz(), a));
-    let mut shared = outer(left);
-    let mut shared_normal = left;
+    let mut common = outer(left);
+    let mut common_normal = left;
     if pair.right != NO_PAIR {
         let right = cross3(sub3(stars.positions[pair.right as usize].xyz(), a), e);
-        shared = sym_add(shared, outer(right));
-        shared_normal = add3(shared_normal, right);
+        common = sym_add(common, outer(right));
+        common_normal = add3(common_normal, right);
     }
     let (sum_u, sum_w) = (sums[u as usize], sums[w as usize]);
     let mut ends = Ends {
         first: sum_u.matrix(),
         second: sum_w.matrix(),
-        shared,
+        common,
         first_normal: sum_u.normal(),
         second_normal: sum_w.normal(),
-        shared_normal,
+        common_normal,
     };
     if (pu.flags | pw.flags) & BORDER != 0 {
         let on_border = if pair.right == NO_PAIR { border_term(e) } else { Sym3::default() };
@@ -136,6 +141,7 @@ fn volume_key(
         first_locked: pu.flags & LOCKED != 0,
         second_locked: pw.flags & LOCKED != 0,
         at_endpoints: params.at_endpoints != 0,
+        regularization: params.regularization,
     };
     cost_key(volume_cost(ends, h, freedom))
 }
@@ -143,8 +149,12 @@ fn volume_key(
 impl Kernel for VolumeCosts<'_> {
     const NAME: &'static str = "volume_costs";
     const SOURCE: &'static str = include_str!("../../shaders/volume_costs.wgsl");
-    const SHARED: &'static [&'static str] =
-        &[include_str!("../../shaders/shared/pairs.wgsl"), include_str!("../../shaders/shared/pair_quadric.wgsl")];
+    const SHARED: &'static [&'static str] = &[
+        include_str!("../../shaders/shared/stars.wgsl"),
+        include_str!("../../shaders/shared/border_term.wgsl"),
+        include_str!("../../shaders/shared/pairs.wgsl"),
+        include_str!("../../shaders/shared/pair_quadric.wgsl"),
+    ];
     type Params = Params;
     const PARAMS: &'static [(&'static str, &'static str)] = FIELDS;
     const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;
@@ -154,6 +164,7 @@ impl Kernel for VolumeCosts<'_> {
             count: 3 * self.face_count,
             at_endpoints: u32::from(self.at_endpoints),
             border_weight: self.border_weight,
+            regularization: VOLUME_REGULARIZATION,
         }
     }
 

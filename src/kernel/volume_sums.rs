@@ -9,9 +9,10 @@ use rayon::prelude::*;
 use super::pairs::HUB;
 use super::rows::{BORDER, BorderSum, Face, Position, VolumeSum};
 use super::split::CHUNK;
+use super::stars::{Stars, face_normal, faces_with};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
 use crate::math::Vec3;
-use crate::math::exact::{Sym3, add3, cross3, dot3, outer, sub3, sym_add, sym_sub};
+use crate::math::exact::{Sym3, add3, dot3, outer, sub3, sym_add, sym_sub};
 
 /// One invocation a vertex.
 pub struct VolumeSums<'a> {
@@ -33,15 +34,6 @@ pub struct VolumeSums<'a> {
 
 params!(count: u32, has_border: u32);
 
-/// n = (p1−p0)×(p2−p0): twice the area, along the normal.
-#[inline(always)]
-pub fn face_normal(face: Face, positions: &[Position]) -> Vec3 {
-    let p0 = positions[face.a as usize].xyz();
-    let p1 = positions[face.b as usize].xyz();
-    let p2 = positions[face.c as usize].xyz();
-    cross3(sub3(p1, p0), sub3(p2, p0))
-}
-
 /// |e|²·I − e eᵀ: the squared distance to a line along e, times |e|².
 #[inline(always)]
 pub fn border_term(e: Vec3) -> Sym3 {
@@ -50,25 +42,12 @@ pub fn border_term(e: Vec3) -> Sym3 {
     sym_sub(diagonal, outer(e))
 }
 
-/// How many faces of a ring have this vertex as a corner.
 #[inline(always)]
-pub fn faces_with(vertex: u32, ring: &[u32], faces: &[Face]) -> u32 {
-    let mut count = 0;
-    for &f in ring {
-        let face = faces[f as usize];
-        if face.a == vertex || face.b == vertex || face.c == vertex {
-            count += 1;
-        }
-    }
-    count
-}
-
-#[inline(always)]
-fn volume_sum(ring: &[u32], faces: &[Face], positions: &[Position]) -> VolumeSum {
+fn volume_sum(vertex: u32, stars: &Stars<'_>) -> VolumeSum {
     let mut matrix = Sym3::default();
     let mut normal = Vec3::ZERO;
-    for &f in ring {
-        let n = face_normal(faces[f as usize], positions);
+    for &f in stars.ring(vertex) {
+        let n = face_normal(stars.faces[f as usize], stars);
         matrix = sym_add(matrix, outer(n));
         normal = add3(normal, n);
     }
@@ -86,13 +65,12 @@ fn volume_sum(ring: &[u32], faces: &[Face], positions: &[Position]) -> VolumeSum
 }
 
 #[inline(always)]
-fn border_sum(vertex: u32, ring: &[u32], faces: &[Face], positions: &[Position]) -> BorderSum {
+fn border_sum(vertex: u32, stars: &Stars<'_>) -> BorderSum {
     let mut matrix = Sym3::default();
-    for &f in ring {
-        let face = faces[f as usize];
-        for other in [face.a, face.b, face.c] {
-            if other != vertex && faces_with(other, ring, faces) == 1 {
-                let e = sub3(positions[other as usize].xyz(), positions[vertex as usize].xyz());
+    for &f in stars.ring(vertex) {
+        for other in stars.faces[f as usize].corners() {
+            if other != vertex && faces_with(other, vertex, stars) == 1 {
+                let e = sub3(stars.positions[other as usize].xyz(), stars.positions[vertex as usize].xyz());
                 matrix = sym_add(matrix, border_term(e));
             }
         }
@@ -103,6 +81,8 @@ fn border_sum(vertex: u32, ring: &[u32], faces: &[Face], positions: &[Position])
 impl Kernel for VolumeSums<'_> {
     const NAME: &'static str = "volume_sums";
     const SOURCE: &'static str = include_str!("../../shaders/volume_sums.wgsl");
+    const SHARED: &'static [&'static str] =
+        &[include_str!("../../shaders/shared/stars.wgsl"), include_str!("../../shaders/shared/border_term.wgsl")];
     type Params = Params;
     const PARAMS: &'static [(&'static str, &'static str)] = FIELDS;
     const CONSTANTS: &'static [(&'static str, Constant)] =
@@ -128,25 +108,28 @@ impl Kernel for VolumeSums<'_> {
     }
 
     fn run_cpu(&mut self) {
-        let count = self.vertex_count as usize;
-        let (positions, faces) = (self.positions.host(), self.faces.host());
-        let (starts, ring_faces) = (self.ring_starts.host(), self.ring_faces.host());
-        let ring = |vertex: usize| &ring_faces[starts[vertex] as usize..starts[vertex + 1] as usize];
-        let sums = &mut self.sums.host_mut()[..count];
+        let params = self.params();
+        let stars = Stars {
+            positions: self.positions.host(),
+            faces: self.faces.host(),
+            ring_starts: self.ring_starts.host(),
+            ring_faces: self.ring_faces.host(),
+        };
+        let sums = &mut self.sums.host_mut()[..params.count as usize];
         sums.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(vertex, sum)| {
-            let ring = ring(vertex);
+            let vertex = vertex as u32;
             *sum = VolumeSum::default();
-            if ring.len() as u32 <= HUB {
-                *sum = volume_sum(ring, faces, positions);
+            if stars.ring_length(vertex) <= HUB {
+                *sum = volume_sum(vertex, &stars);
             }
         });
-        if self.borders.len() > 1 {
-            let borders = &mut self.borders.host_mut()[..count];
+        if params.has_border != 0 {
+            let borders = &mut self.borders.host_mut()[..params.count as usize];
             borders.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(vertex, border)| {
-                let ring = ring(vertex);
+                let vertex = vertex as u32;
                 *border = BorderSum::default();
-                if ring.len() as u32 <= HUB && positions[vertex].flags & BORDER != 0 {
-                    *border = border_sum(vertex as u32, ring, faces, positions);
+                if stars.ring_length(vertex) <= HUB && stars.positions[vertex as usize].flags & BORDER != 0 {
+                    *border = border_sum(vertex, &stars);
                 }
             });
         }
@@ -169,10 +152,12 @@ mod tests {
         let positions =
             [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| Position { x, y, z: 0.0, flags: BORDER });
         let faces = [Face { a: 0, b: 1, c: 2 }, Face { a: 0, b: 2, c: 3 }];
-        let sum = volume_sum(&[0, 1], &faces, &positions);
+        let (ring_starts, ring_faces) = ([0, 2, 3, 5, 6], [0, 1, 0, 0, 1, 1]);
+        let stars = Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
+        let sum = volume_sum(0, &stars);
         assert_eq!(sum, VolumeSum { zz: 2.0, nz: 2.0, ..VolumeSum::default() });
         // The borders at vertex 0 run along x and y, one unit long; the diagonal is shared.
-        let border = border_sum(0, &[0, 1], &faces, &positions);
+        let border = border_sum(0, &stars);
         assert_eq!(border, BorderSum { xx: 1.0, yy: 1.0, zz: 2.0, ..BorderSum::default() });
     }
 }

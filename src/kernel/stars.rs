@@ -1,0 +1,59 @@
+//! The faces around a vertex and their normals. In WGSL: `shaders/shared/stars.wgsl`.
+
+use super::rows::{Face, Position};
+use crate::math::Vec3;
+use crate::math::exact::{cross3, sub3};
+
+/// The live mesh as kernels see it.
+#[derive(Debug, Clone, Copy)]
+pub struct Stars<'a> {
+    /// V positions.
+    pub positions: &'a [Position],
+    /// F faces.
+    pub faces: &'a [Face],
+    /// V + 1 starts into `ring_faces`.
+    pub ring_starts: &'a [u32],
+    /// The faces around every vertex, ascending.
+    pub ring_faces: &'a [u32],
+}
+
+impl<'a> Stars<'a> {
+    /// The faces around a vertex.
+    #[inline(always)]
+    pub fn ring(&self, vertex: u32) -> &'a [u32] {
+        &self.ring_faces[self.ring_starts[vertex as usize] as usize..self.ring_starts[vertex as usize + 1] as usize]
+    }
+
+    /// How many faces are around a vertex.
+    #[inline(always)]
+    pub fn ring_length(&self, vertex: u32) -> u32 {
+        self.ring_starts[vertex as usize + 1] - self.ring_starts[vertex as usize]
+    }
+}
+
+/// n = (p1−p0)×(p2−p0): twice the area, along the normal.
+#[inline(always)]
+pub fn face_normal(face: Face, stars: &Stars<'_>) -> Vec3 {
+    let p0 = stars.positions[face.a as usize].xyz();
+    let p1 = stars.positions[face.b as usize].xyz();
+    let p2 = stars.positions[face.c as usize].xyz();
+    cross3(sub3(p1, p0), sub3(p2, p0))
+}
+
+/// Whether a face has this vertex as a corner.
+#[inline(always)]
+pub fn has(face: Face, vertex: u32) -> bool {
+    face.a == vertex || face.b == vertex || face.c == vertex
+}
+
+/// How many faces of the ring of `around` have this vertex as a corner.
+#[inline(always)]
+pub fn faces_with(vertex: u32, around: u32, stars: &Stars<'_>) -> u32 {
+    let mut count = 0;
+    for &f in stars.ring(around) {
+        if has(stars.faces[f as usize], vertex) {
+            count += 1;
+        }
+    }
+    count
+}
