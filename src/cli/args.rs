@@ -2,7 +2,7 @@
 //!
 //! Parsing touches no file. A doc comment's first line is the short help, all of it the long help.
 
-use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
 use super::values::{self, Weld};
@@ -343,7 +343,7 @@ Examples:
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
+    use clap::{ArgAction, CommandFactory};
 
     use super::*;
 
