@@ -3,10 +3,10 @@
 struct Ends {
     first: Sym3,
     second: Sym3,
-    common: Sym3,
+    mutual: Sym3,
     first_normal: vec3f,
     second_normal: vec3f,
-    common_normal: vec3f,
+    mutual_normal: vec3f,
 }
 
 fn volume_matrix(sum: VolumeSum) -> Sym3 {
@@ -18,12 +18,12 @@ fn border_matrix(sum: BorderSum) -> Sym3 {
 }
 
 // Adds the border terms, weighted by the pair's length, and drops the volume constraint.
-fn with_border(ends: Ends, first: BorderSum, second: BorderSum, common: Sym3, weight: f32) -> Ends {
+fn with_border(ends: Ends, first: BorderSum, second: BorderSum, mutual: Sym3, weight: f32) -> Ends {
     let none = vec3f(0.0, 0.0, 0.0);
     return Ends(
         sym_add(ends.first, sym_scale(border_matrix(first), weight)),
         sym_add(ends.second, sym_scale(border_matrix(second), weight)),
-        sym_add(ends.common, sym_scale(common, weight)),
+        sym_add(ends.mutual, sym_scale(mutual, weight)),
         none,
         none,
         none,
@@ -41,9 +41,9 @@ fn volume_cost(ends: Ends, h: vec3f, freedom: Freedom) -> f32 {
     let s_sq = mul(s, s);
     let first = sym_scale(ends.first, s_sq);
     let second = sym_scale(ends.second, s_sq);
-    let common = sym_scale(ends.common, s_sq);
-    var q = end_matrices(first, second, common, h);
-    q.n = scale3(sub3(add3(ends.first_normal, ends.second_normal), ends.common_normal), s);
+    let mutual = sym_scale(ends.mutual, s_sq);
+    var q = end_matrices(first, second, mutual, h);
+    q.n = scale3(sub3(add3(ends.first_normal, ends.second_normal), ends.mutual_normal), s);
     q.d = dot3(scale3(sub3(ends.second_normal, ends.first_normal), s), h);
     return mul(mul(pair_cost(q, h, freedom), scale_up(exponent)), scale_up(exponent));
 }
@@ -59,22 +59,22 @@ fn volume_key(u: u32, w: u32, l: u32) -> u32 {
     let e = sub3(xyz(pw), a);
     let h = scale3(e, 0.5);
     let left = cross3(e, sub3(xyz(load_positions(l)), a));
-    var common = outer(left);
-    var common_normal = left;
+    var mutual = outer(left);
+    var mutual_normal = left;
     if pair.right != NO_PAIR {
         let right = cross3(sub3(xyz(load_positions(pair.right)), a), e);
-        common = sym_add(common, outer(right));
-        common_normal = add3(common_normal, right);
+        mutual = sym_add(mutual, outer(right));
+        mutual_normal = add3(mutual_normal, right);
     }
     let sum_u = load_sums(u);
     let sum_w = load_sums(w);
     var ends = Ends(
         volume_matrix(sum_u),
         volume_matrix(sum_w),
-        common,
+        mutual,
         vec3f(sum_u.nx, sum_u.ny, sum_u.nz),
         vec3f(sum_w.nx, sum_w.ny, sum_w.nz),
-        common_normal,
+        mutual_normal,
     );
     if ((pu.flags | pw.flags) & BORDER) != 0u {
         var on_border = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);

@@ -75,10 +75,10 @@ fn cost_key(cost: f32) -> u32 {
     return bitcast<u32>(min(cost, GREATEST));
 }
 
-fn end_matrices(first: Sym3, second: Sym3, common: Sym3, h: vec3f) -> PairQuadric {
+fn end_matrices(first: Sym3, second: Sym3, mutual: Sym3, h: vec3f) -> PairQuadric {
     let both = sym_add(first, second);
     return PairQuadric(
-        sym_sub(both, common),
+        sym_sub(both, mutual),
         sym_mul(sym_sub(second, first), h),
         dot3(h, sym_mul(both, h)),
         vec3f(0.0, 0.0, 0.0),

@@ -3,16 +3,52 @@
 use bytemuck::Pod;
 
 use super::gpu_buffer::GpuBuffer;
+use crate::error::{Error, Result};
 
 /// A row of a buffer: plain 32-bit scalars, the same bytes in Rust and in WGSL.
 pub trait Row: Pod + Send + Sync {
     /// The type's name in WGSL.
     const WGSL: &'static str;
+    /// Name and byte offset of a struct's members; empty for WGSL's own types.
+    const MEMBERS: &'static [(&'static str, usize)] = &[];
 }
 
 impl Row for u32 {
     const WGSL: &'static str = "u32";
 }
+
+impl Row for f32 {
+    const WGSL: &'static str = "f32";
+}
+
+impl Row for [u32; 2] {
+    const WGSL: &'static str = "vec2u";
+}
+
+impl Row for [u32; 4] {
+    const WGSL: &'static str = "vec4u";
+}
+
+impl Row for [f32; 2] {
+    const WGSL: &'static str = "vec2f";
+}
+
+impl Row for [f32; 4] {
+    const WGSL: &'static str = "vec4f";
+}
+
+/// Makes a struct of 32-bit scalars a [`Row`]: `row!(Sym3 { xx, xy, xz, yy, yz, zz });` for the WGSL struct of that
+/// name and those members. The struct is `repr(C)` and `Pod`.
+macro_rules! row {
+    ($name:ident { $($member:ident),+ $(,)? }) => {
+        impl $crate::backend::Row for $name {
+            const WGSL: &'static str = stringify!($name);
+            const MEMBERS: &'static [(&'static str, usize)] =
+                &[$((stringify!($member), std::mem::offset_of!($name, $member))),+];
+        }
+    };
+}
+pub(crate) use row;
 
 /// Rows of one type on one device.
 #[derive(Debug)]
@@ -62,11 +98,15 @@ impl<T: Row> Buffer<T> {
         }
     }
 
-    pub(super) fn gpu(&self) -> Option<&GpuBuffer> {
+    fn gpu(&self) -> Option<&GpuBuffer> {
         match &self.store {
             Store::Host(_) => None,
             Store::Gpu(buffer) => Some(buffer),
         }
+    }
+
+    pub(super) fn on_device(&self) -> Result<&GpuBuffer> {
+        self.gpu().ok_or_else(|| Error::Device("a buffer on the host is used on a GPU's queue".into()))
     }
 }
 
@@ -82,7 +122,7 @@ pub enum Access {
 }
 
 /// A storage buffer as a kernel names it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Binding<'a> {
     /// The field's name.
     pub name: &'static str,
@@ -94,12 +134,22 @@ pub struct Binding<'a> {
     pub access: Access,
     /// Rows bound.
     pub len: usize,
+    /// Name and byte offset of the row's members, for a struct.
+    pub members: &'static [(&'static str, usize)],
     pub(super) gpu: Option<&'a GpuBuffer>,
 }
 
 impl<'a> Binding<'a> {
     /// `buffer`, called `name`, used as `access` says.
     pub fn new<T: Row>(name: &'static str, access: Access, buffer: &'a Buffer<T>) -> Self {
-        Self { name, row: T::WGSL, stride: size_of::<T>(), access, len: buffer.len, gpu: buffer.gpu() }
+        Self {
+            name,
+            row: T::WGSL,
+            stride: size_of::<T>(),
+            access,
+            len: buffer.len,
+            members: T::MEMBERS,
+            gpu: buffer.gpu(),
+        }
     }
 }

@@ -1,38 +1,142 @@
-//! temp
-#![allow(missing_docs, unused, unreachable_code)]
-use super::*;
+//! An open GPU: its wgpu device, its limits, and what is kept for all meshes.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+
+use super::gpu_adapters::{choose, describe};
+use super::gpu_buffer::{GpuBuffer, Meter};
+use super::gpu_faults::{Faults, guard, lock, wait};
+use super::gpu_pipeline::Pipeline;
+use super::module::{PageShape, Signature};
+use super::{GpuOptions, Selector};
+use crate::error::{Error, Result};
+
+/// A wgpu device with its queue.
 #[derive(Debug)]
-pub enum Gpu {}
+pub struct Gpu {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    info: wgpu::AdapterInfo,
+    limits: wgpu::Limits,
+    faults: Faults,
+    meter: Meter,
+    page_rows: u32,
+    pipelines: Mutex<HashMap<(&'static str, Vec<PageShape>), Arc<Pipeline>>>,
+}
+
 impl Gpu {
-    pub fn open(_: &Selector) -> Result<Option<Gpu>> {
-        Ok(None)
+    /// Opens the adapter that `selector` names.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when there is none or its driver refuses.
+    pub fn open(selector: &Selector, options: &GpuOptions) -> Result<Self> {
+        let adapter = choose(selector)?;
+        let (info, own) = (adapter.get_info(), adapter.limits());
+        let limits = limits(&own);
+        let request = adapter.request_device(&wgpu::DeviceDescriptor {
+            label: None,
+            required_features: wgpu::Features::empty(),
+            required_limits: limits.clone(),
+            experimental_features: wgpu::ExperimentalFeatures::disabled(),
+            memory_hints: wgpu::MemoryHints::Performance,
+            trace: wgpu::Trace::Off,
+        });
+        let (device, queue) =
+            pollster::block_on(request).map_err(|e| Error::Device(format!("cannot open {}: {e}", info.name)))?;
+        let faults = Faults::of(&device);
+        Ok(Self {
+            device,
+            queue,
+            info,
+            limits,
+            faults,
+            meter: Meter::new(options.memory_limit),
+            page_rows: options.page_rows.unwrap_or(u32::MAX).max(1),
+            pipelines: Mutex::default(),
+        })
     }
+
+    /// The adapter in words.
     pub fn description(&self) -> String {
-        match *self {}
+        describe(&self.info)
+    }
+
+    /// Bytes of buffers that live now.
+    pub fn allocated(&self) -> u64 {
+        self.meter.used()
+    }
+
+    /// Loses the device.
+    pub fn lose(&self) {
+        self.device.destroy();
+    }
+
+    pub(super) fn limits(&self) -> &wgpu::Limits {
+        &self.limits
+    }
+
+    pub(super) fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    pub(super) fn queue(&self) -> &wgpu::Queue {
+        &self.queue
+    }
+
+    /// Runs `work`, called `what` in messages, and returns what wgpu reports about it.
+    pub(super) fn guard<R>(&self, what: &str, work: impl FnOnce() -> R) -> Result<R> {
+        guard(&self.device, &self.faults, what, work)
+    }
+
+    /// Waits for what was submitted up to `submission`, or for all.
+    pub(super) fn wait(&self, submission: Option<wgpu::SubmissionIndex>) -> Result<()> {
+        wait(&self.device, &self.faults, submission)
+    }
+
+    /// A zeroed buffer.
+    pub(super) fn buffer(&self, rows: usize, stride: usize) -> Result<GpuBuffer> {
+        let (bytes, shift) = (rows as u64 * stride as u64, self.page_shift(stride));
+        let (pages, bound) = ((rows as u64).div_ceil(1 << shift), self.limits.max_storage_buffers_per_shader_stage);
+        if pages > u64::from(bound) {
+            return Err(Error::Limit(format!(
+                "the mesh is too large for this adapter: {bytes} bytes in one buffer take {pages} bindings, {} has {bound}",
+                self.description()
+            )));
+        }
+        let lease = self.meter.lease(bytes)?;
+        self.guard(&format!("cannot allocate {bytes} bytes"), || {
+            GpuBuffer::new(&self.device, rows, stride, shift, lease)
+        })
+    }
+
+    /// The binary logarithm of the most rows that one binding holds.
+    fn page_shift(&self, stride: usize) -> u32 {
+        let bytes = self.limits.max_storage_buffer_binding_size.min(self.limits.max_buffer_size);
+        let rows = (bytes / stride as u64).clamp(1, u64::from(self.page_rows));
+        rows.ilog2()
+    }
+
+    /// The pipeline of a kernel whose buffers have these pages, built on first use.
+    pub(super) fn pipeline(&self, signature: &Signature<'_>, pages: &[PageShape]) -> Result<Arc<Pipeline>> {
+        let key = (signature.name, pages.to_vec());
+        if let Some(pipeline) = lock(&self.pipelines).get(&key) {
+            return Ok(Arc::clone(pipeline));
+        }
+        let pipeline = Arc::new(Pipeline::new(self, signature, pages)?);
+        lock(&self.pipelines).insert(key, Arc::clone(&pipeline));
+        Ok(pipeline)
     }
 }
-#[derive(Debug)]
-pub struct Recorder(Gpu);
-impl Recorder {
-    pub fn new(g: Arc<Gpu>) -> Self {
-        match *g {}
-    }
-    pub fn buffer(&self, n: usize, s: usize) -> Result<super::gpu_buffer::GpuBuffer> {
-        match self.0 {}
-    }
-    pub fn write(&mut self, b: Option<&super::gpu_buffer::GpuBuffer>, d: &[u8]) -> Result<()> {
-        match self.0 {}
-    }
-    pub fn clear(&mut self, b: Option<&super::gpu_buffer::GpuBuffer>, n: usize) -> Result<()> {
-        match self.0 {}
-    }
-    pub fn read(&mut self, b: Option<&super::gpu_buffer::GpuBuffer>, d: &mut [u8]) -> Result<()> {
-        match self.0 {}
-    }
-    pub fn run<K: Kernel>(&mut self, k: &K) -> Result<()> {
-        match self.0 {}
-    }
-    pub fn bytes_moved(&self) -> u64 {
-        match self.0 {}
+
+/// The adapter's own limits where size and speed depend on them, the least common ones elsewhere.
+fn limits(own: &wgpu::Limits) -> wgpu::Limits {
+    wgpu::Limits {
+        max_bindings_per_bind_group: own.max_bindings_per_bind_group,
+        max_buffer_size: own.max_buffer_size,
+        max_storage_buffer_binding_size: own.max_storage_buffer_binding_size,
+        max_storage_buffers_per_shader_stage: own.max_storage_buffers_per_shader_stage,
+        max_compute_workgroups_per_dimension: own.max_compute_workgroups_per_dimension,
+        min_uniform_buffer_offset_alignment: own.min_uniform_buffer_offset_alignment,
+        ..wgpu::Limits::downlevel_defaults()
     }
 }

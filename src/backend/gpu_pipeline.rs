@@ -1,1 +1,104 @@
-//! temp
+//! A kernel's compute pipeline and its explicit layout.
+
+use std::num::NonZeroU64;
+
+use super::Access;
+use super::gpu::Gpu;
+use super::gpu_buffer::GpuBuffer;
+use super::module::{PageShape, Signature};
+use crate::error::{Error, Result};
+
+/// A compiled kernel, for one way of cutting its buffers into pages.
+#[derive(Debug)]
+pub struct Pipeline {
+    /// What a pass sets.
+    pub pipeline: wgpu::ComputePipeline,
+    layout: wgpu::BindGroupLayout,
+    uniform_bytes: NonZeroU64,
+}
+
+impl Pipeline {
+    /// Composes, validates and compiles the kernel's module.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] when the pages are more than the adapter can bind, [`Error::Device`] when it refuses the module.
+    pub fn new(gpu: &Gpu, signature: &Signature<'_>, pages: &[PageShape]) -> Result<Self> {
+        let (needed, limit) =
+            (pages.iter().map(|page| page.count).sum::<u32>(), gpu.limits().max_storage_buffers_per_shader_stage);
+        if needed > limit {
+            return Err(Error::Limit(format!(
+                "the mesh is too large for this adapter: '{}' needs {needed} storage buffers, {} binds {limit}",
+                signature.name,
+                gpu.description()
+            )));
+        }
+        let uniform_bytes = NonZeroU64::MIN.saturating_add(signature.uniform_bytes() as u64 - 1);
+        let text = signature.compose(pages);
+        gpu.guard(&format!("the kernel '{}' was refused", signature.name), || {
+            let device = gpu.device();
+            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(signature.name),
+                source: wgpu::ShaderSource::Wgsl(text.into()),
+            });
+            let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label: Some(signature.name),
+                entries: &entries(signature, pages, uniform_bytes),
+            });
+            let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(signature.name),
+                bind_group_layouts: &[Some(&layout)],
+                immediate_size: 0,
+            });
+            let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(signature.name),
+                layout: Some(&pipeline_layout),
+                module: &module,
+                entry_point: Some("main"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            });
+            Self { pipeline, layout, uniform_bytes }
+        })
+    }
+
+    /// Binds a uniform block in `uniforms` (at a dynamic offset) and these buffers.
+    pub fn bind(&self, device: &wgpu::Device, uniforms: &wgpu::Buffer, buffers: &[&GpuBuffer]) -> wgpu::BindGroup {
+        let block = wgpu::BufferBinding { buffer: uniforms, offset: 0, size: Some(self.uniform_bytes) };
+        let pages = buffers.iter().flat_map(|buffer| buffer.pages()).map(wgpu::Buffer::as_entire_binding);
+        let resources = std::iter::once(wgpu::BindingResource::Buffer(block)).chain(pages);
+        let entries: Vec<_> =
+            resources.zip(0..).map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource }).collect();
+        device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &self.layout, entries: &entries })
+    }
+}
+
+fn entries(
+    signature: &Signature<'_>,
+    pages: &[PageShape],
+    uniform_bytes: NonZeroU64,
+) -> Vec<wgpu::BindGroupLayoutEntry> {
+    let uniform = wgpu::BindingType::Buffer {
+        ty: wgpu::BufferBindingType::Uniform,
+        has_dynamic_offset: true,
+        min_binding_size: Some(uniform_bytes),
+    };
+    let storage = signature.bindings.iter().zip(pages).flat_map(|(binding, shape)| {
+        let read_only = binding.access == Access::Read;
+        let ty = wgpu::BufferBindingType::Storage { read_only };
+        (0..shape.count).map(move |_| wgpu::BindingType::Buffer {
+            ty,
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        })
+    });
+    let types = std::iter::once(uniform).chain(storage);
+    types
+        .zip(0..)
+        .map(|(ty, binding)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty,
+            count: None,
+        })
+        .collect()
+}

@@ -2,17 +2,49 @@
 //!
 //! Parsing touches no file. A doc comment's first line is the short help, all of it the long help.
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Command, CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
 use super::values::{self, Weld};
 
 /// Reduce triangle meshes, on the GPU or the CPU, with the same bytes on both.
 #[derive(Debug, Parser)]
-#[command(name = "coarsen", version, max_term_width = 100, arg_required_else_help = true, after_help = EXAMPLES)]
+#[command(name = "coarsen", version, arg_required_else_help = true, after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(subcommand)]
     pub verb: Verb,
+}
+
+/// The definition, with long texts broken into lines.
+///
+/// The width is fixed, so that the help is the same in a terminal, a file and a test.
+pub fn command() -> Command {
+    Arguments::command().mut_subcommands(|verb| {
+        let about = verb.get_long_about().map(|text| wrapped(&text.to_string(), 79)).unwrap_or_default();
+        verb.long_about(about).mut_args(|arg| match arg.get_long_help().map(|text| wrapped(&text.to_string(), 69)) {
+            Some(text) => arg.long_help(text),
+            None => arg,
+        })
+    })
+}
+
+/// Breaks every line of `text` between words so that none is longer than `width`, if it has a space.
+fn wrapped(text: &str, width: usize) -> String {
+    let mut lines: Vec<String> = Vec::new();
+    for paragraph in text.lines() {
+        lines.push(String::new());
+        for word in paragraph.split_whitespace() {
+            match lines.last_mut() {
+                Some(line) if line.is_empty() => line.push_str(word),
+                Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
+                    line.push(' ');
+                    line.push_str(word);
+                }
+                _ => lines.push(word.into()),
+            }
+        }
+    }
+    lines.join("\n")
 }
 
 #[derive(Debug, Subcommand)]
@@ -107,16 +139,17 @@ pub struct Target {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Shape")]
 pub struct Shape {
-    /// How to simplify
+    /// How to simplify: contract
     ///
-    /// Contracts pairs of vertices in rounds, the cheapest first.
-    #[arg(long, value_enum, default_value_t = Method::Contract)]
+    /// The method: 'contract' contracts pairs of vertices in rounds, the cheapest first.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Method::Contract, hide_possible_values = true)]
     pub method: Method,
 
-    /// What a contraction costs
+    /// Cost: volume or plane
     ///
-    /// Which error a contraction is charged for.
-    #[arg(long, value_enum, default_value_t = Metric::Volume)]
+    /// What a contraction costs: with 'volume' the volume that it sweeps over the current faces, which is the more
+    /// accurate; with 'plane' the squared distances to the planes of the original, accumulated over the run.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Metric::Volume, hide_possible_values = true)]
     pub metric: Metric,
 
     /// Keep border vertices where they are
@@ -131,16 +164,18 @@ pub struct Shape {
     #[arg(long, value_name = "W", default_value = "1", value_parser = values::weight)]
     pub border_weight: f32,
 
-    /// Where the vertex of a contraction goes
+    /// New vertex: optimal or endpoint
     ///
-    /// Which positions a new vertex may take.
-    #[arg(long, value_enum, default_value_t = Placement::Optimal)]
+    /// Where the vertex of a contraction goes: with 'optimal' where its cost is least; with 'endpoint' to one of the two
+    /// ends, so that the result's vertices are vertices of the input.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Placement::Optimal, hide_possible_values = true)]
     pub placement: Placement,
 
     /// Largest turn of a face in one contraction
     ///
-    /// Refuses a contraction that turns a face's normal by more than this, in degrees above 0 and up to 90 [default: 78.5]
-    #[arg(long, value_name = "DEG", value_parser = values::angle, hide_default_value = true)]
+    /// Refuses a contraction that turns a face's normal by more than this, in degrees above 0 and up to 90. Without the option that is
+    /// 78.5 degrees.
+    #[arg(long, value_name = "DEG", value_parser = values::angle)]
     pub max_flip: Option<f32>,
 
     /// Join vertices this close first, or 'off'
@@ -159,12 +194,12 @@ pub struct Shape {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Device")]
 pub struct Device {
-    /// auto, cpu, gpu, gpu:N, software, or a name
+    /// auto, cpu, gpu, gpu:N, software or a name
     ///
     /// Where to compute. 'auto' takes a hardware GPU when there is one and the mesh is large enough to gain, else the
     /// CPU, and never a software adapter; 'gpu' the first hardware GPU; 'gpu:N' the adapter of that index in `coarsen
     /// devices`; 'software' a software adapter; any other text the first adapter whose name contains it.
-    #[arg(short = 'g', long, value_name = "DEVICE", default_value = "auto")]
+    #[arg(short = 'g', long, value_name = "NAME", default_value = "auto")]
     pub device: String,
 
     /// Threads to use; 0 for one a core
@@ -221,10 +256,11 @@ pub struct Writing {
     #[arg(short, long)]
     pub verbose: bool,
 
-    /// Show progress
+    /// Progress: auto, bar, json or never
     ///
-    /// How to show progress on standard error.
-    #[arg(long, value_enum, default_value_t = Progress::Auto)]
+    /// How to show progress on standard error: 'bar' draws a bar if that is a terminal; 'auto' does the same except where
+    /// CI is set or --quiet is given; 'json' prints a JSON object on a line after every round; 'never' shows nothing.
+    #[arg(long, value_name = "HOW", value_enum, default_value_t = Progress::Auto, hide_possible_values = true)]
     pub progress: Progress,
 }
 
@@ -286,25 +322,25 @@ pub enum Method {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Metric {
-    /// The volume swept over the current faces: the most accurate
+    /// The volume swept over the current faces
     Volume,
-    /// Squared distances to the planes of the original, accumulated: keeps what the original was
+    /// Squared distances to the planes of the original
     Plane,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Placement {
-    /// Where the metric is least
+    /// Where the cost is least
     Optimal,
-    /// At one of the two ends, so that the result's vertices are vertices of the input
+    /// At one of the two ends
     Endpoint,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Progress {
-    /// A bar on a terminal, else nothing; nothing where CI is set
+    /// A bar on a terminal unless CI is set
     Auto,
-    /// A bar, also where standard error is no terminal
+    /// A bar on a terminal
     Bar,
     /// A JSON object a line after every round
     Json,
@@ -343,24 +379,24 @@ Examples:
 
 #[cfg(test)]
 mod tests {
-    use clap::{ArgAction, CommandFactory};
+    use clap::ArgAction;
 
     use super::*;
 
     #[test]
     fn the_definition_is_consistent() {
-        Arguments::command().debug_assert();
+        command().debug_assert();
     }
 
     #[test]
-    fn every_option_has_a_short_and_a_long_help() {
+    fn every_option_has_a_line_and_a_sentence() {
         let mut seen = 0;
-        for command in Arguments::command().get_subcommands() {
-            assert!(command.get_about().is_some() && command.get_long_about().is_some(), "{}", command.get_name());
-            for option in command.get_arguments().filter(|arg| !arg.is_positional()) {
+        for verb in command().get_subcommands() {
+            assert!(verb.get_long_about().is_some_and(|text| text.to_string().ends_with('.')), "{}", verb.get_name());
+            for option in verb.get_arguments().filter(|arg| !arg.is_positional()) {
                 let long = option.get_long_help().unwrap_or_default().to_string();
-                assert!(option.get_help().is_some(), "{option}");
-                assert!(long.contains(['.', ']']), "{option} has no sentence: {long}");
+                assert!(option.get_help().is_some_and(|text| !text.to_string().ends_with('.')), "{option}");
+                assert!(long.ends_with(['.', ')']), "{option} has no sentence: {long}");
                 seen += 1;
             }
         }
@@ -369,9 +405,14 @@ mod tests {
 
     #[test]
     fn flags_take_no_value() {
-        let command = Arguments::command();
+        let command = command();
         let simplify = command.find_subcommand("simplify").expect("the verb");
         let flags = simplify.get_arguments().filter(|arg| matches!(arg.get_action(), ArgAction::SetTrue)).count();
         assert_eq!(flags, 7);
+    }
+
+    #[test]
+    fn lines_break_between_words() {
+        assert_eq!(wrapped("aa bb cc\n\ndd abcdefgh e", 5), "aa bb\ncc\n\ndd\nabcdefgh\ne");
     }
 }

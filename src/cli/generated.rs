@@ -1,9 +1,9 @@
 //! `coarsen man` and `coarsen completions`: made from the definition of the arguments.
 
-use clap::CommandFactory;
 use clap_complete::Shell;
+use clap_mangen::Man;
 
-use super::args::Arguments;
+use super::args::command;
 use super::{Exit, console};
 
 /// Prints a completion script.
@@ -12,7 +12,7 @@ use super::{Exit, console};
 /// An output that cannot be written.
 pub fn completions(shell: Shell) -> anyhow::Result<Exit> {
     let mut script = Vec::new();
-    clap_complete::generate(shell, &mut Arguments::command(), "coarsen", &mut script);
+    clap_complete::generate(shell, &mut command(), "coarsen", &mut script);
     console::print(&script)?;
     Ok(Exit::Done)
 }
@@ -22,12 +22,11 @@ pub fn completions(shell: Shell) -> anyhow::Result<Exit> {
 /// # Errors
 /// An output that cannot be written.
 pub fn man() -> anyhow::Result<Exit> {
-    let mut command = Arguments::command().disable_help_subcommand(true);
+    let mut command = command().disable_help_subcommand(true);
     command.build();
     let mut pages = Vec::new();
-    clap_mangen::Man::new(command.clone()).render(&mut pages)?;
-    for verb in command.get_subcommands() {
-        clap_mangen::Man::new(verb.clone()).render(&mut pages)?;
+    for command in std::iter::once(&command).chain(command.get_subcommands()) {
+        Man::new(command.clone()).source(concat!("coarsen ", env!("CARGO_PKG_VERSION"))).render(&mut pages)?;
     }
     console::print(&pages)?;
     Ok(Exit::Done)

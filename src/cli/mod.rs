@@ -23,7 +23,7 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::FromArgMatches;
 
 pub use args::Arguments;
 use args::Verb;
@@ -34,7 +34,7 @@ pub use failure::Exit;
 /// # Errors
 /// What clap has to say: a mistake, or the help or version asked for.
 pub fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Arguments, clap::Error> {
-    Arguments::try_parse_from(args)
+    Arguments::from_arg_matches(&args::command().try_get_matches_from(args)?)
 }
 
 /// Prints the help asked for, or what is wrong with the arguments in the form of all other errors.
@@ -66,7 +66,7 @@ pub fn run(arguments: Arguments) -> anyhow::Result<Exit> {
 pub fn report(error: &anyhow::Error) -> ExitCode {
     let exit = failure::exit_of(error);
     if exit != Exit::Done {
-        console::error(&format!("{error:#}"));
+        console::error(&failure::message(error));
     }
     exit.into()
 }

@@ -10,7 +10,7 @@ use coarsen::{Budget, Method};
 use super::Exit;
 use super::args::{self, Progress};
 use super::console::Verbosity;
-use super::failure::{Refusal, exit_of};
+use super::failure::{Refusal, exit_of, message};
 use super::sink::Sink;
 use super::source::Source;
 use super::values::Weld;
@@ -147,7 +147,7 @@ impl Problems {
             1 => self.0.remove(0),
             count => {
                 let exit = self.0.first().map_or(Exit::Unexpected, exit_of);
-                let lines: String = self.0.iter().map(|problem| format!("\n  - {problem:#}")).collect();
+                let lines: String = self.0.iter().map(|problem| format!("\n  - {}", message(problem))).collect();
                 Refusal::new(exit, format!("{count} problems:{lines}"))
             }
         }

@@ -16,7 +16,12 @@ use super::failure::at;
 pub enum Source {
     File(PathBuf),
     Stdin(Format),
-    Sample { name: String, faces: Option<usize> },
+    /// As written, its name, its faces.
+    Sample {
+        text: String,
+        name: String,
+        faces: Option<usize>,
+    },
 }
 
 impl Source {
@@ -33,7 +38,7 @@ impl Source {
             let malformed =
                 || Error::Parameter(format!("'{text}' is no sample: write sample:NAME or sample:NAME@FACES"));
             let (name, faces) = parse_sample(text).ok_or_else(malformed)?;
-            return Ok(Self::Sample { name: name.into(), faces });
+            return Ok(Self::Sample { text: text.into(), name: name.into(), faces });
         }
         let path = PathBuf::from(text);
         match fs::metadata(&path) {
@@ -59,7 +64,7 @@ impl Source {
         match self {
             Self::File(path) => formats::read(path),
             Self::Stdin(format) => formats::read_from(&mut io::stdin(), *format, Compression::None),
-            Self::Sample { name, faces } => sample(name, *faces),
+            Self::Sample { name, faces, .. } => sample(name, *faces),
         }
         .map_err(|error| at(Path::new(&self.to_string()), error))
     }
@@ -70,8 +75,7 @@ impl fmt::Display for Source {
         match self {
             Self::File(path) => path.display().fmt(f),
             Self::Stdin(_) => f.write_str("-"),
-            Self::Sample { name, faces: None } => write!(f, "sample:{name}"),
-            Self::Sample { name, faces: Some(faces) } => write!(f, "sample:{name}@{faces}"),
+            Self::Sample { text, .. } => f.write_str(text),
         }
     }
 }

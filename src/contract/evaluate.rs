@@ -18,7 +18,6 @@ use super::{Metric, Options, Placement};
 /// The buffers of a round's evaluation on one device.
 #[derive(Debug)]
 pub struct Evaluation {
-    metric: Metric,
     at_endpoints: bool,
     border_weight: f32,
     volume: Option<(Buffer<VolumeSum>, Buffer<BorderSum>)>,
@@ -52,7 +51,6 @@ impl Evaluation {
             Metric::Plane => None,
         };
         Ok(Self {
-            metric: options.metric,
             at_endpoints: options.placement == Placement::Endpoint,
             border_weight: options.border_weight,
             volume,
@@ -130,11 +128,6 @@ impl Evaluation {
             }),
             (None, None) => Ok(()),
         }
-    }
-
-    /// The metric it evaluates.
-    pub fn metric(&self) -> Metric {
-        self.metric
     }
 }
 

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::contract_vertices::{KEEPS, ROLES, VERTEX};
 use super::split::{chunk_bounds, split_at_bounds};
-use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 
 /// One invocation a vertex.
 pub struct CompactRings<'a> {
@@ -29,13 +29,18 @@ pub struct CompactRings<'a> {
     pub rings_out: &'a mut Buffer<u32>,
 }
 
-params!(count: u32);
+params! {
+    /// The uniform block.
+    pub struct Params {
+        count: u32,
+    }
+}
 
 impl Kernel for CompactRings<'_> {
     const NAME: &'static str = "compact_rings";
     const SOURCE: &'static str = include_str!("../../shaders/compact_rings.wgsl");
     type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = FIELDS;
+    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
     const CONSTANTS: &'static [(&'static str, Constant)] = ROLES;
 
     fn params(&self) -> Params {

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::rows::Position;
 use super::split::{chunk_bounds, split_at_bounds};
-use crate::backend::{Access, Binding, Buffer, Kernel};
+use crate::backend::{Access, Binding, Buffer, Kernel, params};
 
 /// One invocation a vertex, and one that ends the starts.
 pub struct CompactVertices<'a> {
@@ -23,13 +23,18 @@ pub struct CompactVertices<'a> {
     pub starts_out: &'a mut Buffer<u32>,
 }
 
-params!(count: u32);
+params! {
+    /// The uniform block.
+    pub struct Params {
+        count: u32,
+    }
+}
 
 impl Kernel for CompactVertices<'_> {
     const NAME: &'static str = "compact_vertices";
     const SOURCE: &'static str = include_str!("../../shaders/compact_vertices.wgsl");
     type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = FIELDS;
+    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
 
     fn params(&self) -> Params {
         Params { count: self.vertex_count }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::contract_vertices::{GONE, ROLES, VERTEX};
 use super::rows::Face;
 use super::split::CHUNK;
-use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 
 /// One invocation a face, and one that ends `live` with 0.
 pub struct ContractFaces<'a> {
@@ -20,7 +20,12 @@ pub struct ContractFaces<'a> {
     pub live: &'a mut Buffer<u32>,
 }
 
-params!(count: u32);
+params! {
+    /// The uniform block.
+    pub struct Params {
+        count: u32,
+    }
+}
 
 /// The vertex that `vertex` has become.
 #[inline(always)]
@@ -32,7 +37,7 @@ impl Kernel for ContractFaces<'_> {
     const NAME: &'static str = "contract_faces";
     const SOURCE: &'static str = include_str!("../../shaders/contract_faces.wgsl");
     type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = FIELDS;
+    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
     const CONSTANTS: &'static [(&'static str, Constant)] = ROLES;
 
     fn params(&self) -> Params {

@@ -3,7 +3,7 @@
 
 use super::plane_quadric::{moved, sum_moved};
 use super::rows::{Contraction, PlaneQuadric, Position};
-use crate::backend::{Access, Binding, Buffer, Kernel};
+use crate::backend::{Access, Binding, Buffer, Kernel, params};
 use crate::math::Vec3;
 use crate::math::exact::{add, sub3};
 
@@ -19,7 +19,12 @@ pub struct ContractQuadrics<'a> {
     pub quadrics: &'a mut Buffer<PlaneQuadric>,
 }
 
-params!(count: u32);
+params! {
+    /// The uniform block.
+    pub struct Params {
+        count: u32,
+    }
+}
 
 /// The sum of two quadrics, about `x`; `a` and `b` are where they stand.
 #[inline(always)]
@@ -45,7 +50,7 @@ impl Kernel for ContractQuadrics<'_> {
     const SOURCE: &'static str = include_str!("../../shaders/contract_quadrics.wgsl");
     const SHARED: &'static [&'static str] = &[include_str!("../../shaders/shared/plane_quadric.wgsl")];
     type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = FIELDS;
+    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
 
     fn params(&self) -> Params {
         Params { count: self.contraction_count }

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::pairs::NO_PAIR;
-use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 
 /// Bits of a key below its bucket: what is left is the exponent and four bits of the mantissa, 6 % of a cost.
 pub const BUCKET_SHIFT: u32 = 19;
@@ -23,13 +23,18 @@ pub struct CostHistogram<'a> {
     pub buckets: &'a mut Buffer<u32>,
 }
 
-params!(count: u32);
+params! {
+    /// The uniform block.
+    pub struct Params {
+        count: u32,
+    }
+}
 
 impl Kernel for CostHistogram<'_> {
     const NAME: &'static str = "cost_histogram";
     const SOURCE: &'static str = include_str!("../../shaders/cost_histogram.wgsl");
     type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = FIELDS;
+    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
     const CONSTANTS: &'static [(&'static str, Constant)] = &[
         ("BUCKET_SHIFT", Constant::U32(BUCKET_SHIFT)),
         ("BUCKETS", Constant::U32(BUCKETS)),

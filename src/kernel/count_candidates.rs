@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 
 /// Keys a block: one workgroup ranks them in its shared memory.
 pub const GATE_BLOCK: u32 = 256;
@@ -19,13 +19,19 @@ pub struct CountCandidates<'a> {
     pub counts: &'a mut Buffer<u32>,
 }
 
-params!(count: u32, threshold: u32);
+params! {
+    /// The uniform block.
+    pub struct Params {
+        count: u32,
+        threshold: u32,
+    }
+}
 
 impl Kernel for CountCandidates<'_> {
     const NAME: &'static str = "count_candidates";
     const SOURCE: &'static str = include_str!("../../shaders/count_candidates.wgsl");
     type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = FIELDS;
+    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
     const CONSTANTS: &'static [(&'static str, Constant)] = &[("GATE_BLOCK", Constant::U32(GATE_BLOCK))];
     const WORKGROUP: u32 = GATE_BLOCK;
 

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::count_candidates::GATE_BLOCK;
 use super::rows::Candidate;
 use super::split::split_at_bounds;
-use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 
 /// Blocks a thread takes at a time.
 const BLOCKS_EACH: usize = 64;
@@ -25,13 +25,19 @@ pub struct GatherCandidates<'a> {
     pub candidates: &'a mut Buffer<Candidate>,
 }
 
-params!(count: u32, threshold: u32);
+params! {
+    /// The uniform block.
+    pub struct Params {
+        count: u32,
+        threshold: u32,
+    }
+}
 
 impl Kernel for GatherCandidates<'_> {
     const NAME: &'static str = "gather_candidates";
     const SOURCE: &'static str = include_str!("../../shaders/gather_candidates.wgsl");
     type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = FIELDS;
+    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
     const CONSTANTS: &'static [(&'static str, Constant)] = &[("GATE_BLOCK", Constant::U32(GATE_BLOCK))];
     const WORKGROUP: u32 = GATE_BLOCK;
 

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::contract_vertices::{GONE, KEEPS, ROLES, VERTEX};
 use super::split::CHUNK;
-use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 
 /// One invocation a vertex, and one that ends both outputs with 0.
 pub struct LiveVertices<'a> {
@@ -25,7 +25,12 @@ pub struct LiveVertices<'a> {
     pub ring_lengths: &'a mut Buffer<u32>,
 }
 
-params!(count: u32);
+params! {
+    /// The uniform block.
+    pub struct Params {
+        count: u32,
+    }
+}
 
 #[inline(always)]
 fn live_faces(vertex: u32, ring_starts: &[u32], ring_faces: &[u32], face_live: &[u32]) -> u32 {
@@ -37,7 +42,7 @@ impl Kernel for LiveVertices<'_> {
     const NAME: &'static str = "live_vertices";
     const SOURCE: &'static str = include_str!("../../shaders/live_vertices.wgsl");
     type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = FIELDS;
+    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
     const CONSTANTS: &'static [(&'static str, Constant)] = ROLES;
 
     fn params(&self) -> Params {

@@ -4,20 +4,6 @@
 //! calls and stores, in parallel where the outputs can be split. Single-precision arithmetic goes through
 //! [`crate::math::exact`], so that twin and shader agree bit for bit.
 
-/// Declares a kernel's uniform block `Params` and the table of its fields.
-macro_rules! params {
-    ($($name:ident: $type:ident),+ $(,)?) => {
-        /// The uniform block.
-        #[repr(C)]
-        #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-        pub struct Params {
-            $($name: $type),+
-        }
-
-        const FIELDS: &[(&str, &str)] = &[$((stringify!($name), stringify!($type))),+];
-    };
-}
-
 pub mod compact_faces;
 pub mod compact_quadrics;
 pub mod compact_rings;
@@ -27,6 +13,7 @@ pub mod contract_quadrics;
 pub mod contract_vertices;
 pub mod cost_histogram;
 pub mod count_candidates;
+pub mod exact_probe;
 pub mod gather_candidates;
 pub mod live_vertices;
 pub mod pair_quadric;
@@ -41,3 +28,53 @@ mod split;
 pub mod stars;
 pub mod volume_costs;
 pub mod volume_sums;
+
+use crate::backend::{Device, GpuOptions, Selector, row};
+use crate::error::{Error, Result};
+use crate::math::exact::Sym3;
+
+row!(Sym3 { xx, xy, xz, yy, yz, zz });
+
+impl Device {
+    /// Opens the device that `selector` names, with `threads` threads for the CPU's part (0: one a core).
+    ///
+    /// A GPU must pass a self-test: [`exact_probe`] has to return the CPU's bits. [`Selector::Auto`] never fails for
+    /// want of a GPU: it takes the CPU, and [`Device::notes`] says why.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the asked-for adapter is missing, cannot be opened or fails the self-test; the message
+    /// says what to install.
+    pub fn open(selector: &Selector, threads: usize) -> Result<Self> {
+        Self::open_with(selector, threads, &GpuOptions::default())
+    }
+
+    /// [`Device::open`] with `options` for the GPU.
+    ///
+    /// # Errors
+    /// As [`Device::open`].
+    pub fn open_with(selector: &Selector, threads: usize, options: &GpuOptions) -> Result<Self> {
+        match (Self::open_tested(selector, threads, options), selector) {
+            (Err(reason), Selector::Auto) => {
+                Ok(Self::cpu(threads)?.with_note(format!("no GPU is used: {}", text(&reason))))
+            }
+            (result, _) => result,
+        }
+    }
+
+    fn open_tested(selector: &Selector, threads: usize, options: &GpuOptions) -> Result<Self> {
+        let device = Self::open_untested(selector, threads, options)?;
+        if let Some(mut queue) = device.gpu_queue() {
+            exact_probe::self_test(&mut queue)
+                .map_err(|e| Error::Device(format!("{} fails the self-test: {}", device.description(), text(&e))))?;
+        }
+        Ok(device)
+    }
+}
+
+/// An error's message without its kind, to stand in another.
+fn text(error: &Error) -> String {
+    match error {
+        Error::Device(message) | Error::Limit(message) => message.clone(),
+        other => other.to_string(),
+    }
+}

@@ -149,15 +149,15 @@ pub fn cost_key(cost: f32) -> u32 {
     cost.min(GREATEST).to_bits()
 }
 
-/// A with the terms of both ends, the common ones counted once; b and c from half the pair.
+/// A with the terms of both ends, the mutual ones counted once; b and c from half the pair.
 ///
-/// Every plane of the first end has d = −n·h about the midpoint and every plane of the second d = n·h; the common ones
+/// Every plane of the first end has d = −n·h about the midpoint and every plane of the second d = n·h; the mutual ones
 /// hold both ends, so n·h = 0.
 #[inline(always)]
-pub fn end_matrices(first: Sym3, second: Sym3, common: Sym3, h: Vec3) -> PairQuadric {
+pub fn end_matrices(first: Sym3, second: Sym3, mutual: Sym3, h: Vec3) -> PairQuadric {
     let both = sym_add(first, second);
     PairQuadric {
-        a: sym_sub(both, common),
+        a: sym_sub(both, mutual),
         b: sym_mul(sym_sub(second, first), h),
         c: dot3(h, sym_mul(both, h)),
         n: Vec3::ZERO,

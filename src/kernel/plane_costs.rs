@@ -14,7 +14,7 @@ use super::plane_quadric::{moved, sum_moved};
 use super::rows::{Face, LOCKED, PlaneQuadric, Position};
 use super::split::CHUNK;
 use super::stars::Stars;
-use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
 use crate::math::exact::{mul, scale3, sub3, trace};
 
@@ -42,7 +42,14 @@ pub struct PlaneCosts<'a> {
     pub keys: &'a mut Buffer<u32>,
 }
 
-params!(count: u32, at_endpoints: u32, regularization: f32);
+params! {
+    /// The uniform block.
+    pub struct Params {
+        count: u32,
+        at_endpoints: u32,
+        regularization: f32,
+    }
+}
 
 /// The cost of a pair from −h to h, solved at a scale where the trace is about 1.
 #[inline(always)]
@@ -85,7 +92,7 @@ impl Kernel for PlaneCosts<'_> {
         include_str!("../../shaders/shared/plane_quadric.wgsl"),
     ];
     type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = FIELDS;
+    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
     const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;
 
     fn params(&self) -> Params {

@@ -14,7 +14,7 @@ use super::pairs::HUB;
 use super::rows::{BORDER, Face, PlaneQuadric, Position};
 use super::split::CHUNK;
 use super::stars::{Stars, face_normal, faces_with};
-use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::exact::{Sym3, add, cross3, divide, dot3, mul, outer, root, sub3, sym_add, sym_scale};
 
 /// One invocation a vertex.
@@ -35,7 +35,13 @@ pub struct PlaneSums<'a> {
     pub quadrics: &'a mut Buffer<PlaneQuadric>,
 }
 
-params!(count: u32, border_weight: f32);
+params! {
+    /// The uniform block.
+    pub struct Params {
+        count: u32,
+        border_weight: f32,
+    }
+}
 
 #[inline(always)]
 fn plane_sum(vertex: u32, stars: &Stars<'_>, border_weight: f32) -> PlaneQuadric {
@@ -85,7 +91,7 @@ impl Kernel for PlaneSums<'_> {
     const SOURCE: &'static str = include_str!("../../shaders/plane_sums.wgsl");
     const SHARED: &'static [&'static str] = &[include_str!("../../shaders/shared/stars.wgsl")];
     type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = FIELDS;
+    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
     const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;
 
     fn params(&self) -> Params {

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::backend::Row;
+use crate::backend::row;
 use crate::math::Vec3;
 use crate::math::exact::Sym3;
 
@@ -169,11 +169,10 @@ impl PlaneQuadric {
     }
 }
 
-macro_rules! row {
-    ($($name:ident),*) => {
-        $(impl Row for $name {
-            const WGSL: &'static str = stringify!($name);
-        })*
-    };
-}
-row!(Position, Face, Contraction, VolumeSum, BorderSum, PlaneQuadric, Candidate);
+row!(Position { x, y, z, flags });
+row!(Face { a, b, c });
+row!(Contraction { keep, gone, x, y, z, flags });
+row!(VolumeSum { xx, xy, xz, yy, yz, zz, nx, ny, nz });
+row!(BorderSum { xx, xy, xz, yy, yz, zz });
+row!(PlaneQuadric { xx, xy, xz, yy, yz, zz, bx, by, bz, c, weight });
+row!(Candidate { key, half_edge });

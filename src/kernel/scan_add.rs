@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::scan_blocks::SCAN_BLOCK;
-use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 
 /// One invocation a value.
 pub struct ScanAdd<'a> {
@@ -15,13 +15,18 @@ pub struct ScanAdd<'a> {
     pub count: u32,
 }
 
-params!(count: u32);
+params! {
+    /// The uniform block.
+    pub struct Params {
+        count: u32,
+    }
+}
 
 impl Kernel for ScanAdd<'_> {
     const NAME: &'static str = "scan_add";
     const SOURCE: &'static str = include_str!("../../shaders/scan_add.wgsl");
     type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = FIELDS;
+    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
     const CONSTANTS: &'static [(&'static str, Constant)] = &[("SCAN_BLOCK", Constant::U32(SCAN_BLOCK))];
 
     fn params(&self) -> Params {

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 
 /// Values a block: one workgroup scans it in its shared memory.
 pub const SCAN_BLOCK: u32 = 1024;
@@ -19,13 +19,18 @@ pub struct ScanBlocks<'a> {
     pub sums: &'a mut Buffer<u32>,
 }
 
-params!(count: u32);
+params! {
+    /// The uniform block.
+    pub struct Params {
+        count: u32,
+    }
+}
 
 impl Kernel for ScanBlocks<'_> {
     const NAME: &'static str = "scan_blocks";
     const SOURCE: &'static str = include_str!("../../shaders/scan_blocks.wgsl");
     type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = FIELDS;
+    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
     const CONSTANTS: &'static [(&'static str, Constant)] =
         &[("SCAN_BLOCK", Constant::U32(SCAN_BLOCK)), ("SCAN_THREADS", Constant::U32(SCAN_THREADS))];
     const WORKGROUP: u32 = SCAN_THREADS;

@@ -18,7 +18,7 @@ use super::rows::{BORDER, BorderSum, Face, LOCKED, Position, VolumeSum};
 use super::split::CHUNK;
 use super::stars::Stars;
 use super::volume_sums::border_term;
-use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
 use crate::math::exact::{Sym3, add3, cross3, dot3, mul, outer, scale3, sub3, sym_add, sym_scale, trace};
 
@@ -53,29 +53,37 @@ pub struct VolumeCosts<'a> {
     pub keys: &'a mut Buffer<u32>,
 }
 
-params!(count: u32, at_endpoints: u32, border_weight: f32, regularization: f32);
+params! {
+    /// The uniform block.
+    pub struct Params {
+        count: u32,
+        at_endpoints: u32,
+        border_weight: f32,
+        regularization: f32,
+    }
+}
 
 /// What both ends and the shared faces sum to.
 #[derive(Debug, Clone, Copy)]
 pub struct Ends {
     first: Sym3,
     second: Sym3,
-    common: Sym3,
+    mutual: Sym3,
     first_normal: Vec3,
     second_normal: Vec3,
-    common_normal: Vec3,
+    mutual_normal: Vec3,
 }
 
 /// Adds the border terms, weighted by the pair's length, and drops the volume constraint.
 #[inline(always)]
-fn with_border(ends: Ends, first: BorderSum, second: BorderSum, common: Sym3, weight: f32) -> Ends {
+fn with_border(ends: Ends, first: BorderSum, second: BorderSum, mutual: Sym3, weight: f32) -> Ends {
     Ends {
         first: sym_add(ends.first, sym_scale(first.matrix(), weight)),
         second: sym_add(ends.second, sym_scale(second.matrix(), weight)),
-        common: sym_add(ends.common, sym_scale(common, weight)),
+        mutual: sym_add(ends.mutual, sym_scale(mutual, weight)),
         first_normal: Vec3::ZERO,
         second_normal: Vec3::ZERO,
-        common_normal: Vec3::ZERO,
+        mutual_normal: Vec3::ZERO,
     }
 }
 
@@ -91,9 +99,9 @@ fn volume_cost(ends: Ends, h: Vec3, freedom: Freedom) -> f32 {
     let s_sq = mul(s, s);
     let first = sym_scale(ends.first, s_sq);
     let second = sym_scale(ends.second, s_sq);
-    let common = sym_scale(ends.common, s_sq);
-    let mut q = end_matrices(first, second, common, h);
-    q.n = scale3(sub3(add3(ends.first_normal, ends.second_normal), ends.common_normal), s);
+    let mutual = sym_scale(ends.mutual, s_sq);
+    let mut q = end_matrices(first, second, mutual, h);
+    q.n = scale3(sub3(add3(ends.first_normal, ends.second_normal), ends.mutual_normal), s);
     q.d = dot3(scale3(sub3(ends.second_normal, ends.first_normal), s), h);
     mul(mul(pair_cost(q, h, freedom), scale_up(half)), scale_up(half))
 }
@@ -116,21 +124,21 @@ fn volume_key(
     let e = sub3(pw.xyz(), a);
     let h = scale3(e, 0.5);
     let left = cross3(e, sub3(stars.positions[l as usize].xyz(), a));
-    let mut common = outer(left);
-    let mut common_normal = left;
+    let mut mutual = outer(left);
+    let mut mutual_normal = left;
     if pair.right != NO_PAIR {
         let right = cross3(sub3(stars.positions[pair.right as usize].xyz(), a), e);
-        common = sym_add(common, outer(right));
-        common_normal = add3(common_normal, right);
+        mutual = sym_add(mutual, outer(right));
+        mutual_normal = add3(mutual_normal, right);
     }
     let (sum_u, sum_w) = (sums[u as usize], sums[w as usize]);
     let mut ends = Ends {
         first: sum_u.matrix(),
         second: sum_w.matrix(),
-        common,
+        mutual,
         first_normal: sum_u.normal(),
         second_normal: sum_w.normal(),
-        common_normal,
+        mutual_normal,
     };
     if (pu.flags | pw.flags) & BORDER != 0 {
         let on_border = if pair.right == NO_PAIR { border_term(e) } else { Sym3::default() };
@@ -156,7 +164,7 @@ impl Kernel for VolumeCosts<'_> {
         include_str!("../../shaders/shared/pair_quadric.wgsl"),
     ];
     type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = FIELDS;
+    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
     const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;
 
     fn params(&self) -> Params {

@@ -10,7 +10,7 @@ use super::pairs::HUB;
 use super::rows::{BORDER, BorderSum, Face, Position, VolumeSum};
 use super::split::CHUNK;
 use super::stars::{Stars, face_normal, faces_with};
-use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
 use crate::math::exact::{Sym3, add3, dot3, outer, sub3, sym_add, sym_sub};
 
@@ -32,7 +32,13 @@ pub struct VolumeSums<'a> {
     pub borders: &'a mut Buffer<BorderSum>,
 }
 
-params!(count: u32, has_border: u32);
+params! {
+    /// The uniform block.
+    pub struct Params {
+        count: u32,
+        has_border: u32,
+    }
+}
 
 /// |e|²·I − e eᵀ: the squared distance to a line along e, times |e|².
 #[inline(always)]
@@ -84,7 +90,7 @@ impl Kernel for VolumeSums<'_> {
     const SHARED: &'static [&'static str] =
         &[include_str!("../../shaders/shared/stars.wgsl"), include_str!("../../shaders/shared/border_term.wgsl")];
     type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = FIELDS;
+    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
     const CONSTANTS: &'static [(&'static str, Constant)] =
         &[("BORDER", Constant::U32(BORDER)), ("HUB", Constant::U32(HUB))];
 

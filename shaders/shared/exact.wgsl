@@ -1,0 +1,199 @@
+// Arithmetic whose bits do not depend on the device. Twin: src/math/exact.rs
+//
+// Vulkan rounds +, - and * correctly, but a driver may fuse and reorder them: every result passes `keep`, through which
+// no compiler sees. Division and square root may be some units in the last place off: `divide` and `root` take the
+// device's result as a guess and put it right in wrapping integers, which are exact everywhere.
+// Numbers below LEAST may be flushed by a device: a kernel calls `flush` where an underflow could come up.
+
+const LEAST: f32 = 0x1p-125f;
+const GREATEST_BITS: u32 = 0x7f7fffffu;
+const IMPLICIT_BIT: u32 = 0x800000u;
+const FRACTION: u32 = 0x7fffffu;
+const SIGN: u32 = 0x80000000u;
+
+fn keep(x: f32) -> f32 {
+    return bitcast<f32>(bitcast<u32>(x) ^ params.zero);
+}
+
+fn add(a: f32, b: f32) -> f32 {
+    return keep(a + b);
+}
+
+fn sub(a: f32, b: f32) -> f32 {
+    return keep(a - b);
+}
+
+fn mul(a: f32, b: f32) -> f32 {
+    return keep(a * b);
+}
+
+fn flush(x: f32, least: f32) -> f32 {
+    return select(x, 0.0, abs(x) < least);
+}
+
+fn biased_exponent(x: f32) -> i32 {
+    return i32((bitcast<u32>(x) >> 23u) & 0xffu);
+}
+
+fn significand(x: f32) -> u32 {
+    return (bitcast<u32>(x) & FRACTION) | IMPLICIT_BIT;
+}
+
+// `digits` is in 2^23 ..= 2^24, the upper end by a carry out of rounding.
+fn assemble(sign: u32, exponent: i32, digits: u32) -> f32 {
+    let biased = exponent + i32(digits >> 24u);
+    if biased < 2 {
+        return 0.0;
+    }
+    if biased > 254 {
+        return bitcast<f32>(sign | GREATEST_BITS);
+    }
+    return bitcast<f32>(sign | (u32(biased) << 23u) | (digits & FRACTION));
+}
+
+fn divide(a: f32, b: f32) -> f32 {
+    if abs(a) < LEAST || abs(b) < LEAST {
+        return 0.0;
+    }
+    let x = significand(a);
+    let y = significand(b);
+    let less = select(0u, 1u, x < y);
+    let n = x << less;
+    // n / y is in [1, 2): the quotient's 24 digits are q = n·2²³ / y. The guess is a few units off, so the remainder
+    // is far below 2³¹ and comes out of 32-bit arithmetic exactly.
+    var q = u32(f32(n) / f32(y) * 8388608.0);
+    var r = bitcast<i32>((n << 23u) - q * y);
+    let step = i32(floor(f32(r) / f32(y)));
+    q = q + bitcast<u32>(step);
+    r = r - step * i32(y);
+    if r < 0 {
+        q = q - 1u;
+        r = r + i32(y);
+    }
+    if r >= i32(y) {
+        q = q + 1u;
+        r = r - i32(y);
+    }
+    // A quotient of 24-bit numbers is never half-way between two.
+    if 2 * r > i32(y) {
+        q = q + 1u;
+    }
+    let sign = (bitcast<u32>(a) ^ bitcast<u32>(b)) & SIGN;
+    return assemble(sign, biased_exponent(a) - biased_exponent(b) + 127 - i32(less), q);
+}
+
+fn root(x: f32) -> f32 {
+    if x < LEAST {
+        return 0.0;
+    }
+    let exponent = biased_exponent(x);
+    let odd = 1u - (u32(exponent) & 1u);
+    let n = significand(x) << odd;
+    // The root's 24 digits are s = √(n·2²³), exact as in `divide`.
+    var s = u32(sqrt(f32(n) * 8388608.0));
+    var r = bitcast<i32>((n << 23u) - s * s);
+    let step = i32(floor(f32(r) / f32(2u * s)));
+    r = r - step * (2 * i32(s) + step);
+    s = s + bitcast<u32>(step);
+    if r < 0 {
+        s = s - 1u;
+        r = r + 2 * i32(s) + 1;
+    }
+    if r > 2 * i32(s) {
+        r = r - 2 * i32(s) - 1;
+        s = s + 1u;
+    }
+    // (s + ½)² is no integer, so the root is never half-way either.
+    if r > i32(s) {
+        s = s + 1u;
+    }
+    return assemble(0u, 127 + (exponent - 127 - i32(odd)) / 2, s);
+}
+
+fn add3(a: vec3f, b: vec3f) -> vec3f {
+    return vec3f(add(a.x, b.x), add(a.y, b.y), add(a.z, b.z));
+}
+
+fn sub3(a: vec3f, b: vec3f) -> vec3f {
+    return vec3f(sub(a.x, b.x), sub(a.y, b.y), sub(a.z, b.z));
+}
+
+fn mul3(a: vec3f, b: vec3f) -> vec3f {
+    return vec3f(mul(a.x, b.x), mul(a.y, b.y), mul(a.z, b.z));
+}
+
+fn scale3(a: vec3f, s: f32) -> vec3f {
+    return vec3f(mul(a.x, s), mul(a.y, s), mul(a.z, s));
+}
+
+fn flush3(a: vec3f, least: f32) -> vec3f {
+    return vec3f(flush(a.x, least), flush(a.y, least), flush(a.z, least));
+}
+
+fn dot3(a: vec3f, b: vec3f) -> f32 {
+    return add(add(mul(a.x, b.x), mul(a.y, b.y)), mul(a.z, b.z));
+}
+
+fn cross3(a: vec3f, b: vec3f) -> vec3f {
+    return vec3f(
+        sub(mul(a.y, b.z), mul(a.z, b.y)),
+        sub(mul(a.z, b.x), mul(a.x, b.z)),
+        sub(mul(a.x, b.y), mul(a.y, b.x)),
+    );
+}
+
+struct Sym3 {
+    xx: f32,
+    xy: f32,
+    xz: f32,
+    yy: f32,
+    yz: f32,
+    zz: f32,
+}
+
+fn outer(n: vec3f) -> Sym3 {
+    return Sym3(mul(n.x, n.x), mul(n.x, n.y), mul(n.x, n.z), mul(n.y, n.y), mul(n.y, n.z), mul(n.z, n.z));
+}
+
+fn sym_add(a: Sym3, b: Sym3) -> Sym3 {
+    return Sym3(
+        add(a.xx, b.xx), add(a.xy, b.xy), add(a.xz, b.xz), add(a.yy, b.yy), add(a.yz, b.yz), add(a.zz, b.zz),
+    );
+}
+
+fn sym_sub(a: Sym3, b: Sym3) -> Sym3 {
+    return Sym3(
+        sub(a.xx, b.xx), sub(a.xy, b.xy), sub(a.xz, b.xz), sub(a.yy, b.yy), sub(a.yz, b.yz), sub(a.zz, b.zz),
+    );
+}
+
+fn sym_scale(a: Sym3, s: f32) -> Sym3 {
+    return Sym3(mul(a.xx, s), mul(a.xy, s), mul(a.xz, s), mul(a.yy, s), mul(a.yz, s), mul(a.zz, s));
+}
+
+fn sym_mul(m: Sym3, v: vec3f) -> vec3f {
+    return vec3f(
+        dot3(vec3f(m.xx, m.xy, m.xz), v),
+        dot3(vec3f(m.xy, m.yy, m.yz), v),
+        dot3(vec3f(m.xz, m.yz, m.zz), v),
+    );
+}
+
+fn trace(m: Sym3) -> f32 {
+    return add(add(m.xx, m.yy), m.zz);
+}
+
+fn cofactors(m: Sym3) -> Sym3 {
+    return Sym3(
+        sub(mul(m.yy, m.zz), mul(m.yz, m.yz)),
+        sub(mul(m.xz, m.yz), mul(m.xy, m.zz)),
+        sub(mul(m.xy, m.yz), mul(m.xz, m.yy)),
+        sub(mul(m.xx, m.zz), mul(m.xz, m.xz)),
+        sub(mul(m.xy, m.xz), mul(m.xx, m.yz)),
+        sub(mul(m.xx, m.yy), mul(m.xy, m.xy)),
+    );
+}
+
+fn sym_det(m: Sym3, c: Sym3) -> f32 {
+    return add(add(mul(m.xx, c.xx), mul(m.xy, c.xy)), mul(m.xz, c.xz));
+}

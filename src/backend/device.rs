@@ -1,0 +1,129 @@
+//! The devices to choose from, and an open one.
+
+use std::sync::Arc;
+
+use super::gpu::Gpu;
+use super::gpu_recorder::Recorder;
+use super::queue::Queue;
+use crate::error::{Error, Result};
+
+/// Which device to open.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum Selector {
+    /// A hardware GPU where one is worth it, otherwise the CPU; never a software adapter.
+    #[default]
+    Auto,
+    /// The CPU.
+    Cpu,
+    /// The first hardware GPU.
+    Gpu,
+    /// The hardware or software adapter of this index in [`adapters`](super::adapters).
+    Index(usize),
+    /// The first adapter whose name contains this text, without regard to case.
+    Name(String),
+    /// A software adapter, such as Mesa's lavapipe.
+    Software,
+}
+
+/// How to open a GPU. The default suits every adapter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct GpuOptions {
+    /// Bytes of buffers to allocate at most, all queues together; `None` leaves the limit to the driver.
+    pub memory_limit: Option<u64>,
+    /// Rows to a binding at most, rounded down to a power of two; `None` takes what the adapter can bind. A small number
+    /// is for tests: results do not depend on it.
+    pub page_rows: Option<u32>,
+}
+
+/// Where the kernels run: the CPU, or a GPU with its pipelines. Open once, use for many meshes; cloning is cheap.
+///
+/// `Device::open` stands with the kernels, for it runs the self-test.
+#[derive(Debug, Clone)]
+pub struct Device {
+    threads: Arc<rayon::ThreadPool>,
+    gpu: Option<Arc<Gpu>>,
+    notes: Vec<String>,
+}
+
+impl Device {
+    /// The CPU with `threads` threads, or one a core with 0.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the threads cannot be started.
+    pub fn cpu(threads: usize) -> Result<Self> {
+        let threads = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|e| Error::Device(format!("cannot start the threads: {e}")))?;
+        Ok(Self { threads: Arc::new(threads), gpu: None, notes: Vec::new() })
+    }
+
+    /// The adapter that `selector` names, not yet tested; for [`Selector::Cpu`] the CPU.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the adapter is missing or cannot be opened.
+    pub(crate) fn open_untested(selector: &Selector, threads: usize, options: &GpuOptions) -> Result<Self> {
+        let gpu = match selector {
+            Selector::Cpu => None,
+            _ => Some(Arc::new(Gpu::open(selector, options)?)),
+        };
+        Ok(Self { gpu, ..Self::cpu(threads)? })
+    }
+
+    /// This device with one more note.
+    pub(crate) fn with_note(mut self, note: String) -> Self {
+        self.notes.push(note);
+        self
+    }
+
+    /// What a person should know about the choice of device; empty when all is as asked.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Whether kernels run on a GPU (or a software adapter).
+    pub fn is_gpu(&self) -> bool {
+        self.gpu.is_some()
+    }
+
+    /// The device in words: `CPU, 2 threads`, or the adapter's name, kind and driver.
+    pub fn description(&self) -> String {
+        self.gpu.as_ref().map_or_else(|| self.cpu_description(), |gpu| gpu.description())
+    }
+
+    /// The CPU's part in words.
+    pub fn cpu_description(&self) -> String {
+        match self.threads.current_num_threads() {
+            1 => "CPU, 1 thread".into(),
+            n => format!("CPU, {n} threads"),
+        }
+    }
+
+    /// Runs `work` on this device's threads.
+    pub fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        self.threads.install(work)
+    }
+
+    /// A queue on the CPU.
+    pub fn cpu_queue(&self) -> Queue {
+        Queue::on_cpu()
+    }
+
+    /// A queue on the GPU, if the device has one.
+    pub fn gpu_queue(&self) -> Option<Queue> {
+        self.gpu.as_ref().map(|gpu| Queue::on_gpu(Recorder::new(Arc::clone(gpu))))
+    }
+
+    /// Bytes of buffers that live on the GPU now, all queues together.
+    pub fn gpu_bytes(&self) -> u64 {
+        self.gpu.as_ref().map_or(0, |gpu| gpu.allocated())
+    }
+
+    /// Loses the GPU as a driver's reset would: for tests of what follows.
+    #[doc(hidden)]
+    pub fn lose_gpu(&self) {
+        if let Some(gpu) = &self.gpu {
+            gpu.lose();
+        }
+    }
+}

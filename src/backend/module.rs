@@ -1,0 +1,207 @@
+//! The text of a kernel's shader module, composed from the shared sources, generated declarations and its own source.
+
+use std::fmt::Write;
+
+use super::{Access, Binding, Constant, Kernel};
+
+/// The sources that every module begins with, of `shaders/shared/*.wgsl`.
+const SHARED: &[&str] =
+    &[include_str!("../../shaders/shared/exact.wgsl"), include_str!("../../shaders/shared/rows.wgsl")];
+
+/// What the entry of a kernel does when its source has none: finds its index in the tight two-dimensional grid.
+const ENTRY: &str = "
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let i = (group.y * groups.x + group.x) * WORKGROUP + lane;
+    if i < params.invocations {
+        run(i);
+    }
+}
+";
+
+/// The fields that follow a kernel's own in its uniform block: how many invocations do the work, and a zero that no
+/// compiler knows.
+const HIDDEN: [(&str, &str); 2] = [("invocations", "u32"), ("zero", "u32")];
+
+/// The bytes of a uniform block whose own fields are `own`.
+pub(super) fn uniform_block(own: &[u8], invocations: u32) -> Vec<u8> {
+    [own, &invocations.to_le_bytes(), &0u32.to_le_bytes()].concat()
+}
+
+/// Declares a uniform block: a `repr(C)` struct of `u32` and `f32` with its `FIELDS` for [`Kernel::PARAMS`].
+macro_rules! params {
+    ($(#[$attribute:meta])* $visibility:vis struct $name:ident {
+        $($(#[$field_attribute:meta])* $field:ident: $scalar:ident),+ $(,)?
+    }) => {
+        $(#[$attribute])*
+        #[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+        #[repr(C)]
+        $visibility struct $name {
+            $($(#[$field_attribute])* $field: $scalar),+
+        }
+
+        impl $name {
+            /// The fields' names and types.
+            pub const FIELDS: &'static [(&'static str, &'static str)] =
+                &[$((stringify!($field), stringify!($scalar))),+];
+        }
+    };
+}
+pub(crate) use params;
+
+/// How a buffer is cut into bindings: all hold `1 << shift` rows, the last one up to that.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct PageShape {
+    /// Bindings.
+    pub count: u32,
+    /// Binary logarithm of the rows in each.
+    pub shift: u32,
+}
+
+/// All of a kernel that its module and its pipeline depend on.
+#[derive(Debug, Clone)]
+pub struct Signature<'a> {
+    /// [`Kernel::NAME`].
+    pub name: &'static str,
+    /// [`Kernel::PARAMS`].
+    pub params: &'static [(&'static str, &'static str)],
+    /// [`Kernel::bindings`].
+    pub bindings: Vec<Binding<'a>>,
+    /// [`Kernel::CONSTANTS`].
+    pub constants: &'static [(&'static str, Constant)],
+    /// [`Kernel::SHARED`].
+    pub shared: &'static [&'static str],
+    /// [`Kernel::SOURCE`].
+    pub source: &'static str,
+    /// [`Kernel::WORKGROUP`].
+    pub workgroup: u32,
+}
+
+impl<'a> Signature<'a> {
+    /// The signature of `kernel`.
+    pub fn of<K: Kernel>(kernel: &'a K) -> Self {
+        Self {
+            name: K::NAME,
+            params: K::PARAMS,
+            bindings: kernel.bindings(),
+            constants: K::CONSTANTS,
+            shared: K::SHARED,
+            source: K::SOURCE,
+            workgroup: K::WORKGROUP,
+        }
+    }
+
+    /// Bytes of the uniform block, the hidden fields included.
+    pub fn uniform_bytes(&self) -> usize {
+        (self.params.len() + HIDDEN.len()) * 4
+    }
+
+    /// The module's text, with one of `pages` for each binding.
+    pub fn compose(&self, pages: &[PageShape]) -> String {
+        let mut text = SHARED.concat();
+        write_declarations(&mut text, self, pages);
+        for source in self.shared {
+            text.push_str(source);
+        }
+        text.push_str(self.source);
+        if !self.source.contains("@compute") {
+            text.push_str(ENTRY);
+        }
+        text
+    }
+}
+
+fn write_declarations(text: &mut String, signature: &Signature<'_>, pages: &[PageShape]) {
+    let mut lines = vec![format!("const WORKGROUP: u32 = {}u;", signature.workgroup)];
+    lines.extend(signature.constants.iter().map(|(name, constant)| match constant {
+        Constant::U32(value) => format!("const {name}: u32 = {value}u;"),
+        // Rust prints the fewest digits that read back as the same number, here as in WGSL.
+        Constant::F32(value) => format!("const {name}: f32 = {value:?}f;"),
+    }));
+    lines.push("struct Params {".into());
+    lines.extend(signature.params.iter().chain(&HIDDEN).map(|(name, scalar)| format!("    {name}: {scalar},")));
+    lines.extend(["}".into(), "@group(0) @binding(0) var<uniform> params: Params;".into()]);
+    let mut slot = 1;
+    for (binding, &shape) in signature.bindings.iter().zip(pages) {
+        let Binding { name, row, access, .. } = binding;
+        let (space, element) = match access {
+            Access::Read => ("read", (*row).to_string()),
+            Access::Write => ("read_write", (*row).to_string()),
+            Access::Add => ("read_write", format!("atomic<{row}>")),
+        };
+        for page in 0..shape.count {
+            lines
+                .push(format!("@group(0) @binding({slot}) var<storage, {space}> {name}_page{page}: array<{element}>;"));
+            slot += 1;
+        }
+        lines.extend(accessors(binding, shape));
+    }
+    for line in lines {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{line}");
+    }
+}
+
+fn accessors(binding: &Binding<'_>, shape: PageShape) -> Vec<String> {
+    let Binding { name, row, .. } = binding;
+    let load = || {
+        let body = in_page(name, shape, |element| format!("return {element};"));
+        format!("fn load_{name}(i: u32) -> {row} {{ {body} }}")
+    };
+    let store = || {
+        let body = in_page(name, shape, |element| format!("{element} = row;"));
+        format!("fn store_{name}(i: u32, row: {row}) {{ {body} }}")
+    };
+    let add = || {
+        let body = in_page(name, shape, |element| format!("atomicAdd(&{element}, n);"));
+        format!("fn add_{name}(i: u32, n: u32) {{ {body} }}")
+    };
+    match binding.access {
+        Access::Read => vec![load()],
+        Access::Write => vec![load(), store()],
+        Access::Add => vec![add()],
+    }
+}
+
+/// `statement` on row `i`, in the page where it is.
+fn in_page(name: &str, shape: PageShape, statement: impl Fn(String) -> String) -> String {
+    if shape.count == 1 {
+        return statement(format!("{name}_page0[i]"));
+    }
+    let last = shape.count - 1;
+    let mask = (1u64 << shape.shift) - 1;
+    let cases = (0..=last).map(|page| {
+        let label = if page == last { "default".into() } else { format!("case {page}u") };
+        format!("{label}: {{ {} }}", statement(format!("{name}_page{page}[i & {mask}u]")))
+    });
+    format!("switch i >> {}u {{ {} }}", shape.shift, cases.collect::<Vec<_>>().join(" "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::backend::Device;
+
+    #[test]
+    fn a_row_is_found_in_its_page() {
+        let queue = Device::cpu(1).unwrap().cpu_queue();
+        let buffer = queue.buffer::<u32>(1).unwrap();
+        let binding = Binding::new("ids", Access::Write, &buffer);
+        assert_eq!(
+            accessors(&binding, PageShape { count: 1, shift: 20 }),
+            [
+                "fn load_ids(i: u32) -> u32 { return ids_page0[i]; }",
+                "fn store_ids(i: u32, row: u32) { ids_page0[i] = row; }"
+            ]
+        );
+        assert_eq!(
+            accessors(&Binding::new("ids", Access::Add, &buffer), PageShape { count: 3, shift: 12 }),
+            ["fn add_ids(i: u32, n: u32) { switch i >> 12u { case 0u: { atomicAdd(&ids_page0[i & 4095u], n); } \
+              case 1u: { atomicAdd(&ids_page1[i & 4095u], n); } default: { atomicAdd(&ids_page2[i & 4095u], n); } } }"]
+        );
+    }
+}

@@ -1,0 +1,136 @@
+//! A queue: the one way to make buffers, move rows and run kernels, on the host or on a GPU.
+
+use super::Kernel;
+use super::buffer::{Buffer, Row};
+use super::gpu_recorder::Recorder;
+use super::module::Signature;
+use crate::error::{Error, Result};
+
+/// Runs kernels in order. On the CPU each call does its work at once; on a GPU it is recorded, and [`Queue::read`]
+/// submits what was recorded and waits.
+#[derive(Debug)]
+pub struct Queue {
+    gpu: Option<Recorder>,
+}
+
+impl Queue {
+    pub(super) fn on_cpu() -> Self {
+        Self { gpu: None }
+    }
+
+    pub(super) fn on_gpu(recorder: Recorder) -> Self {
+        Self { gpu: Some(recorder) }
+    }
+
+    /// A buffer of `len` zeroed rows.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the device is out of memory or was lost, [`Error::Limit`] past the memory limit.
+    pub fn buffer<T: Row>(&self, len: usize) -> Result<Buffer<T>> {
+        match &self.gpu {
+            Some(recorder) => Ok(Buffer::on_gpu(recorder.buffer(len.max(1), size_of::<T>())?, len)),
+            None => Ok(Buffer::on_host(vec![T::zeroed(); len])),
+        }
+    }
+
+    /// A buffer with these rows.
+    ///
+    /// # Errors
+    /// As [`Queue::buffer`].
+    pub fn buffer_from<T: Row>(&mut self, rows: Vec<T>) -> Result<Buffer<T>> {
+        if self.gpu.is_none() {
+            return Ok(Buffer::on_host(rows));
+        }
+        let mut buffer = self.buffer(rows.len())?;
+        self.write(&mut buffer, &rows)?;
+        Ok(buffer)
+    }
+
+    /// Copies `rows` to the start of `buffer`.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the rows do not fit or the device was lost.
+    pub fn write<T: Row>(&mut self, buffer: &mut Buffer<T>, rows: &[T]) -> Result<()> {
+        fits(rows.len(), buffer)?;
+        match &mut self.gpu {
+            Some(recorder) => recorder.write(buffer.on_device()?, bytemuck::cast_slice(rows)),
+            None => {
+                buffer.host_mut()[..rows.len()].copy_from_slice(rows);
+                Ok(())
+            }
+        }
+    }
+
+    /// Fills the first `len` rows with zeros.
+    ///
+    /// # Errors
+    /// As [`Queue::write`].
+    pub fn clear<T: Row>(&mut self, buffer: &mut Buffer<T>, len: usize) -> Result<()> {
+        fits(len, buffer)?;
+        match &mut self.gpu {
+            Some(recorder) => recorder.clear(buffer.on_device()?, len * size_of::<T>()),
+            None => {
+                buffer.host_mut()[..len].fill(T::zeroed());
+                Ok(())
+            }
+        }
+    }
+
+    /// Runs a kernel.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the device refuses it, is out of memory or was lost; [`Error::Limit`] when its buffers are
+    /// too large to bind.
+    pub fn run<K: Kernel>(&mut self, mut kernel: K) -> Result<()> {
+        match &mut self.gpu {
+            Some(recorder) => {
+                recorder.run(&Signature::of(&kernel), bytemuck::bytes_of(&kernel.params()), kernel.invocations())
+            }
+            None => {
+                kernel.run_cpu();
+                Ok(())
+            }
+        }
+    }
+
+    /// Appends the first `len` rows of `buffer` to `rows`, after all that was issued before.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the rows are not there or the device was lost; `rows` is then as it was.
+    pub fn read<T: Row>(&mut self, buffer: &Buffer<T>, len: usize, rows: &mut Vec<T>) -> Result<()> {
+        fits(len, buffer)?;
+        match &mut self.gpu {
+            Some(recorder) => {
+                let start = rows.len();
+                rows.resize(start + len, T::zeroed());
+                recorder
+                    .read(buffer.on_device()?, bytemuck::cast_slice_mut(&mut rows[start..]))
+                    .inspect_err(|_| rows.truncate(start))
+            }
+            None => {
+                rows.extend_from_slice(&buffer.host()[..len]);
+                Ok(())
+            }
+        }
+    }
+
+    /// Submits what was recorded, without waiting for it.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the device was lost.
+    pub fn submit(&mut self) -> Result<()> {
+        self.gpu.as_mut().map_or(Ok(()), Recorder::submit)
+    }
+
+    /// Bytes moved to and from a GPU so far.
+    pub fn bytes_moved(&self) -> u64 {
+        self.gpu.as_ref().map_or(0, Recorder::bytes_moved)
+    }
+}
+
+fn fits<T: Row>(len: usize, buffer: &Buffer<T>) -> Result<()> {
+    if len <= buffer.len() {
+        return Ok(());
+    }
+    Err(Error::Device(format!("{len} rows in a buffer of {}", buffer.len())))
+}

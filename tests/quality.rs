@@ -1,0 +1,152 @@
+//! Accuracy of contraction in rounds against the serial reference at equal face counts.
+#![allow(clippy::print_stdout, reason = "the table is what the long run is for")]
+
+mod support;
+
+use coarsen::contract::{Metric, Options};
+use coarsen::mesh::weld::weld;
+use coarsen::{Budget, Device, Mesh, Method, StopReason, formats};
+use support::deviation::{Deviation, deviation};
+use support::independent::topology;
+use support::shapes::{bumpy, grid, sphere, torus};
+use support::{heap, models};
+
+/// Rounds may lose this much against the serial order, over all meshes and on any one.
+const MEAN_RATIO: f64 = 1.02;
+const WORST_RATIO: f64 = 1.05;
+
+/// Root mean squares of published simplifiers in 1e-4 diagonals: CGAL's Lindstrom–Turk for `Volume`, the lower of
+/// libigl's and VTK's quadrics for `Plane`; at 10 % and 1 % of the faces, by an evaluator of its own.
+#[rustfmt::skip]
+const PEERS: [(&str, [f64; 2], [f64; 2]); 8] = [
+    ("papers/bunny.ply",         [1.91, 13.1], [2.49, 17.4]),
+    ("papers/armadillo.obj",     [2.71, 16.0], [3.49, 22.8]),
+    ("papers/fandisk.obj",       [0.35, 15.1], [0.38, 15.8]),
+    ("papers/feline.obj",        [3.86, 29.6],    [4.72, 36.7]),
+    ("open/jacksboro_dem.ply",   [0.693, 3.57],      [0.872, 4.65]),
+    ("open/mountain.obj",        [1.48, 9.94],     [1.78, 11.9]),
+    ("closed/nefertiti70k.obj",  [1.29, 6.40],       [1.66, 9.72]),
+    ("closed/skull.obj",         [1.24, 10.7],     [1.56, 14.3]),
+];
+
+fn contract(mesh: &Mesh, metric: Metric, faces: usize) -> coarsen::Result<coarsen::Outcome> {
+    let method = Method::Contract(Options { metric, ..Options::default() });
+    coarsen::simplify(mesh, &method, &Budget::faces(faces), &Device::cpu(0)?, None)
+}
+
+/// The engine's and the reference's deviation, after the engine's count and topology have been checked.
+fn both(name: &str, mesh: &Mesh, metric: Metric, faces: usize, samples: usize) -> (Deviation, Deviation) {
+    let outcome = contract(mesh, metric, faces).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let reference = heap::simplify(mesh, metric, faces);
+    assert_eq!(outcome.stop, StopReason::FacesReached, "{name} {metric:?} → {faces}: {:?}", outcome.blocked);
+    let (ours, theirs, before) = (topology(&outcome.mesh), topology(&reference), topology(mesh));
+    assert_eq!(ours.faces, theirs.faces, "{name} {metric:?} → {faces}");
+    let kept = |t: support::independent::Topology| (t.euler, t.components, t.border_loops, t.non_manifold_edges);
+    assert_eq!(kept(ours), kept(before), "{name} {metric:?} → {faces}: the topology changed");
+    (deviation(mesh, &outcome.mesh, samples), deviation(mesh, &reference, samples))
+}
+
+/// Asserts both bounds over named ratios and prints them on failure.
+fn assert_close(ratios: &[(String, f64)]) {
+    assert!(!ratios.is_empty());
+    let mean = (ratios.iter().map(|(_, ratio)| ratio.ln()).sum::<f64>() / ratios.len() as f64).exp();
+    let worst = ratios.iter().map(|&(_, ratio)| ratio).fold(0.0, f64::max);
+    assert!(mean <= MEAN_RATIO && worst <= WORST_RATIO, "mean {mean:.4}, worst {worst:.4}: {ratios:#.4?}");
+}
+
+#[test]
+fn rounds_are_as_accurate_as_the_serial_order() {
+    let meshes = [
+        ("sphere", bumpy(sphere(5), 0.08)),
+        ("torus", bumpy(torus(96, 48), 0.05)),
+        ("terrain", {
+            let mut terrain = grid(70, 60);
+            terrain.positions.iter_mut().for_each(|p| *p /= 20.0);
+            bumpy(terrain, 0.1)
+        }),
+    ];
+    let mut ratios = Vec::new();
+    for (name, mesh) in &meshes {
+        for (metric, share) in [Metric::Volume, Metric::Plane].into_iter().flat_map(|m| [(m, 10), (m, 100)]) {
+            // Even, so that closed surfaces can meet it.
+            let faces = mesh.faces.len() / share / 2 * 2;
+            let (ours, theirs) = both(name, mesh, metric, faces, 40_000);
+            ratios.push((format!("{name} {metric:?} → {faces}"), ours.rms / theirs.rms));
+        }
+    }
+    assert_close(&ratios);
+}
+
+/// Whether the long runs over real meshes were asked for.
+fn asked_for_real_meshes() -> bool {
+    let asked = std::env::var_os("COARSEN_QUALITY").is_some_and(|value| value == "1");
+    if !asked {
+        println!("skipped: COARSEN_QUALITY=1 compares real meshes");
+    }
+    asked
+}
+
+fn read(name: &str) -> Option<Mesh> {
+    let path = models::model(name)?;
+    Some(weld(&formats::read(&path).unwrap_or_else(|error| panic!("{name}: {error}")), 0.0).mesh)
+}
+
+/// The metrics, shares and peers' figures to go through for one row of [`PEERS`].
+fn figures(volume: [f64; 2], plane: [f64; 2]) -> [(Metric, usize, f64); 4] {
+    let ([volume_10, volume_1], [plane_10, plane_1]) = (volume, plane);
+    [
+        (Metric::Volume, 10, volume_10),
+        (Metric::Volume, 100, volume_1),
+        (Metric::Plane, 10, plane_10),
+        (Metric::Plane, 100, plane_1),
+    ]
+}
+
+/// Is the reference worth comparing with? Best run with `--release -- --nocapture`.
+#[test]
+fn the_reference_is_as_accurate_as_published_simplifiers() {
+    if !asked_for_real_meshes() {
+        return;
+    }
+    println!("root mean square, 1e-4 diagonals            serial    peers    ratio   seconds");
+    let mut ratios = Vec::new();
+    for (name, volume, plane) in PEERS {
+        let Some(mesh) = read(name) else { continue };
+        for (metric, share, peer) in figures(volume, plane) {
+            let start = std::time::Instant::now();
+            let faces = mesh.faces.len() / share / 2 * 2;
+            let reference = heap::simplify(&mesh, metric, faces);
+            let seconds = start.elapsed().as_secs_f64();
+            let rms = deviation(&mesh, &reference, 200_000).rms * 1e4;
+            let row = format!("{name} {metric:?} → {faces}");
+            println!("{row:42} {rms:8.3} {peer:8.2} {:8.3} {seconds:9.2}", rms / peer);
+            ratios.push(rms / peer);
+        }
+    }
+    let mean = (ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len().max(1) as f64).exp();
+    assert!(mean <= 1.02, "{mean} times the peers' deviation: {ratios:?}");
+}
+
+/// Minutes long; best run with `--release -- --nocapture`.
+#[test]
+fn rounds_are_as_accurate_on_real_meshes() {
+    if !asked_for_real_meshes() {
+        return;
+    }
+    println!("root mean square, 1e-4 diagonals            rounds   serial    ratio    peers");
+    let mut ratios = Vec::new();
+    for (name, volume, plane) in PEERS {
+        let Some(mesh) = read(name) else { continue };
+        for (metric, share, peer) in figures(volume, plane) {
+            let faces = mesh.faces.len() / share / 2 * 2;
+            let (ours, theirs) = both(name, &mesh, metric, faces, 200_000);
+            let row = format!("{name} {metric:?} → {faces}");
+            let ratio = ours.rms / theirs.rms;
+            println!("{row:42} {:8.3} {:8.3} {ratio:8.3} {peer:8.2}", ours.rms * 1e4, theirs.rms * 1e4);
+            ratios.push((row, ratio));
+        }
+    }
+    if !ratios.is_empty() {
+        assert_close(&ratios);
+    }
+}

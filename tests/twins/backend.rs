@@ -1,0 +1,277 @@
+//! The queue on a GPU: pages, large dispatches, and faults as values.
+
+use coarsen::backend::{Access, Binding, Buffer, Device, GpuOptions, Kernel, Queue};
+use coarsen::{Error, Result};
+
+use crate::{gpu, open};
+
+/// Adds each row's square to `sums[i / 3]` and writes its triple to `thrice`.
+struct Triples<'a> {
+    rows: &'a Buffer<u32>,
+    thrice: &'a mut Buffer<u32>,
+    sums: &'a mut Buffer<u32>,
+}
+
+impl Kernel for Triples<'_> {
+    const NAME: &'static str = "triples";
+    const SOURCE: &'static str = "
+        fn run(i: u32) {
+            let row = load_rows(i);
+            store_thrice(i, 3u * row);
+            add_sums(i / 3u, row * row);
+        }";
+    type Params = ();
+    const PARAMS: &'static [(&'static str, &'static str)] = &[];
+
+    fn params(&self) {}
+
+    fn bindings(&self) -> Vec<Binding<'_>> {
+        vec![
+            Binding::new("rows", Access::Read, self.rows),
+            Binding::new("thrice", Access::Write, self.thrice),
+            Binding::new("sums", Access::Add, self.sums),
+        ]
+    }
+
+    fn invocations(&self) -> u32 {
+        self.rows.len() as u32
+    }
+
+    fn run_cpu(&mut self) {
+        for (i, &row) in self.rows.host().iter().enumerate() {
+            self.thrice.host_mut()[i] = row.wrapping_mul(3);
+            let sum = &mut self.sums.host_mut()[i / 3];
+            *sum = sum.wrapping_add(row.wrapping_mul(row));
+        }
+    }
+}
+
+/// Runs [`Triples`] on the numbers `0 .. len`; returns what it wrote.
+fn triples(queue: &mut Queue, len: u32) -> Result<(Vec<u32>, Vec<u32>)> {
+    let rows = queue.buffer_from(&(0..len).map(|i| i ^ 0x5555).collect::<Vec<_>>())?;
+    let mut thrice = queue.buffer(rows.len())?;
+    let mut sums = queue.buffer(rows.len() / 3 + 1)?;
+    queue.run(Triples { rows: &rows, thrice: &mut thrice, sums: &mut sums })?;
+    let (mut thrice_rows, mut sum_rows) = (Vec::new(), Vec::new());
+    queue.read(&thrice, thrice.len(), &mut thrice_rows)?;
+    queue.read(&sums, sums.len(), &mut sum_rows)?;
+    Ok((thrice_rows, sum_rows))
+}
+
+/// A kernel whose source is not WGSL.
+struct Misspelled<'a>(&'a mut Buffer<u32>);
+
+impl Kernel for Misspelled<'_> {
+    const NAME: &'static str = "misspelled";
+    const SOURCE: &'static str = "fn run(i: u32) { stroe_rows(i, 1u); }";
+    type Params = ();
+    const PARAMS: &'static [(&'static str, &'static str)] = &[];
+
+    fn params(&self) {}
+
+    fn bindings(&self) -> Vec<Binding<'_>> {
+        vec![Binding::new("rows", Access::Write, self.0)]
+    }
+
+    fn invocations(&self) -> u32 {
+        self.0.len() as u32
+    }
+
+    fn run_cpu(&mut self) {}
+}
+
+/// Sums each workgroup's rows in workgroup memory: a kernel with its own entry.
+struct GroupSums<'a> {
+    rows: &'a Buffer<u32>,
+    sums: &'a mut Buffer<u32>,
+}
+
+impl Kernel for GroupSums<'_> {
+    const NAME: &'static str = "group_sums";
+    const SOURCE: &'static str = "
+        var<workgroup> total: atomic<u32>;
+
+        @compute @workgroup_size(WORKGROUP)
+        fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+            let i = group.x * WORKGROUP + lane;
+            if i < params.invocations {
+                atomicAdd(&total, load_rows(i));
+            }
+            workgroupBarrier();
+            if lane == 0u {
+                store_sums(group.x, atomicLoad(&total));
+            }
+        }";
+    const WORKGROUP: u32 = 128;
+    type Params = ();
+    const PARAMS: &'static [(&'static str, &'static str)] = &[];
+
+    fn params(&self) {}
+
+    fn bindings(&self) -> Vec<Binding<'_>> {
+        vec![Binding::new("rows", Access::Read, self.rows), Binding::new("sums", Access::Write, self.sums)]
+    }
+
+    fn invocations(&self) -> u32 {
+        self.rows.len() as u32
+    }
+
+    fn run_cpu(&mut self) {
+        for (rows, sum) in self.rows.host().chunks(128).zip(self.sums.host_mut()) {
+            *sum = rows.iter().sum();
+        }
+    }
+}
+
+fn gpu_queue(device: &Device) -> Queue {
+    device.gpu_queue().expect("an open GPU")
+}
+
+fn message<T>(result: Result<T>) -> String {
+    match result {
+        Ok(_) => panic!("no error"),
+        Err(error) => error.to_string(),
+    }
+}
+
+#[test]
+fn pages_do_not_show() {
+    let Some(device) = open(&GpuOptions { page_rows: Some(4096), ..GpuOptions::default() }) else { return };
+    for len in [1, 4095, 4096, 4097, 12_288, 20_000] {
+        let want = triples(&mut device.cpu_queue(), len).unwrap();
+        assert_eq!(triples(&mut gpu_queue(&device), len).unwrap(), want, "{len} rows");
+    }
+    // A thousand pages are more than any adapter binds.
+    let too_many = triples(&mut gpu_queue(&device), 1 << 22);
+    assert!(matches!(too_many, Err(Error::Limit(_))), "{too_many:?}");
+}
+
+#[test]
+fn more_than_65535_workgroups() {
+    let Some(device) = gpu() else { return };
+    let len = 65_536 * 64 + 17;
+    let want = triples(&mut device.cpu_queue(), len).unwrap();
+    assert!(triples(&mut gpu_queue(device), len).unwrap() == want);
+}
+
+#[test]
+fn a_kernel_may_have_its_own_entry() {
+    let Some(device) = gpu() else { return };
+    let run = |mut queue: Queue| {
+        let rows = queue.buffer_from(&(0..1000).collect::<Vec<u32>>()).unwrap();
+        let mut sums = queue.buffer(8).unwrap();
+        queue.run(GroupSums { rows: &rows, sums: &mut sums }).unwrap();
+        let mut read = Vec::new();
+        queue.read(&sums, 8, &mut read).unwrap();
+        read
+    };
+    let want = run(device.cpu_queue());
+    assert_eq!(want[0], 127 * 64);
+    assert_eq!(run(gpu_queue(device)), want);
+}
+
+#[test]
+fn nothing_to_do_is_no_error() {
+    let Some(device) = gpu() else { return };
+    let mut queue = gpu_queue(device);
+    assert_eq!(triples(&mut queue, 0).unwrap(), (vec![], vec![0]));
+    let mut empty = queue.buffer::<u32>(0).unwrap();
+    queue.write(&mut empty, &[]).unwrap();
+    queue.clear(&mut empty, 0).unwrap();
+    assert!(empty.is_empty());
+}
+
+#[test]
+fn writes_clears_and_runs_keep_their_order() {
+    let Some(device) = open(&GpuOptions { page_rows: Some(4096), ..GpuOptions::default() }) else { return };
+    let run = |mut queue: Queue| {
+        let mut rows = queue.buffer_from(&vec![7u32; 10_000]).unwrap();
+        let mut thrice = queue.buffer(10_000).unwrap();
+        let mut sums = queue.buffer(10_000 / 3 + 1).unwrap();
+        let mut read = Vec::new();
+        for step in 0..300 {
+            queue.run(Triples { rows: &rows, thrice: &mut thrice, sums: &mut sums }).unwrap();
+            match step % 50 {
+                20 => queue.write(&mut rows, &vec![step; 5_000]).unwrap(),
+                30 => queue.clear(&mut rows, 4_500).unwrap(),
+                40 => queue.clear(&mut sums, 3_000).unwrap(),
+                45 => queue.read(&thrice, 9_000, &mut read).unwrap(),
+                _ => {}
+            }
+        }
+        queue.read(&sums, sums.len(), &mut read).unwrap();
+        read
+    };
+    assert!(run(gpu_queue(&device)) == run(device.cpu_queue()));
+}
+
+#[test]
+fn a_lost_gpu_is_an_error() {
+    let Some(device) = open(&GpuOptions::default()) else { return };
+    let mut queue = gpu_queue(&device);
+    let mut rows = queue.buffer_from(&[1u32, 2, 3]).unwrap();
+    let mut other = queue.buffer::<u32>(3).unwrap();
+    let mut sums = queue.buffer::<u32>(2).unwrap();
+    queue.run(Triples { rows: &rows, thrice: &mut other, sums: &mut sums }).unwrap();
+    device.lose_gpu();
+    let mut read = vec![9];
+    assert!(message(queue.read(&other, 3, &mut read)).contains("lost"));
+    assert_eq!(read, [9]);
+    assert!(message(queue.run(Triples { rows: &rows, thrice: &mut other, sums: &mut sums })).contains("lost"));
+    assert!(message(queue.write(&mut rows, &[4])).contains("lost"));
+    assert!(message(queue.buffer::<u32>(10)).contains("lost"));
+    assert!(message(triples(&mut gpu_queue(&device), 10)).contains("lost"));
+    // The CPU can finish.
+    assert_eq!(triples(&mut device.cpu_queue(), 3).unwrap().0, [0x5555 * 3, 0x5554 * 3, 0x5557 * 3]);
+}
+
+#[test]
+fn the_memory_limit_is_an_error() {
+    let Some(device) = open(&GpuOptions { memory_limit: Some(8 << 20), ..GpuOptions::default() }) else { return };
+    let queue = gpu_queue(&device);
+    let first = queue.buffer::<u32>(1 << 20).unwrap();
+    let error = queue.buffer::<u32>((1 << 20) + 1);
+    assert!(matches!(error, Err(Error::Limit(_))), "{error:?}");
+    assert_eq!(device.gpu_bytes(), 4 << 20);
+    drop(first);
+    assert_eq!(device.gpu_bytes(), 0);
+    queue.buffer::<u32>((1 << 20) + 1).unwrap();
+}
+
+#[test]
+fn an_impossible_allocation_is_an_error() {
+    let Some(device) = gpu() else { return };
+    let mut queue = gpu_queue(device);
+    let error = queue.buffer::<u32>(1 << 50);
+    assert!(matches!(error, Err(Error::Limit(_))), "{error:?}");
+    triples(&mut queue, 100).expect("the device goes on");
+}
+
+#[test]
+fn a_bad_kernel_is_an_error() {
+    let Some(device) = gpu() else { return };
+    let mut queue = gpu_queue(device);
+    let mut rows = queue.buffer(5).unwrap();
+    let error = message(queue.run(Misspelled(&mut rows)));
+    assert!(error.contains("misspelled") && error.contains("stroe_rows"), "{error}");
+    triples(&mut queue, 100).expect("the device goes on");
+}
+
+#[test]
+fn misplaced_buffers_and_rows_are_errors() {
+    let Some(device) = gpu() else { return };
+    let (cpu, mut queue) = (device.cpu_queue(), gpu_queue(device));
+    let mut on_host = cpu.buffer::<u32>(3).unwrap();
+    assert!(message(queue.write(&mut on_host, &[1])).contains("on the host"));
+    let mut on_gpu = queue.buffer::<u32>(3).unwrap();
+    assert!(message(queue.write(&mut on_gpu, &[1; 4])).contains("4 rows in a buffer of 3"));
+    assert!(message(queue.read(&on_gpu, 4, &mut Vec::new())).contains("4 rows"));
+}
+
+#[test]
+fn bytes_moved_are_counted() {
+    let Some(device) = gpu() else { return };
+    let mut queue = gpu_queue(device);
+    triples(&mut queue, 99).unwrap();
+    assert_eq!(queue.bytes_moved(), 4 * (99 + 99 + 34));
+}

@@ -1,0 +1,151 @@
+//! The shader modules, without a device: complete, valid, and laid out as Rust says.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use coarsen::backend::{Access, Device, PageShape, Signature};
+
+use crate::trials::{Seen, TRIALS};
+
+fn stems(folder: &str, extension: &str) -> BTreeSet<String> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    let files = std::fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
+    files
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|e| e == extension))
+        .map(|path| path.file_stem().unwrap().to_string_lossy().into_owned())
+        .collect()
+}
+
+/// Runs every trial on the CPU and shows its kernel to `look`; collects the complaints of all.
+fn complaints(look: impl Fn(&Signature<'_>, usize) -> Vec<String> + Copy + 'static) -> Vec<String> {
+    let collected = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
+    let mut looked_at = 0;
+    for trial in TRIALS {
+        let (sink, mut seen) = (std::rc::Rc::clone(&collected), Seen::default());
+        seen.look = Some(Box::new(move |signature, params_bytes| {
+            let found = look(signature, params_bytes);
+            sink.borrow_mut().extend(found.into_iter().map(|complaint| format!("{}: {complaint}", signature.name)));
+        }));
+        (trial.run)(&mut Device::cpu(1).unwrap().cpu_queue(), false, &mut seen).unwrap();
+        looked_at += 1;
+    }
+    assert!(looked_at > 0);
+    collected.take()
+}
+
+fn module(signature: &Signature<'_>, pages: u32) -> Result<naga::Module, String> {
+    let shapes = vec![PageShape { count: pages, shift: 12 }; signature.bindings.len()];
+    let text = signature.compose(&shapes);
+    naga::front::wgsl::parse_str(&text).map_err(|error| error.emit_to_string_with_path(&text, signature.name))
+}
+
+#[test]
+fn paired() {
+    let shaders = stems("shaders", "wgsl");
+    let mut twins = stems("src/kernel", "rs");
+    twins.remove("mod");
+    let trials: BTreeSet<String> = TRIALS.iter().map(|trial| trial.name.to_string()).collect();
+    assert!(!shaders.is_empty());
+    assert_eq!(shaders, twins);
+    assert_eq!(shaders, trials);
+    let foreign = complaints(|signature, _| {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("shaders/{}.wgsl", signature.name));
+        let is_own = std::fs::read_to_string(path).is_ok_and(|text| text == signature.source);
+        if is_own { vec![] } else { vec!["runs another shader than that of its name".into()] }
+    });
+    assert!(foreign.is_empty(), "{foreign:#?}");
+}
+
+#[test]
+fn shared_sources_are_in_every_module() {
+    let shared = stems("shaders/shared", "wgsl");
+    assert!(!shared.is_empty());
+    let missing = complaints(|signature, _| {
+        let text = signature.compose(&vec![PageShape { count: 1, shift: 31 }; signature.bindings.len()]);
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders/shared");
+        let is_missing =
+            |stem: &String| !text.contains(&std::fs::read_to_string(folder.join(format!("{stem}.wgsl"))).unwrap());
+        stems("shaders/shared", "wgsl").into_iter().filter(is_missing).collect()
+    });
+    assert!(missing.is_empty(), "{missing:#?}");
+}
+
+#[test]
+fn valid() {
+    let failures = complaints(|signature, _| {
+        let validate = |pages| {
+            let module = module(signature, pages)?;
+            let flags = naga::valid::ValidationFlags::all();
+            naga::valid::Validator::new(flags, naga::valid::Capabilities::empty())
+                .validate(&module)
+                .map_err(|error| format!("{pages} pages: {error:?}"))
+        };
+        [1, 2, 3].into_iter().filter_map(|pages| validate(pages).err()).collect()
+    });
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+#[test]
+fn rows_are_laid_out_as_in_rust() {
+    let failures = complaints(|signature, _| {
+        let module = module(signature, 1).unwrap();
+        let check = |name: &str, members: &[(&str, usize)], bytes: usize| {
+            let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name)).map(|(_, ty)| &ty.inner);
+            let Some(naga::TypeInner::Struct { members: in_wgsl, span }) = found else {
+                return Some(format!("no struct {name}"));
+            };
+            let in_wgsl: Vec<_> =
+                in_wgsl.iter().map(|m| (m.name.as_deref().unwrap_or(""), m.offset as usize)).collect();
+            (in_wgsl != members || *span as usize != bytes)
+                .then(|| format!("{name}: {in_wgsl:?}, {span} bytes in WGSL; {members:?}, {bytes} bytes in Rust"))
+        };
+        let structs = signature.bindings.iter().filter(|binding| !binding.members.is_empty());
+        let mut found: Vec<_> = structs.filter_map(|b| check(b.row, b.members, b.stride)).collect();
+        found.extend(check("Sym3", <coarsen::math::exact::Sym3 as coarsen::backend::Row>::MEMBERS, 24));
+        found
+    });
+    assert!(failures.is_empty(), "{failures:#?}");
+}
+
+#[test]
+fn rows_of_other_types_have_their_size() {
+    let failures = complaints(|signature, _| {
+        let size = |row: &str| match row {
+            "u32" | "f32" => 4,
+            "vec2u" | "vec2f" => 8,
+            "vec4u" | "vec4f" => 16,
+            _ => 0,
+        };
+        let plain = signature.bindings.iter().filter(|binding| binding.members.is_empty());
+        plain.filter(|b| size(b.row) != b.stride).map(|b| format!("{}: {}", b.name, b.row)).collect()
+    });
+    assert!(failures.is_empty(), "{failures:#?}");
+}
+
+/// Every binding is used under its name, and the uniform block has the bytes of its fields.
+#[test]
+fn bound() {
+    let failures = complaints(|signature, params_bytes| {
+        let mut found = Vec::new();
+        if params_bytes != signature.params.len() * 4 {
+            found.push(format!("{params_bytes} bytes of parameters for {:?}", signature.params));
+        }
+        found.extend(signature.params.iter().filter_map(|(name, _)| {
+            (!signature.source.contains(&format!("params.{name}"))).then(|| format!("does not read params.{name}"))
+        }));
+        for binding in &signature.bindings {
+            let verb = match binding.access {
+                Access::Read => "load",
+                Access::Write => "store",
+                Access::Add => "add",
+            };
+            let call = format!("{verb}_{}(", binding.name);
+            if !signature.source.contains(&call) {
+                found.push(format!("does not call {call}…)"));
+            }
+        }
+        found
+    });
+    assert!(failures.is_empty(), "{failures:#?}");
+}

@@ -1,0 +1,97 @@
+//! The one list of kernels: for each a run on hostile inputs, whose outputs must not depend on the device.
+
+use coarsen::Result;
+use coarsen::backend::{Buffer, Kernel, Queue, Row, Signature};
+use coarsen::kernel::exact_probe::{ExactProbe, RESULTS, hostile_operands};
+
+use crate::{gpu, open};
+use coarsen::backend::{Device, GpuOptions};
+
+/// A kernel and its run.
+pub struct Trial {
+    /// The kernel's stem.
+    pub name: &'static str,
+    /// Runs it on the queue; with `perturbed`, one bit of one input is another.
+    pub run: fn(&mut Queue, perturbed: bool, &mut Seen) -> Result<()>,
+}
+
+/// What a trial shows: the kernel, as the module tests see it, and its outputs.
+#[derive(Default)]
+pub struct Seen {
+    /// Looks at the kernel before it runs.
+    pub look: Option<Box<dyn FnMut(&Signature<'_>, usize)>>,
+    /// Every output as bits, by name.
+    pub outputs: Vec<(&'static str, Vec<u32>)>,
+}
+
+impl Seen {
+    fn run<K: Kernel>(&mut self, queue: &mut Queue, kernel: K) -> Result<()> {
+        if let Some(look) = &mut self.look {
+            look(&Signature::of(&kernel), size_of::<K::Params>());
+        }
+        queue.run(kernel)
+    }
+
+    fn output<T: Row>(&mut self, queue: &mut Queue, name: &'static str, buffer: &Buffer<T>) -> Result<()> {
+        let mut rows = Vec::new();
+        queue.read(buffer, buffer.len(), &mut rows)?;
+        self.outputs.push((name, bytemuck::cast_slice(&rows).to_vec()));
+        Ok(())
+    }
+}
+
+/// Every kernel.
+pub const TRIALS: &[Trial] = &[Trial { name: "exact_probe", run: exact_probe }];
+
+fn exact_probe(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
+    let mut rows = hostile_operands(20_000);
+    rows[19_998][0] ^= u32::from(perturbed);
+    let operands = queue.buffer_from(&rows)?;
+    let mut results = queue.buffer::<u32>(rows.len() * RESULTS)?;
+    seen.run(queue, ExactProbe { operands: &operands, results: &mut results })?;
+    seen.output(queue, "results", &results)
+}
+
+/// Runs `trial` on both queues and says where they differ first, if they do.
+fn difference(trial: &Trial, gpu: &Device, perturbed: bool) -> Option<String> {
+    let outputs = |mut queue: Queue, perturbed| {
+        let mut seen = Seen::default();
+        (trial.run)(&mut queue, perturbed, &mut seen).unwrap_or_else(|error| panic!("{}: {error}", trial.name));
+        seen.outputs
+    };
+    let on_cpu = outputs(gpu.cpu_queue(), false);
+    let on_gpu = outputs(gpu.gpu_queue().expect("an open GPU"), perturbed);
+    assert!(on_cpu.iter().any(|(_, bits)| bits.iter().any(|&b| b != 0)), "{} writes nothing", trial.name);
+    assert_eq!(on_cpu.len(), on_gpu.len());
+    for ((name, cpu), (_, gpu)) in on_cpu.iter().zip(&on_gpu) {
+        assert_eq!(cpu.len(), gpu.len());
+        if let Some(i) = (0..cpu.len()).find(|&i| cpu[i] != gpu[i]) {
+            return Some(format!(
+                "{}: {name}[{i}] is {:08x} on the CPU, {:08x} on the GPU",
+                trial.name, cpu[i], gpu[i]
+            ));
+        }
+    }
+    None
+}
+
+#[test]
+fn equal() {
+    let Some(device) = gpu() else { return };
+    let differences: Vec<_> = TRIALS.iter().filter_map(|trial| difference(trial, device, false)).collect();
+    assert!(differences.is_empty(), "{differences:#?}");
+}
+
+#[test]
+fn can_fail() {
+    let Some(device) = gpu() else { return };
+    let unseen: Vec<_> = TRIALS.iter().filter(|trial| difference(trial, device, true).is_none()).collect();
+    assert!(unseen.is_empty(), "{:?}", unseen.iter().map(|trial| trial.name).collect::<Vec<_>>());
+}
+
+#[test]
+fn equal_in_small_pages() {
+    let Some(device) = open(&GpuOptions { page_rows: Some(1 << 16), ..GpuOptions::default() }) else { return };
+    let differences: Vec<_> = TRIALS.iter().filter_map(|trial| difference(trial, &device, false)).collect();
+    assert!(differences.is_empty(), "{differences:#?}");
+}
