@@ -178,7 +178,7 @@ pub struct Shape {
     #[arg(long, value_name = "DEG", value_parser = values::angle)]
     pub max_flip: Option<f32>,
 
-    /// Join vertices this close first, or 'off'
+    /// Join vertices this close, or 'off'
     ///
     /// Joins vertices at most this far apart before anything else, in model units: 0 joins equal positions, 'off' nothing.
     #[arg(long, value_name = "D", default_value = "0", value_parser = values::weld)]
@@ -194,7 +194,7 @@ pub struct Shape {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Device")]
 pub struct Device {
-    /// auto, cpu, gpu, gpu:N, software or a name
+    /// cpu, gpu, gpu:N, software, name
     ///
     /// Where to compute. 'auto' takes a hardware GPU when there is one and the mesh is large enough to gain, else the
     /// CPU, and never a software adapter; 'gpu' the first hardware GPU; 'gpu:N' the adapter of that index in `coarsen
@@ -211,7 +211,7 @@ pub struct Device {
     /// Refuse jobs that need more memory: 8GiB
     ///
     /// Refuses the job with code 6, before the work starts, when it is estimated to need more memory than this. The
-    /// estimate counts the faces of the input as read.
+    /// estimate is 64 MiB and 288 bytes for every face of the input, 512 on an adapter.
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
     pub memory_limit: Option<u64>,
 }
@@ -366,7 +366,7 @@ All options in full sentences: coarsen simplify --help";
 const SIMPLIFY_NOTES: &str = "\
 Exit codes:
   0  done                             5    unsupported content or extension
-  1  unexpected                       6    over a memory limit or an index range
+  1  unexpected                       6    over a memory or index limit
   2  usage                            7    device missing or lost
   3  target not reached, required     8    output not written
   4  input unreadable or malformed    130  interrupted

@@ -94,8 +94,9 @@ impl Record {
         row("faces of no area", &stored.zero_area_faces, &welded.zero_area_faces);
         row("duplicate faces", &stored.duplicate_faces, &welded.duplicate_faces);
 
+        table.push('\n');
         let mut line = |name: &str, text: String| {
-            let _ = writeln!(table, "{name:24}{text}");
+            let _ = writeln!(table, "{}", format!("{name:24}{text}").trim_end());
         };
         let point = |p: [f64; 3]| p.map(|x| format!("{x:.6}")).join("  ");
         let carried = match (self.has_normals, self.has_colors) {
@@ -104,13 +105,14 @@ impl Record {
             (false, true) => "colors",
             (false, false) => "nothing",
         };
-        line("\nbox from", point(self.bounds.low));
+        line("box from", point(self.bounds.low));
         line("box to", point(self.bounds.high));
         line("diagonal", format!("{:.6}", self.bounds.diagonal));
         line("area", format!("{:.6}", self.area));
         line("volume", self.volume.map_or_else(|| "- (not closed)".into(), |volume| format!("{volume:.6}")));
         line("carried at vertices", carried.into());
-        line("\nfewest faces possible", self.welded.floor_faces.to_string());
+        line("", String::new());
+        line("fewest faces possible", self.welded.floor_faces.to_string());
         for reason in &self.welded.reasons {
             line("", reason.clone());
         }

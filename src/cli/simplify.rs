@@ -25,7 +25,7 @@ pub fn run(job: Job) -> anyhow::Result<Exit> {
     }
     let (input, read) = timed(|| device.install(|| job.source.read()));
     let input = input?;
-    memory::check(input.faces.len(), job.memory_limit)?;
+    memory::check(input.faces.len(), device.is_gpu(), job.memory_limit)?;
 
     let (outcome, solve) = timed(|| interrupt::shielded(|| solve(&job, &input, &device)));
     let outcome = outcome?;

@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use coarsen::formats::{self, Compression, Format};
-use coarsen::mesh::samples::{parse_sample, sample};
+use coarsen::mesh::samples::{LEAST_FACES, MOST_FACES, SAMPLES, parse_sample, sample};
 use coarsen::{Error, Mesh};
 
 use super::failure::at;
@@ -38,6 +38,7 @@ impl Source {
             let malformed =
                 || Error::Parameter(format!("'{text}' is no sample: write sample:NAME or sample:NAME@FACES"));
             let (name, faces) = parse_sample(text).ok_or_else(malformed)?;
+            check_sample(name, faces)?;
             return Ok(Self::Sample { text: text.into(), name: name.into(), faces });
         }
         let path = PathBuf::from(text);
@@ -67,6 +68,20 @@ impl Source {
             Self::Sample { name, faces, .. } => sample(name, *faces),
         }
         .map_err(|error| at(Path::new(&self.to_string()), error))
+    }
+}
+
+/// Refuses a sample that cannot be made, before anything is made.
+fn check_sample(name: &str, faces: Option<usize>) -> coarsen::Result<()> {
+    if !SAMPLES.iter().any(|(known, ..)| *known == name) {
+        let names: Vec<&str> = SAMPLES.iter().map(|(name, ..)| *name).collect();
+        return Err(Error::Parameter(format!("no sample '{name}', there are: {}", names.join(", "))));
+    }
+    match faces {
+        Some(faces) if !(LEAST_FACES..=MOST_FACES).contains(&faces) => {
+            Err(Error::Parameter(format!("a sample has {LEAST_FACES} to {MOST_FACES} faces, not {faces}")))
+        }
+        _ => Ok(()),
     }
 }
 
