@@ -39,26 +39,32 @@ fn help_fits_a_terminal() {
     }
 }
 
+/// An example with small samples, on the CPU, without the shell's redirection and comment.
+fn small(example: &str) -> String {
+    let line = example.split(['>', '#']).next().unwrap_or_default();
+    let shrink = |word: &str| match word.strip_prefix("sample:") {
+        Some(name) => format!("sample:{}@1k", name.split('@').next().unwrap_or_default()),
+        None => word.to_string(),
+    };
+    let words: Vec<String> = line.split_whitespace().map(shrink).collect();
+    let options = if words[0] == "simplify" { " -g cpu -w" } else { "" };
+    words.join(" ") + options
+}
+
 #[test]
-fn examples_in_the_help_run() {
+fn examples_run() {
     let dir = Dir::new();
-    let help = String::from_utf8(dir.run("simplify --help").succeeds().out).expect("help in UTF-8");
-    let examples: Vec<&str> = help.lines().filter_map(|row| row.strip_prefix("  coarsen ")).collect();
-    assert!(examples.len() >= 4, "{examples:?}");
+    let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("README.md");
+    let mut texts = vec![readme.replace("cargo run --release -- ", "coarsen ")];
+    for verb in ["", "simplify", "inspect", "devices", "completions", "man"] {
+        texts.push(String::from_utf8(dir.run(&format!("{verb} --help")).succeeds().out).expect("help in UTF-8"));
+    }
+    let examples: Vec<&str> = (texts.iter().flat_map(|text| text.lines()))
+        .filter_map(|row| row.strip_prefix("  ").unwrap_or(row).strip_prefix("coarsen "))
+        .collect();
+    assert!(examples.len() >= 15, "{examples:?}");
     for example in examples {
-        // Small versions of the samples, on the CPU, without the shell's redirection.
-        let line = example.split(" > ").next().unwrap_or_default();
-        let small = ["statue@50k", "terrain@100k", "statue", "part"]
-            .iter()
-            .find(|name| line.contains(&format!("sample:{name} ")))
-            .map(|name| {
-                line.replace(
-                    &format!("sample:{name} "),
-                    &format!("sample:{}@1k ", name.split('@').next().unwrap_or(name)),
-                )
-            })
-            .unwrap_or_else(|| panic!("no sample in {line}"));
-        dir.run(&format!("{small} -g cpu")).succeeds();
+        dir.run(&small(example)).succeeds();
     }
 }
 
