@@ -35,11 +35,9 @@ pub struct Refusal {
     pub message: String,
 }
 
-impl Refusal {
-    /// An error to return with `?` or `Err(…)`.
-    pub fn new(exit: Exit, message: impl Into<String>) -> anyhow::Error {
-        Self { exit, message: message.into() }.into()
-    }
+/// An error to return with `Err(…)`.
+pub fn refuse(exit: Exit, message: impl Into<String>) -> anyhow::Error {
+    Refusal { exit, message: message.into() }.into()
 }
 
 /// What to print: the error behind the names put in front of it. Causes below it are told in its own text.
@@ -111,7 +109,7 @@ mod tests {
             assert_eq!(exit_of(&at(Path::new("x"), error)), exit, "{text}");
         }
         assert_eq!(exit_of(&anyhow::anyhow!("?")), Exit::Unexpected);
-        assert_eq!(exit_of(&Refusal::new(Exit::TargetNotReached, "")), Exit::TargetNotReached);
+        assert_eq!(exit_of(&refuse(Exit::TargetNotReached, "")), Exit::TargetNotReached);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::fmt;
 use std::fs;
 
 use super::Exit;
-use super::failure::Refusal;
+use super::failure::refuse;
 
 /// Bytes a face that a job needs at its peak on the CPU, reading and writing included: 205 to 285 were measured on a
 /// million faces, by format.
@@ -29,7 +29,7 @@ pub fn check(faces: usize, on_gpu: bool, limit: Option<u64>) -> anyhow::Result<(
         Some(limit) if estimate > limit => {
             let (need, limit) = (Size(estimate), Size(limit));
             let message = format!("{faces} faces need about {need}, more than the memory limit of {limit}");
-            Err(Refusal::new(Exit::Limit, message))
+            Err(refuse(Exit::Limit, message))
         }
         _ => Ok(()),
     }

@@ -10,7 +10,7 @@ use coarsen::{Budget, Method};
 use super::Exit;
 use super::args::{self, Progress};
 use super::console::Verbosity;
-use super::failure::{Refusal, exit_of, message};
+use super::failure::{exit_of, message, refuse};
 use super::sink::Sink;
 use super::source::Source;
 use super::values::Weld;
@@ -110,7 +110,7 @@ enum PipeFormat {
 
 impl Problems {
     fn add(&mut self, message: impl Into<String>) {
-        self.0.push(Refusal::new(Exit::Usage, message));
+        self.0.push(refuse(Exit::Usage, message));
     }
 
     /// The value, or `None` and one more problem.
@@ -148,7 +148,7 @@ impl Problems {
             count => {
                 let exit = self.0.first().map_or(Exit::Unexpected, exit_of);
                 let lines: String = self.0.iter().map(|problem| format!("\n  - {}", message(problem))).collect();
-                Refusal::new(exit, format!("{count} problems:{lines}"))
+                refuse(exit, format!("{count} problems:{lines}"))
             }
         }
     }
@@ -160,7 +160,7 @@ fn budget(target: &args::Target) -> anyhow::Result<Budget> {
     let budget = Budget { faces: target.faces, keep, error: target.error, error_abs: target.error_abs };
     if budget == Budget::default() {
         let message = "no target: give --faces, --ratio, --reduction, --error or --error-abs";
-        return Err(Refusal::new(Exit::Usage, message));
+        return Err(refuse(Exit::Usage, message));
     }
     Ok(budget)
 }
@@ -171,12 +171,12 @@ fn selector(text: &str) -> anyhow::Result<Selector> {
         ("cpu", _) => Selector::Cpu,
         ("gpu", _) => Selector::Gpu,
         ("software", _) => Selector::Software,
-        ("", _) => return Err(Refusal::new(Exit::Usage, "the name of the device is empty: see `coarsen devices`")),
+        ("", _) => return Err(refuse(Exit::Usage, "the name of the device is empty: see `coarsen devices`")),
         (_, Some(index)) => match index.parse() {
             Ok(index) => Selector::Index(index),
             Err(_) => {
                 let message = format!("'{text}' names no device: write gpu:N with an index from `coarsen devices`");
-                return Err(Refusal::new(Exit::Usage, message));
+                return Err(refuse(Exit::Usage, message));
             }
         },
         (name, None) => Selector::Name(name.into()),

@@ -6,7 +6,7 @@ use std::time::Instant;
 use coarsen::{Device, Mesh, Outcome, StopReason};
 
 use super::console::{self, Verbosity};
-use super::failure::{Refusal, at};
+use super::failure::{at, refuse};
 use super::progress::Meter;
 use super::record::{Clocks, Record};
 use super::resolve::Job;
@@ -30,7 +30,7 @@ pub fn run(job: Job) -> anyhow::Result<Exit> {
     let (outcome, solve) = timed(|| interrupt::shielded(|| solve(&job, &input, &device)));
     let outcome = outcome?;
     if outcome.stop == StopReason::Cancelled {
-        return Err(Refusal::new(Exit::Interrupted, "interrupted, nothing is written"));
+        return Err(refuse(Exit::Interrupted, "interrupted, nothing is written"));
     }
     for warning in &outcome.warnings {
         console::warning(job.verbosity, &format!("'{}': {warning}", job.source));
@@ -71,7 +71,7 @@ fn tell(job: &Job, record: &Record) -> anyhow::Result<Exit> {
         console::say(record);
     }
     if job.require_target && !record.reached {
-        return Err(Refusal::new(Exit::TargetNotReached, record.shortfall()));
+        return Err(refuse(Exit::TargetNotReached, record.shortfall()));
     }
     // The file was complete before the interruption could be heeded; the shell is to know of it all the same.
     Ok(if interrupt::asked() { Exit::Interrupted } else { Exit::Done })

@@ -9,7 +9,7 @@ use coarsen::formats::{self, Format, WriteOptions};
 use coarsen::{Error, Mesh};
 
 use super::Exit;
-use super::failure::Refusal;
+use super::failure::refuse;
 
 /// An output.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -44,7 +44,7 @@ impl Sink {
         let Self::File(path) = self else { return Ok(()) };
         if input.is_some_and(|input| same_file(input, path)) {
             let message = format!("'{}' is the input as well: give the output another name", path.display());
-            return Err(Refusal::new(Exit::Usage, message));
+            return Err(refuse(Exit::Usage, message));
         }
         let failed = |source| Error::Write { path: path.clone(), source };
         match fs::metadata(path) {
@@ -53,7 +53,7 @@ impl Sink {
             Ok(metadata) if !metadata.is_file() => return Ok(()),
             Ok(_) if !overwrite => {
                 let message = format!("'{}' exists: give -w to replace it", path.display());
-                return Err(Refusal::new(Exit::NotWritten, message));
+                return Err(refuse(Exit::NotWritten, message));
             }
             _ => {}
         }

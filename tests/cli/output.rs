@@ -29,6 +29,7 @@ fn a_bad_output_is_told_before_the_input_is_read() {
 }
 
 #[cfg(unix)]
+#[expect(clippy::print_stdout, reason = "a skip must be seen")]
 #[test]
 fn a_folder_without_permission_is_told_before_the_input_is_read() {
     use std::os::unix::fs::PermissionsExt;
