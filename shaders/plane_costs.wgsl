@@ -14,10 +14,6 @@ fn plane_cost(first: PlaneQuadric, second: PlaneQuadric, h: vec3f, freedom: Free
 }
 
 fn plane_key(u: u32, w: u32) -> u32 {
-    let pair = pair_of(u, w);
-    if !pair.owned {
-        return NO_PAIR;
-    }
     let pu = load_positions(u);
     let pw = load_positions(w);
     let h = scale3(sub3(xyz(pw), xyz(pu)), 0.5);
@@ -31,6 +27,6 @@ fn plane_key(u: u32, w: u32) -> u32 {
 }
 
 fn run(i: u32) {
-    let corners = half_edge_corners(i);
+    let corners = half_edge_corners(load_pairs(i));
     store_keys(i, plane_key(corners.x, corners.y));
 }

@@ -49,10 +49,7 @@ fn volume_cost(ends: Ends, h: vec3f, freedom: Freedom) -> f32 {
 }
 
 fn volume_key(u: u32, w: u32, l: u32) -> u32 {
-    let pair = pair_of(u, w);
-    if !pair.owned {
-        return NO_PAIR;
-    }
+    let r = opposite(w, u, u);
     let pu = load_positions(u);
     let pw = load_positions(w);
     let a = xyz(pu);
@@ -61,8 +58,8 @@ fn volume_key(u: u32, w: u32, l: u32) -> u32 {
     let left = cross3(e, sub3(xyz(load_positions(l)), a));
     var mutual = outer(left);
     var mutual_normal = left;
-    if pair.right != NO_PAIR {
-        let right = cross3(sub3(xyz(load_positions(pair.right)), a), e);
+    if r != NO_VERTEX {
+        let right = cross3(sub3(xyz(load_positions(r)), a), e);
         mutual = sym_add(mutual, outer(right));
         mutual_normal = add3(mutual_normal, right);
     }
@@ -78,7 +75,7 @@ fn volume_key(u: u32, w: u32, l: u32) -> u32 {
     );
     if ((pu.flags | pw.flags) & BORDER) != 0u {
         var on_border = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        if pair.right == NO_PAIR {
+        if r == NO_VERTEX {
             on_border = border_term(e);
         }
         let weight = mul(params.border_weight, dot3(e, e));
@@ -94,6 +91,6 @@ fn volume_key(u: u32, w: u32, l: u32) -> u32 {
 }
 
 fn run(i: u32) {
-    let corners = half_edge_corners(i);
+    let corners = half_edge_corners(load_pairs(i));
     store_keys(i, volume_key(corners.x, corners.y, corners.z));
 }

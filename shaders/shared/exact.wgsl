@@ -1,8 +1,8 @@
 // Arithmetic whose bits do not depend on the device. Twin: src/math/exact.rs
 //
-// Vulkan rounds +, - and * correctly, but a driver may fuse and reorder them: every result passes `keep`, through which
-// no compiler sees. Division and square root may be some units in the last place off: `divide` and `root` take the
-// device's result as a guess and put it right in wrapping integers, which are exact everywhere.
+// Vulkan rounds +, - and * correctly, but a driver may fuse and reorder them, and its division and square root may be
+// some units in the last place off. `keep`, `divide` and `root` stand in arithmetic_guarded.wgsl, for any device, and in
+// arithmetic_plain.wgsl, for software that the self-test has found to do neither.
 // Numbers below LEAST may be flushed by a device: a kernel calls `flush` where an underflow could come up.
 
 const LEAST: f32 = 0x1p-125f;
@@ -10,10 +10,6 @@ const GREATEST_BITS: u32 = 0x7f7fffffu;
 const IMPLICIT_BIT: u32 = 0x800000u;
 const FRACTION: u32 = 0x7fffffu;
 const SIGN: u32 = 0x80000000u;
-
-fn keep(x: f32) -> f32 {
-    return bitcast<f32>(bitcast<u32>(x) ^ params.zero);
-}
 
 fn add(a: f32, b: f32) -> f32 {
     return keep(a + b);
@@ -51,17 +47,10 @@ fn assemble(sign: u32, exponent: i32, digits: u32) -> f32 {
     return bitcast<f32>(sign | (u32(biased) << 23u) | (digits & FRACTION));
 }
 
-fn divide(a: f32, b: f32) -> f32 {
-    if abs(a) < LEAST || abs(b) < LEAST {
-        return 0.0;
-    }
-    let x = significand(a);
-    let y = significand(b);
-    let less = select(0u, 1u, x < y);
-    let n = x << less;
-    // n / y is in [1, 2): the quotient's 24 digits are q = n·2²³ / y. The guess is a few units off, so the remainder
-    // is far below 2³¹ and comes out of 32-bit arithmetic exactly.
-    var q = u32(f32(n) / f32(y) * 8388608.0);
+// n·2²³ / y to 24 digits, correctly rounded, for n / y in [1, 2). The guess at n / y may be dozens of units off: the
+// remainder is still far below 2³¹ and comes out of wrapping arithmetic exactly.
+fn quotient_digits(n: u32, y: u32, guess: f32) -> u32 {
+    var q = u32(guess * 8388608.0);
     var r = bitcast<i32>((n << 23u) - q * y);
     let step = i32(floor(f32(r) / f32(y)));
     q = q + bitcast<u32>(step);
@@ -78,19 +67,12 @@ fn divide(a: f32, b: f32) -> f32 {
     if 2 * r > i32(y) {
         q = q + 1u;
     }
-    let sign = (bitcast<u32>(a) ^ bitcast<u32>(b)) & SIGN;
-    return assemble(sign, biased_exponent(a) - biased_exponent(b) + 127 - i32(less), q);
+    return q;
 }
 
-fn root(x: f32) -> f32 {
-    if x < LEAST {
-        return 0.0;
-    }
-    let exponent = biased_exponent(x);
-    let odd = 1u - (u32(exponent) & 1u);
-    let n = significand(x) << odd;
-    // The root's 24 digits are s = √(n·2²³), exact as in `divide`.
-    var s = u32(sqrt(f32(n) * 8388608.0));
+// √(n·2²³) to 24 digits, correctly rounded, for n in 2²³ .. 2²⁵, from a guess that may be dozens of units off.
+fn root_digits(n: u32, guess: f32) -> u32 {
+    var s = u32(guess);
     var r = bitcast<i32>((n << 23u) - s * s);
     let step = i32(floor(f32(r) / f32(2u * s)));
     r = r - step * (2 * i32(s) + step);
@@ -107,7 +89,7 @@ fn root(x: f32) -> f32 {
     if r > i32(s) {
         s = s + 1u;
     }
-    return assemble(0u, 127 + (exponent - 127 - i32(odd)) / 2, s);
+    return s;
 }
 
 fn add3(a: vec3f, b: vec3f) -> vec3f {

@@ -1,8 +1,6 @@
-// Which half-edges own a pair. Twin: src/kernel/pairs.rs
+// Which half-edges own a pair, and what is opposite. Twin: src/kernel/pairs.rs
 
-struct Pair { owned: bool, right: u32 }
-
-// The vertex opposite the half-edge from a to b in the first face of the ring of `around` that has it, or NO_PAIR.
+// The vertex opposite the half-edge from a to b in the first face of the ring of `around` that has it, or NO_VERTEX.
 fn opposite(a: u32, b: u32, around: u32) -> u32 {
     for (var i = load_ring_starts(around); i < load_ring_starts(around + 1u); i++) {
         let face = load_faces(load_ring_faces(i));
@@ -16,27 +14,19 @@ fn opposite(a: u32, b: u32, around: u32) -> u32 {
             return face.b;
         }
     }
-    return NO_PAIR;
+    return NO_VERTEX;
 }
 
-fn pair_of(u: u32, w: u32) -> Pair {
+fn owns_pair(u: u32, w: u32) -> bool {
     let both = load_positions(u).flags & load_positions(w).flags;
     if (both & LOCKED) != 0u || (u > w && (both & BORDER) == 0u) {
-        return Pair(false, NO_PAIR);
+        return false;
     }
     if ring_length(u) > HUB || ring_length(w) > HUB {
-        return Pair(false, NO_PAIR);
+        return false;
     }
-    let right = opposite(w, u, u);
-    return Pair(u < w || right == NO_PAIR, right);
-}
-
-// The corners of a half-edge's face, its start first.
-fn half_edge_corners(half_edge: u32) -> vec3u {
-    let face = load_faces(half_edge / 3u);
-    switch half_edge % 3u {
-        case 0u: { return vec3u(face.a, face.b, face.c); }
-        case 1u: { return vec3u(face.b, face.c, face.a); }
-        default: { return vec3u(face.c, face.a, face.b); }
+    if u < w {
+        return true;
     }
+    return opposite(w, u, u) == NO_VERTEX;
 }

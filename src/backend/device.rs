@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::gpu::Gpu;
 use super::gpu_recorder::Recorder;
+use super::module::Exactness;
 use super::queue::Queue;
 use crate::error::{Error, Result};
 
@@ -33,6 +34,8 @@ pub struct GpuOptions {
     /// Rows to a binding at most, rounded down to a power of two; `None` takes what the adapter can bind. A small number
     /// is for tests: results do not depend on it.
     pub page_rows: Option<u32>,
+    /// How kernels keep their arithmetic exact; `None` guards it, except on software that passes the self-test without.
+    pub exactness: Option<Exactness>,
 }
 
 /// Where the kernels run: the CPU, or a GPU with its pipelines. Open once, use for many meshes; cloning is cheap.
@@ -74,6 +77,11 @@ impl Device {
     pub(crate) fn with_note(mut self, note: String) -> Self {
         self.notes.push(note);
         self
+    }
+
+    /// Whether kernels run on software that stands in for a GPU.
+    pub fn is_software(&self) -> bool {
+        self.gpu.as_ref().is_some_and(|gpu| gpu.is_software())
     }
 
     /// What a person should know about the choice of device; empty when all is as asked.

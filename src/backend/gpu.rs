@@ -7,9 +7,12 @@ use super::gpu_adapters::{choose, describe};
 use super::gpu_buffer::{GpuBuffer, Meter};
 use super::gpu_faults::{Faults, guard, lock, wait};
 use super::gpu_pipeline::Pipeline;
-use super::module::{PageShape, Signature};
+use super::module::{Exactness, PageShape, Signature};
 use super::{GpuOptions, Selector};
 use crate::error::{Error, Result};
+
+/// A kernel's name and its buffers' pages.
+type PipelineKey = (&'static str, Vec<PageShape>);
 
 /// A wgpu device with its queue.
 #[derive(Debug)]
@@ -21,7 +24,8 @@ pub struct Gpu {
     faults: Faults,
     meter: Meter,
     page_rows: u32,
-    pipelines: Mutex<HashMap<(&'static str, Vec<PageShape>), Arc<Pipeline>>>,
+    exactness: Exactness,
+    pipelines: Mutex<HashMap<PipelineKey, Arc<Pipeline>>>,
 }
 
 impl Gpu {
@@ -44,6 +48,8 @@ impl Gpu {
         let (device, queue) =
             pollster::block_on(request).map_err(|e| Error::Device(format!("cannot open {}: {e}", info.name)))?;
         let faults = Faults::of(&device);
+        let is_software = info.device_type == wgpu::DeviceType::Cpu;
+        let exactness = if is_software { Exactness::Plain } else { Exactness::Guarded };
         Ok(Self {
             device,
             queue,
@@ -52,6 +58,7 @@ impl Gpu {
             faults,
             meter: Meter::new(options.memory_limit),
             page_rows: options.page_rows.unwrap_or(u32::MAX).max(1),
+            exactness: options.exactness.unwrap_or(exactness),
             pipelines: Mutex::default(),
         })
     }
@@ -64,6 +71,16 @@ impl Gpu {
     /// Bytes of buffers that live now.
     pub fn allocated(&self) -> u64 {
         self.meter.used()
+    }
+
+    /// How its kernels keep their arithmetic exact.
+    pub(super) fn exactness(&self) -> Exactness {
+        self.exactness
+    }
+
+    /// Whether it is software on this machine's own processor.
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
     }
 
     /// Loses the device.
@@ -96,7 +113,7 @@ impl Gpu {
     /// A zeroed buffer.
     pub(super) fn buffer(&self, rows: usize, stride: usize) -> Result<GpuBuffer> {
         let (bytes, shift) = (rows as u64 * stride as u64, self.page_shift(stride));
-        let (pages, bound) = ((rows as u64).div_ceil(1 << shift), self.limits.max_storage_buffers_per_shader_stage);
+        let (pages, bound) = ((rows as u64).div_ceil(1 << shift), self.max_pages());
         if pages > u64::from(bound) {
             return Err(Error::Limit(format!(
                 "the mesh is too large for this adapter: {bytes} bytes in one buffer take {pages} bindings, {} has {bound}",
@@ -107,6 +124,12 @@ impl Gpu {
         self.guard(&format!("cannot allocate {bytes} bytes"), || {
             GpuBuffer::new(&self.device, rows, stride, shift, lease)
         })
+    }
+
+    /// The most pages that a kernel can bind: one buffer goes to the uniform block.
+    pub(super) fn max_pages(&self) -> u32 {
+        let buffers = self.limits.max_buffers_and_acceleration_structures_per_shader_stage.saturating_sub(1);
+        self.limits.max_storage_buffers_per_shader_stage.min(buffers)
     }
 
     /// The binary logarithm of the most rows that one binding holds.
@@ -135,6 +158,8 @@ fn limits(own: &wgpu::Limits) -> wgpu::Limits {
         max_buffer_size: own.max_buffer_size,
         max_storage_buffer_binding_size: own.max_storage_buffer_binding_size,
         max_storage_buffers_per_shader_stage: own.max_storage_buffers_per_shader_stage,
+        max_buffers_and_acceleration_structures_per_shader_stage: own
+            .max_buffers_and_acceleration_structures_per_shader_stage,
         max_compute_workgroups_per_dimension: own.max_compute_workgroups_per_dimension,
         min_uniform_buffer_offset_alignment: own.min_uniform_buffer_offset_alignment,
         ..wgpu::Limits::downlevel_defaults()

@@ -1,5 +1,6 @@
 //! A buffer on a GPU: one or more pages, each small enough to bind.
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -41,16 +42,17 @@ impl GpuBuffer {
         PageShape { count: self.pages.len() as u32, shift: self.shift }
     }
 
-    /// The first `bytes` bytes in stretches of at most `piece` that each lie in one page.
-    pub fn pieces(&self, bytes: usize, piece: usize) -> impl Iterator<Item = Piece<'_>> {
-        let (bytes, piece) = (bytes as u64, piece as u64);
+    /// These bytes in stretches of at most `piece` that each lie in one page.
+    pub fn pieces(&self, bytes: Range<usize>, piece: usize) -> impl Iterator<Item = Piece<'_>> {
+        let (first, past, piece) = (bytes.start as u64, bytes.end as u64, piece as u64);
         self.pages.iter().zip(0u64..).flat_map(move |(page, index)| {
-            let start = index * self.page_bytes;
-            let end = bytes.min(start + self.page_bytes);
+            let page_start = index * self.page_bytes;
+            let start = first.max(page_start);
+            let end = past.min(page_start + self.page_bytes);
             (start..end).step_by(piece as usize).map(move |at| Piece {
                 page,
-                offset: at - start,
-                range: at as usize..end.min(at.saturating_add(piece)) as usize,
+                offset: at - page_start,
+                range: (at - first) as usize..(end.min(at.saturating_add(piece)) - first) as usize,
             })
         })
     }
@@ -63,8 +65,8 @@ pub struct Piece<'a> {
     pub page: &'a wgpu::Buffer,
     /// The first byte's place in the page.
     pub offset: u64,
-    /// The bytes' place in the whole buffer.
-    pub range: std::ops::Range<usize>,
+    /// The bytes' place among those asked for.
+    pub range: Range<usize>,
 }
 
 /// Bytes allocated on a GPU, against a limit.

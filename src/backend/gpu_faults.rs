@@ -4,6 +4,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::error::{Error, Result};
 
+const LOST: &str = "the GPU was lost: its driver was reset, or it was unplugged";
+
 /// The first fault of a device that no scope caught, or why it was lost: from then on every operation fails with it.
 #[derive(Debug, Clone, Default)]
 pub struct Faults {
@@ -16,11 +18,9 @@ impl Faults {
         let faults = Self::default();
         let (uncaught, lost) = (faults.clone(), faults.clone());
         device.on_uncaptured_error(Arc::new(move |error| uncaught.note(in_words(&error))));
-        device.set_device_lost_callback(move |reason, message| {
-            // Dropping the device is no loss.
-            if !(matches!(reason, wgpu::DeviceLostReason::Destroyed) && message.contains("dropped")) {
-                lost.note(format!("the GPU was lost ({}): reset by its driver or unplugged", one_line(&message)));
-            }
+        device.set_device_lost_callback(move |_, message| {
+            let reason = message.split_whitespace().collect::<Vec<_>>().join(" ");
+            lost.note(if reason.is_empty() { LOST.into() } else { format!("{LOST} ({reason})") });
         });
         faults
     }
@@ -51,11 +51,13 @@ pub fn guard<R>(device: &wgpu::Device, faults: &Faults, what: &str, work: impl F
     let internal = device.push_error_scope(wgpu::ErrorFilter::Internal);
     let result = work();
     let reports = [internal, validation, memory].map(|scope| pollster::block_on(scope.pop()));
-    faults.check()?;
-    match reports.into_iter().flatten().next() {
-        Some(report) => Err(Error::Device(format!("{what}: {}", in_words(&report)))),
-        None => Ok(result),
-    }
+    let Some(report) = reports.into_iter().flatten().next() else {
+        faults.check()?;
+        return Ok(result);
+    };
+    // On a lost device everything is invalid, and only waiting says why.
+    wait(device, faults, None)?;
+    Err(Error::Device(format!("{what}: {}", in_words(&report))))
 }
 
 /// Waits for all that was submitted to `device`, or up to `submission`.
@@ -63,12 +65,12 @@ pub fn guard<R>(device: &wgpu::Device, faults: &Faults, what: &str, work: impl F
 /// # Errors
 /// [`Error::Device`] when the device was lost.
 pub fn wait(device: &wgpu::Device, faults: &Faults, submission: Option<wgpu::SubmissionIndex>) -> Result<()> {
-    let poll = || device.poll(wgpu::PollType::Wait { submission_index: submission, timeout: None });
+    let how = wgpu::PollType::Wait { submission_index: submission, timeout: None };
     // wgpu panics in `poll`, and only there, when the driver reports the loss of the device to it.
-    match std::panic::catch_unwind(std::panic::AssertUnwindSafe(poll)) {
+    match std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| device.poll(how))) {
         Ok(Ok(_)) => {}
         Ok(Err(error)) => faults.note(format!("cannot wait for the GPU: {error}")),
-        Err(_) => faults.note("the GPU was lost: reset by its driver or unplugged".into()),
+        Err(_) => faults.note(LOST.into()),
     }
     faults.check()
 }
@@ -83,8 +85,4 @@ fn in_words(error: &wgpu::Error) -> String {
         wgpu::Error::OutOfMemory { .. } => "the GPU is out of memory".into(),
         wgpu::Error::Validation { description, .. } | wgpu::Error::Internal { description, .. } => description.clone(),
     }
-}
-
-fn one_line(message: &str) -> String {
-    message.split_whitespace().collect::<Vec<_>>().join(" ").trim_end_matches('.').to_string()
 }

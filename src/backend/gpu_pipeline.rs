@@ -23,8 +23,7 @@ impl Pipeline {
     /// # Errors
     /// [`Error::Limit`] when the pages are more than the adapter can bind, [`Error::Device`] when it refuses the module.
     pub fn new(gpu: &Gpu, signature: &Signature<'_>, pages: &[PageShape]) -> Result<Self> {
-        let (needed, limit) =
-            (pages.iter().map(|page| page.count).sum::<u32>(), gpu.limits().max_storage_buffers_per_shader_stage);
+        let (needed, limit) = (pages.iter().map(|page| page.count).sum::<u32>(), gpu.max_pages());
         if needed > limit {
             return Err(Error::Limit(format!(
                 "the mesh is too large for this adapter: '{}' needs {needed} storage buffers, {} binds {limit}",
@@ -33,7 +32,7 @@ impl Pipeline {
             )));
         }
         let uniform_bytes = NonZeroU64::MIN.saturating_add(signature.uniform_bytes() as u64 - 1);
-        let text = signature.compose(pages);
+        let text = signature.compose(pages, gpu.exactness());
         gpu.guard(&format!("the kernel '{}' was refused", signature.name), || {
             let device = gpu.device();
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {

@@ -1,10 +1,10 @@
 //! Records kernels, submits them in bounded batches, and moves rows to and from the GPU.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, mpsc};
+use std::time::Duration;
 
 use super::gpu::Gpu;
 use super::gpu_buffer::{GpuBuffer, Piece};
-use super::gpu_faults::lock;
 use super::gpu_pipeline::Pipeline;
 use super::module::{Signature, uniform_block};
 use crate::error::{Error, Result};
@@ -21,6 +21,9 @@ const PIECE_BYTES: usize = 8 << 20;
 
 /// Pieces of an upload in flight.
 const PIECES_AHEAD: usize = 2;
+
+/// How long an answer may take after the work it is about is done: some microseconds, unless the machine stalls.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// The recording half of a queue on a GPU.
 #[derive(Debug)]
@@ -109,7 +112,7 @@ impl Recorder {
 
     /// Records zeros over the first `bytes` bytes.
     pub fn clear(&mut self, buffer: &GpuBuffer, bytes: usize) -> Result<()> {
-        let whole_pages = buffer.pieces(bytes, usize::MAX);
+        let whole_pages = buffer.pieces(0..bytes, usize::MAX);
         self.commands.extend(
             whole_pages.map(|piece| Command::Clear { page: piece.page.clone(), bytes: piece.range.len() as u64 }),
         );
@@ -136,7 +139,7 @@ impl Recorder {
         self.submit()?;
         self.bytes_moved += bytes.len() as u64;
         let mut in_flight = std::collections::VecDeque::new();
-        for piece in buffer.pieces(bytes.len(), PIECE_BYTES) {
+        for piece in buffer.pieces(0..bytes.len(), PIECE_BYTES) {
             if in_flight.len() == PIECES_AHEAD {
                 self.gpu.wait(in_flight.pop_front())?;
             }
@@ -149,13 +152,13 @@ impl Recorder {
         Ok(())
     }
 
-    /// Fills `bytes` from the start of `buffer`, after all that was recorded.
-    pub fn read(&mut self, buffer: &GpuBuffer, bytes: &mut [u8]) -> Result<()> {
+    /// Fills `bytes` from byte `start` of `buffer` on, after all that was recorded.
+    pub fn read(&mut self, buffer: &GpuBuffer, start: usize, bytes: &mut [u8]) -> Result<()> {
         self.submit()?;
         self.bytes_moved += bytes.len() as u64;
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         let staging = own_buffer(&self.gpu, &mut self.staging, PIECE_BYTES as u64, usage)?;
-        let result = buffer.pieces(bytes.len(), PIECE_BYTES).try_for_each(|piece| {
+        let result = buffer.pieces(start..start + bytes.len(), PIECE_BYTES).try_for_each(|piece| {
             let into = &mut bytes[piece.range.clone()];
             self.gpu.read_piece(&piece, &staging, into)
         });
@@ -170,17 +173,18 @@ impl Recorder {
 impl Gpu {
     fn read_piece(&self, piece: &Piece<'_>, staging: &wgpu::Buffer, into: &mut [u8]) -> Result<()> {
         let size = into.len() as u64;
-        let answer = Arc::new(Mutex::new(None));
+        let (answer, heard) = mpsc::channel();
         self.guard("cannot read", || {
             let mut encoder = self.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             encoder.copy_buffer_to_buffer(piece.page, piece.offset, staging, 0, size);
             self.queue().submit([encoder.finish()]);
-            let heard = Arc::clone(&answer);
-            staging.map_async(wgpu::MapMode::Read, ..size, move |result| *lock(&heard) = Some(result));
+            // Nobody listens any more only after an error.
+            staging.map_async(wgpu::MapMode::Read, ..size, move |result| drop(answer.send(result)));
         })?;
         self.wait(None)?;
         let unread = || Error::Device("cannot read from the GPU".into());
-        let Some(Ok(())) = lock(&answer).take() else { return Err(unread()) };
+        // Another thread that waits may be the one that is about to deliver the answer.
+        let Ok(Ok(())) = heard.recv_timeout(ANSWER_TIMEOUT) else { return Err(unread()) };
         let mapped = staging.get_mapped_range(..size).map_err(|_| unread())?;
         into.copy_from_slice(&mapped);
         drop(mapped);

@@ -25,7 +25,7 @@ pub use buffer::{Access, Binding, Buffer, Row};
 pub use device::{Device, GpuOptions, Selector};
 pub use gpu_adapters::{AdapterReport, adapters};
 #[doc(hidden)]
-pub use module::{PageShape, Signature};
+pub use module::{Exactness, PageShape, Signature};
 pub use queue::Queue;
 
 pub(crate) use buffer::row;

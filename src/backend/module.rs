@@ -8,6 +8,24 @@ use super::{Access, Binding, Constant, Kernel};
 const SHARED: &[&str] =
     &[include_str!("../../shaders/shared/exact.wgsl"), include_str!("../../shaders/shared/rows.wgsl")];
 
+/// How a module keeps its arithmetic exact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Exactness {
+    /// Against fusing, reordering and inexact division, for any device.
+    Guarded,
+    /// Not at all, for a device that rounds every operation correctly and in order.
+    Plain,
+}
+
+impl Exactness {
+    fn source(self) -> &'static str {
+        match self {
+            Self::Guarded => include_str!("../../shaders/shared/arithmetic_guarded.wgsl"),
+            Self::Plain => include_str!("../../shaders/shared/arithmetic_plain.wgsl"),
+        }
+    }
+}
+
 /// What the entry of a kernel does when its source has none: finds its index in the tight two-dimensional grid.
 const ENTRY: &str = "
 @compute @workgroup_size(WORKGROUP)
@@ -101,8 +119,9 @@ impl<'a> Signature<'a> {
     }
 
     /// The module's text, with one of `pages` for each binding.
-    pub fn compose(&self, pages: &[PageShape]) -> String {
+    pub fn compose(&self, pages: &[PageShape], exactness: Exactness) -> String {
         let mut text = SHARED.concat();
+        text.push_str(exactness.source());
         write_declarations(&mut text, self, pages);
         for source in self.shared {
             text.push_str(source);

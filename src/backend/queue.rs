@@ -1,5 +1,7 @@
 //! A queue: the one way to make buffers, move rows and run kernels, on the host or on a GPU.
 
+use std::ops::Range;
+
 use super::Kernel;
 use super::buffer::{Buffer, Row};
 use super::gpu_recorder::Recorder;
@@ -93,22 +95,23 @@ impl Queue {
         }
     }
 
-    /// Appends the first `len` rows of `buffer` to `rows`, after all that was issued before.
+    /// Appends a range of the rows of `buffer` to `rows`, after all that was issued before.
     ///
     /// # Errors
     /// [`Error::Device`] when the rows are not there or the device was lost; `rows` is then as it was.
-    pub fn read<T: Row>(&mut self, buffer: &Buffer<T>, len: usize, rows: &mut Vec<T>) -> Result<()> {
-        fits(len, buffer)?;
+    pub fn read<T: Row>(&mut self, buffer: &Buffer<T>, range: Range<usize>, rows: &mut Vec<T>) -> Result<()> {
+        fits(range.end, buffer)?;
         match &mut self.gpu {
             Some(recorder) => {
-                let start = rows.len();
-                rows.resize(start + len, T::zeroed());
+                let kept = rows.len();
+                rows.resize(kept + range.len(), T::zeroed());
+                let into = bytemuck::cast_slice_mut(&mut rows[kept..]);
                 recorder
-                    .read(buffer.on_device()?, bytemuck::cast_slice_mut(&mut rows[start..]))
-                    .inspect_err(|_| rows.truncate(start))
+                    .read(buffer.on_device()?, range.start * size_of::<T>(), into)
+                    .inspect_err(|_| rows.truncate(kept))
             }
             None => {
-                rows.extend_from_slice(&buffer.host()[..len]);
+                rows.extend_from_slice(&buffer.host()[range]);
                 Ok(())
             }
         }

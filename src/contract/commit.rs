@@ -6,8 +6,9 @@
 
 use crate::kernel::contract_quadrics::contracted;
 use crate::kernel::contract_vertices::{GONE, KEEPS};
+use crate::kernel::pairs::half_edge_corners;
 use crate::kernel::plane_costs::PLANE_REGULARIZATION;
-use crate::kernel::rows::{BORDER, Candidate, Contraction, Face, LOCKED, PlaneQuadric, Position};
+use crate::kernel::rows::{BORDER, Candidate, Contraction, LOCKED, PlaneQuadric, Position};
 use crate::kernel::stars::Stars;
 use crate::kernel::volume_costs::{BORDER_FACTOR, VOLUME_REGULARIZATION};
 use crate::math::{DVec3, Vec3};
@@ -129,7 +130,7 @@ impl Committer {
 
     fn removes_one(&self, surface: &Surface, candidate: Candidate) -> bool {
         let positions = surface.positions.host();
-        let [u, w, _] = ends(candidate.half_edge, surface.faces.host());
+        let [u, w, _] = half_edge_corners(candidate.half_edge, surface.faces.host());
         positions[u as usize].flags & positions[w as usize].flags & BORDER != 0
     }
 
@@ -140,7 +141,7 @@ impl Committer {
         candidate: Candidate,
         committed: &mut Committed,
     ) {
-        let [u, w, _] = ends(candidate.half_edge, surface.faces.host());
+        let [u, w, _] = half_edge_corners(candidate.half_edge, surface.faces.host());
         let roles = surface.roles.host();
         if u == w || roles[u as usize] | roles[w as usize] != 0 {
             return;
@@ -233,16 +234,6 @@ impl Committer {
             }
         }
         quadric
-    }
-}
-
-/// The corners of a half-edge's face, its start first.
-fn ends(half_edge: u32, faces: &[Face]) -> [u32; 3] {
-    let Face { a, b, c } = faces[(half_edge / 3) as usize];
-    match half_edge % 3 {
-        0 => [a, b, c],
-        1 => [b, c, a],
-        _ => [c, a, b],
     }
 }
 

@@ -1,10 +1,13 @@
 //! Evaluating a round on one device: sums, the cost of every pair, the gate.
 
-use crate::backend::{Buffer, Queue};
+use crate::backend::{Buffer, Queue, Row};
 use crate::error::Result;
 use crate::kernel::cost_histogram::{BUCKET_SHIFT, BUCKETS, CostHistogram};
 use crate::kernel::count_candidates::{CountCandidates, GATE_BLOCK};
+use crate::kernel::count_pairs::CountPairs;
 use crate::kernel::gather_candidates::GatherCandidates;
+use crate::kernel::gather_pairs::GatherPairs;
+use crate::kernel::pairs::PAIR_BLOCK;
 use crate::kernel::plane_costs::PlaneCosts;
 use crate::kernel::plane_sums::PlaneSums;
 use crate::kernel::rows::{BorderSum, Candidate, VolumeSum};
@@ -21,6 +24,7 @@ pub struct Evaluation {
     at_endpoints: bool,
     border_weight: f32,
     volume: Option<(Buffer<VolumeSum>, Buffer<BorderSum>)>,
+    pairs: Buffer<u32>,
     keys: Buffer<u32>,
     buckets: Buffer<u32>,
     counts: Buffer<u32>,
@@ -41,8 +45,7 @@ pub struct Gate {
 impl Evaluation {
     /// Buffers for a surface, on its device.
     pub fn new(queue: &mut Queue, surface: &Surface, options: &Options, has_border: bool) -> Result<Self> {
-        let half_edges = 3 * surface.face_count;
-        let blocks = half_edges.div_ceil(GATE_BLOCK as usize);
+        let blocks = most_blocks(surface.face_count, 3 * surface.face_count);
         let volume = match options.metric {
             Metric::Volume => Some((
                 queue.buffer(surface.vertex_count)?,
@@ -54,7 +57,8 @@ impl Evaluation {
             at_endpoints: options.placement == Placement::Endpoint,
             border_weight: options.border_weight,
             volume,
-            keys: queue.buffer(half_edges)?,
+            pairs: queue.buffer(0)?,
+            keys: queue.buffer(0)?,
             buckets: queue.buffer(BUCKETS as usize)?,
             counts: queue.buffer(blocks + 1)?,
             scan: Scan::new(queue, blocks + 1)?,
@@ -71,34 +75,63 @@ impl Evaluation {
         gate: Gate,
         candidates: &mut Vec<Candidate>,
     ) -> Result<usize> {
-        self.costs(queue, surface)?;
-        let half_edges = 3 * surface.face_count;
+        let pairs = self.find_pairs(queue, surface)?;
+        self.costs(queue, surface, pairs)?;
+        let key_count = pairs as u32;
         queue.clear(&mut self.buckets, BUCKETS as usize)?;
-        queue.run(CostHistogram { keys: &self.keys, key_count: half_edges as u32, buckets: &mut self.buckets })?;
+        queue.run(CostHistogram { keys: &self.keys, key_count, buckets: &mut self.buckets })?;
         self.histogram.clear();
-        queue.read(&self.buckets, BUCKETS as usize, &mut self.histogram)?;
-        let pairs = self.histogram.iter().map(|&n| n as usize).sum();
+        queue.read(&self.buckets, 0..BUCKETS as usize, &mut self.histogram)?;
         let (threshold, count) = threshold(&self.histogram, wanted(gate, pairs));
         if count == 0 {
             return Ok(pairs);
         }
-        if self.candidates.len() < count {
-            self.candidates = queue.buffer(count)?;
-        }
-        let blocks = half_edges.div_ceil(GATE_BLOCK as usize);
-        let (keys, key_count) = (&self.keys, half_edges as u32);
-        queue.run(CountCandidates { keys, key_count, threshold, counts: &mut self.counts })?;
-        self.scan.run(queue, &mut self.counts, blocks + 1)?;
-        let (starts, out) = (&self.counts, &mut self.candidates);
-        queue.run(GatherCandidates { keys, key_count, threshold, starts, candidates: out })?;
-        queue.read(&self.candidates, count, candidates)?;
+        grow(queue, &mut self.candidates, count)?;
+        let (keys, counts) = (&self.keys, &mut self.counts);
+        queue.run(CountCandidates { keys, key_count, threshold, counts })?;
+        self.scan.run(queue, &mut self.counts, pairs.div_ceil(GATE_BLOCK as usize) + 1)?;
+        queue.run(GatherCandidates {
+            keys,
+            pairs: &self.pairs,
+            key_count,
+            threshold,
+            starts: &self.counts,
+            candidates: &mut self.candidates,
+        })?;
+        queue.read(&self.candidates, 0..count, candidates)?;
         Ok(pairs)
     }
 
-    fn costs(&mut self, queue: &mut Queue, surface: &Surface) -> Result<()> {
+    /// Lists the half-edges that own a pair; returns how many.
+    fn find_pairs(&mut self, queue: &mut Queue, surface: &Surface) -> Result<usize> {
         let Surface { positions, faces, ring_starts, ring_faces, .. } = surface;
-        let (vertex_count, face_count) = (surface.vertex_count as u32, surface.face_count as u32);
-        let (at_endpoints, keys) = (self.at_endpoints, &mut self.keys);
+        let face_count = surface.face_count as u32;
+        let counts = &mut self.counts;
+        queue.run(CountPairs { positions, faces, ring_starts, ring_faces, face_count, counts })?;
+        let blocks = surface.face_count.div_ceil(PAIR_BLOCK as usize);
+        self.scan.run(queue, &mut self.counts, blocks + 1)?;
+        let mut total = Vec::new();
+        queue.read(&self.counts, blocks..blocks + 1, &mut total)?;
+        let pairs = total.iter().sum::<u32>() as usize;
+        grow(queue, &mut self.pairs, pairs)?;
+        grow(queue, &mut self.keys, pairs)?;
+        let starts = &self.counts;
+        queue.run(GatherPairs {
+            positions,
+            faces,
+            ring_starts,
+            ring_faces,
+            face_count,
+            starts,
+            pairs: &mut self.pairs,
+        })?;
+        Ok(pairs)
+    }
+
+    fn costs(&mut self, queue: &mut Queue, surface: &Surface, pairs: usize) -> Result<()> {
+        let Surface { positions, faces, ring_starts, ring_faces, .. } = surface;
+        let (vertex_count, pair_count) = (surface.vertex_count as u32, pairs as u32);
+        let (at_endpoints, pairs, keys) = (self.at_endpoints, &self.pairs, &mut self.keys);
         match (&mut self.volume, &surface.quadrics) {
             (Some((sums, borders)), _) => {
                 queue.run(VolumeSums { positions, faces, ring_starts, ring_faces, vertex_count, sums, borders })?;
@@ -110,22 +143,16 @@ impl Evaluation {
                     ring_faces,
                     sums,
                     borders,
-                    face_count,
+                    pairs,
+                    pair_count,
                     border_weight,
                     at_endpoints,
                     keys,
                 })
             }
-            (None, Some(quadrics)) => queue.run(PlaneCosts {
-                positions,
-                faces,
-                ring_starts,
-                ring_faces,
-                quadrics,
-                face_count,
-                at_endpoints,
-                keys,
-            }),
+            (None, Some(quadrics)) => {
+                queue.run(PlaneCosts { positions, faces, quadrics, pairs, pair_count, at_endpoints, keys })
+            }
             (None, None) => Ok(()),
         }
     }
@@ -137,6 +164,19 @@ pub fn plane_sums(queue: &mut Queue, surface: &mut Surface, border_weight: f32) 
     let Some(quadrics) = quadrics else { return Ok(()) };
     let vertex_count = *vertex_count as u32;
     queue.run(PlaneSums { positions, faces, ring_starts, ring_faces, vertex_count, border_weight, quadrics })
+}
+
+/// Blocks that either the faces or the pairs of a surface are counted in, at most.
+fn most_blocks(faces: usize, pairs: usize) -> usize {
+    faces.div_ceil(PAIR_BLOCK as usize).max(pairs.div_ceil(GATE_BLOCK as usize))
+}
+
+/// Replaces a buffer that cannot hold `len` rows; what it held is lost.
+fn grow<T: Row>(queue: &Queue, buffer: &mut Buffer<T>, len: usize) -> Result<()> {
+    if buffer.len() < len {
+        *buffer = queue.buffer(len)?;
+    }
+    Ok(())
 }
 
 fn wanted(gate: Gate, pairs: usize) -> usize {

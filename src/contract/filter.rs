@@ -34,7 +34,7 @@ impl Blocked {
     }
 }
 
-/// The link condition \[DEGN99\]: contracting keeps the surface's topology exactly when the links of the ends meet in
+/// The link condition \[DE99\]: contracting keeps the surface's topology exactly when the links of the ends meet in
 /// the link of the pair, borders coned to a vertex of their own.
 ///
 /// In faces: the common neighbors are the opposite vertices of the one or two shared faces, all different; two border

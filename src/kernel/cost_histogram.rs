@@ -3,7 +3,6 @@
 
 use rayon::prelude::*;
 
-use super::pairs::NO_PAIR;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 
 /// Bits of a key below its bucket: what is left is the exponent and four bits of the mantissa, 6 % of a cost.
@@ -11,7 +10,7 @@ pub const BUCKET_SHIFT: u32 = 19;
 /// Buckets: keys are positive, so the sign bit is 0.
 pub const BUCKETS: u32 = 1 << (31 - BUCKET_SHIFT);
 /// Keys an invocation counts.
-pub const KEYS_EACH: u32 = 16;
+pub const KEYS_EACH: u32 = 64;
 
 /// One invocation for `KEYS_EACH` keys, a workgroup apart.
 pub struct CostHistogram<'a> {
@@ -39,7 +38,6 @@ impl Kernel for CostHistogram<'_> {
         ("BUCKET_SHIFT", Constant::U32(BUCKET_SHIFT)),
         ("BUCKETS", Constant::U32(BUCKETS)),
         ("KEYS_EACH", Constant::U32(KEYS_EACH)),
-        ("NO_PAIR", Constant::U32(NO_PAIR)),
     ];
     const WORKGROUP: u32 = 256;
 
@@ -62,7 +60,7 @@ impl Kernel for CostHistogram<'_> {
             .par_chunks(chunk)
             .map(|keys| {
                 let mut counts = vec![0; BUCKETS as usize];
-                for &key in keys.iter().filter(|&&key| key != NO_PAIR) {
+                for &key in keys {
                     counts[(key >> BUCKET_SHIFT) as usize] += 1;
                 }
                 counts

@@ -1,13 +1,13 @@
-//! How many keys of every block pass the gate. Twin: `shaders/count_candidates.wgsl`, by contract.
+//! How many keys of every block pass the gate. Twin: `shaders/count_candidates.wgsl`, line for line.
 
 use rayon::prelude::*;
 
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 
-/// Keys a block: one workgroup ranks them in its shared memory.
-pub const GATE_BLOCK: u32 = 256;
+/// Keys a block, which one invocation counts and gathers: no barriers, few counts to scan.
+pub const GATE_BLOCK: u32 = 32;
 
-/// One invocation a key, one workgroup a block; and a block that ends `counts` with 0.
+/// One invocation a block, and one that ends `counts` with 0.
 pub struct CountCandidates<'a> {
     /// Keys.
     pub keys: &'a Buffer<u32>,
@@ -33,7 +33,6 @@ impl Kernel for CountCandidates<'_> {
     type Params = Params;
     const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
     const CONSTANTS: &'static [(&'static str, Constant)] = &[("GATE_BLOCK", Constant::U32(GATE_BLOCK))];
-    const WORKGROUP: u32 = GATE_BLOCK;
 
     fn params(&self) -> Params {
         Params { count: self.key_count, threshold: self.threshold }
@@ -44,7 +43,7 @@ impl Kernel for CountCandidates<'_> {
     }
 
     fn invocations(&self) -> u32 {
-        (self.key_count.div_ceil(GATE_BLOCK) + 1) * GATE_BLOCK
+        self.key_count.div_ceil(GATE_BLOCK) + 1
     }
 
     fn run_cpu(&mut self) {
@@ -53,7 +52,7 @@ impl Kernel for CountCandidates<'_> {
         let threshold = self.threshold;
         let counts = &mut self.counts.host_mut()[..=blocks];
         counts[blocks] = 0;
-        keys.par_chunks(GATE_BLOCK as usize).zip(counts).with_min_len(64).for_each(|(block, count)| {
+        keys.par_chunks(GATE_BLOCK as usize).zip(counts).with_min_len(512).for_each(|(block, count)| {
             *count = block.iter().filter(|&&key| key < threshold).count() as u32;
         });
     }

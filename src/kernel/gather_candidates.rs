@@ -1,5 +1,5 @@
-//! Writes the pairs that pass the gate, in the order of their half-edges. Twin: `shaders/gather_candidates.wgsl`, by
-//! contract.
+//! Writes the pairs that pass the gate, in the order of their half-edges. Twin: `shaders/gather_candidates.wgsl`, line
+//! for line.
 
 use rayon::prelude::*;
 
@@ -9,12 +9,14 @@ use super::split::split_at_bounds;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 
 /// Blocks a thread takes at a time.
-const BLOCKS_EACH: usize = 64;
+const BLOCKS_EACH: usize = 512;
 
-/// One invocation a key, one workgroup a block.
+/// One invocation a block.
 pub struct GatherCandidates<'a> {
-    /// Keys, one a half-edge.
+    /// Keys, one a pair.
     pub keys: &'a Buffer<u32>,
+    /// The half-edges that own the pairs.
+    pub pairs: &'a Buffer<u32>,
     /// How many.
     pub key_count: u32,
     /// Keys below this pass.
@@ -39,7 +41,6 @@ impl Kernel for GatherCandidates<'_> {
     type Params = Params;
     const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
     const CONSTANTS: &'static [(&'static str, Constant)] = &[("GATE_BLOCK", Constant::U32(GATE_BLOCK))];
-    const WORKGROUP: u32 = GATE_BLOCK;
 
     fn params(&self) -> Params {
         Params { count: self.key_count, threshold: self.threshold }
@@ -48,13 +49,14 @@ impl Kernel for GatherCandidates<'_> {
     fn bindings(&self) -> Vec<Binding<'_>> {
         vec![
             Binding::new("keys", Access::Read, self.keys),
+            Binding::new("pairs", Access::Read, self.pairs),
             Binding::new("starts", Access::Read, self.starts),
             Binding::new("candidates", Access::Write, self.candidates),
         ]
     }
 
     fn invocations(&self) -> u32 {
-        self.key_count.div_ceil(GATE_BLOCK) * GATE_BLOCK
+        self.key_count.div_ceil(GATE_BLOCK)
     }
 
     fn run_cpu(&mut self) {
@@ -64,10 +66,10 @@ impl Kernel for GatherCandidates<'_> {
         let splits: Vec<u32> = (0..blocks).step_by(BLOCKS_EACH).chain([blocks]).map(|block| starts[block]).collect();
         let pieces = split_at_bounds(self.candidates.host_mut(), &splits);
         let chunk = BLOCKS_EACH * GATE_BLOCK as usize;
-        let threshold = self.threshold;
-        keys.par_chunks(chunk).zip(pieces).enumerate().for_each(|(i, (keys, candidates))| {
-            let passing = keys.iter().zip((i * chunk) as u32..).filter(|&(&key, _)| key < threshold);
-            for ((&key, half_edge), candidate) in passing.zip(candidates) {
+        let (pairs, threshold) = (&self.pairs.host()[..keys.len()], self.threshold);
+        keys.par_chunks(chunk).zip(pairs.par_chunks(chunk)).zip(pieces).for_each(|((keys, pairs), candidates)| {
+            let passing = keys.iter().zip(pairs).filter(|&(&key, _)| key < threshold);
+            for ((&key, &half_edge), candidate) in passing.zip(candidates) {
                 *candidate = Candidate { key, half_edge };
             }
         });

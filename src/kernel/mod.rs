@@ -13,8 +13,10 @@ pub mod contract_quadrics;
 pub mod contract_vertices;
 pub mod cost_histogram;
 pub mod count_candidates;
+pub mod count_pairs;
 pub mod exact_probe;
 pub mod gather_candidates;
+pub mod gather_pairs;
 pub mod live_vertices;
 pub mod pair_quadric;
 pub mod pairs;
@@ -29,7 +31,7 @@ pub mod stars;
 pub mod volume_costs;
 pub mod volume_sums;
 
-use crate::backend::{Device, GpuOptions, Selector, row};
+use crate::backend::{Device, Exactness, GpuOptions, Selector, row};
 use crate::error::{Error, Result};
 use crate::math::exact::Sym3;
 
@@ -63,11 +65,19 @@ impl Device {
 
     fn open_tested(selector: &Selector, threads: usize, options: &GpuOptions) -> Result<Self> {
         let device = Self::open_untested(selector, threads, options)?;
-        if let Some(mut queue) = device.gpu_queue() {
-            exact_probe::self_test(&mut queue)
-                .map_err(|e| Error::Device(format!("{} fails the self-test: {}", device.description(), text(&e))))?;
+        match device.self_test() {
+            Err(_) if options.exactness.is_none() && device.is_software() => {
+                let guarded = GpuOptions { exactness: Some(Exactness::Guarded), ..*options };
+                Self::open_tested(selector, threads, &guarded)
+            }
+            result => result.map(|()| device),
         }
-        Ok(device)
+    }
+
+    fn self_test(&self) -> Result<()> {
+        let Some(mut queue) = self.gpu_queue() else { return Ok(()) };
+        exact_probe::self_test(&mut queue)
+            .map_err(|e| Error::Device(format!("{} fails the self-test: {}", self.description(), text(&e))))
     }
 }
 

@@ -1,7 +1,7 @@
 //! The quadric of a pair about its midpoint, its least point and its cost: what both metrics share. In WGSL:
 //! `shaders/shared/pair_quadric.wgsl`.
 
-use super::pairs::{HUB, NO_PAIR};
+use super::pairs::{HUB, NO_VERTEX};
 use super::rows::{BORDER, LOCKED};
 use crate::backend::Constant;
 use crate::math::Vec3;
@@ -26,7 +26,7 @@ pub const CONSTANTS: &[(&str, Constant)] = &[
     ("NOISE", Constant::F32(NOISE)),
     ("NO_AREA", Constant::F32(NO_AREA)),
     ("GREATEST", Constant::F32(GREATEST)),
-    ("NO_PAIR", Constant::U32(NO_PAIR)),
+    ("NO_VERTEX", Constant::U32(NO_VERTEX)),
     ("HUB", Constant::U32(HUB)),
     ("BORDER", Constant::U32(BORDER)),
     ("LOCKED", Constant::U32(LOCKED)),
@@ -211,6 +211,6 @@ mod tests {
     fn cost_keys_order_as_costs() {
         let costs = [0.0, 1e-30, 1e-3, 1.0, 7.5, 1e30, f32::INFINITY];
         assert!(costs.map(cost_key).is_sorted());
-        assert!(cost_key(f32::INFINITY) < NO_PAIR);
+        assert!(cost_key(f32::INFINITY) < u32::MAX);
     }
 }

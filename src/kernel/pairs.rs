@@ -1,27 +1,31 @@
-//! Which half-edges own a pair. In WGSL: `shaders/shared/pairs.wgsl`.
+//! Which half-edges own a pair, and what is opposite. In WGSL: `shaders/shared/pairs.wgsl`.
 //!
 //! A pair is an edge. Of its two half-edges the one that starts at the lower vertex owns it; on a border there is one.
 
-use super::rows::{BORDER, LOCKED};
+use super::rows::{BORDER, Face, LOCKED};
 use super::stars::Stars;
+use crate::backend::Constant;
 
-/// The key of a half-edge that owns no pair, or one that may not be contracted; no vertex either.
-pub const NO_PAIR: u32 = u32::MAX;
+/// No vertex: what is opposite across a border.
+pub const NO_VERTEX: u32 = u32::MAX;
 /// Faces around a vertex past which it takes part in no contraction: work at a vertex grows with the square of its
 /// ring, and a hub of thousands of faces shrinks by the pairs on its rim. Real meshes stay below 100.
 pub const HUB: u32 = 512;
 
-/// What a half-edge says of its pair.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Pair {
-    /// Whether the half-edge owns a pair that may be contracted.
-    pub owned: bool,
-    /// The vertex opposite in the other face, or [`NO_PAIR`] on a border.
-    pub right: u32,
-}
+/// Faces whose pairs one invocation counts and gathers.
+pub const PAIR_BLOCK: u32 = 16;
+
+/// The constants of pairs under their names in WGSL.
+pub const CONSTANTS: &[(&str, Constant)] = &[
+    ("NO_VERTEX", Constant::U32(NO_VERTEX)),
+    ("HUB", Constant::U32(HUB)),
+    ("PAIR_BLOCK", Constant::U32(PAIR_BLOCK)),
+    ("BORDER", Constant::U32(BORDER)),
+    ("LOCKED", Constant::U32(LOCKED)),
+];
 
 /// The vertex opposite the half-edge from `a` to `b` in the first face of the ring of `around` that has it, or
-/// [`NO_PAIR`].
+/// [`NO_VERTEX`].
 #[inline(always)]
 pub fn opposite(a: u32, b: u32, around: u32, stars: &Stars<'_>) -> u32 {
     for &f in stars.ring(around) {
@@ -36,21 +40,31 @@ pub fn opposite(a: u32, b: u32, around: u32, stars: &Stars<'_>) -> u32 {
             return face.b;
         }
     }
-    NO_PAIR
+    NO_VERTEX
 }
 
-/// The pair of the half-edge from `u` to `w`.
+/// Whether the half-edge from `u` to `w` owns a pair that may be contracted.
 ///
 /// Edges of more than two faces, and those whose faces disagree in orientation, have both ends locked: no pair.
 #[inline(always)]
-pub fn pair_of(u: u32, w: u32, stars: &Stars<'_>) -> Pair {
+pub fn owns_pair(u: u32, w: u32, stars: &Stars<'_>) -> bool {
     let both = stars.positions[u as usize].flags & stars.positions[w as usize].flags;
     if both & LOCKED != 0 || (u > w && both & BORDER == 0) {
-        return Pair { owned: false, right: NO_PAIR };
+        return false;
     }
     if stars.ring_length(u) > HUB || stars.ring_length(w) > HUB {
-        return Pair { owned: false, right: NO_PAIR };
+        return false;
     }
-    let right = opposite(w, u, u, stars);
-    Pair { owned: u < w || right == NO_PAIR, right }
+    u < w || opposite(w, u, u, stars) == NO_VERTEX
+}
+
+/// The corners of a half-edge's face, its start first.
+#[inline(always)]
+pub fn half_edge_corners(half_edge: u32, faces: &[Face]) -> [u32; 3] {
+    let Face { a, b, c } = faces[(half_edge / 3) as usize];
+    match half_edge % 3 {
+        0 => [a, b, c],
+        1 => [b, c, a],
+        _ => [c, a, b],
+    }
 }

@@ -9,11 +9,10 @@ use rayon::prelude::*;
 use super::pair_quadric::{
     CONSTANTS, Freedom, NO_AREA, PairQuadric, cost_key, half_exponent, pair_cost, scale_down, scale_up, scaled,
 };
-use super::pairs::{NO_PAIR, pair_of};
+use super::pairs::half_edge_corners;
 use super::plane_quadric::{moved, sum_moved};
 use super::rows::{Face, LOCKED, PlaneQuadric, Position};
 use super::split::CHUNK;
-use super::stars::Stars;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
 use crate::math::exact::{mul, scale3, sub3, trace};
@@ -22,23 +21,21 @@ use crate::math::exact::{mul, scale3, sub3, trace};
 /// drift (fandisk at 1 %: 1.4 times the error).
 pub const PLANE_REGULARIZATION: f32 = 1e-6;
 
-/// One invocation a half-edge.
+/// One invocation a pair.
 pub struct PlaneCosts<'a> {
     /// V positions.
     pub positions: &'a Buffer<Position>,
     /// F faces.
     pub faces: &'a Buffer<Face>,
-    /// V + 1 starts into `ring_faces`.
-    pub ring_starts: &'a Buffer<u32>,
-    /// The faces around every vertex, ascending.
-    pub ring_faces: &'a Buffer<u32>,
     /// V quadrics.
     pub quadrics: &'a Buffer<PlaneQuadric>,
-    /// F.
-    pub face_count: u32,
+    /// P half-edges that own a pair.
+    pub pairs: &'a Buffer<u32>,
+    /// P.
+    pub pair_count: u32,
     /// Whether only the two ends may be the placement.
     pub at_endpoints: bool,
-    /// Writes 3F keys.
+    /// Writes P keys: the costs' bits, which order as the costs do.
     pub keys: &'a mut Buffer<u32>,
 }
 
@@ -64,14 +61,10 @@ fn plane_cost(first: PlaneQuadric, second: PlaneQuadric, h: Vec3, freedom: Freed
     mul(mul(pair_cost(scaled(q, scale_down(half)), h, freedom), scale_up(half)), scale_up(half))
 }
 
-/// The key of the half-edge from `u` to `w`.
+/// The key of the pair of the half-edge from `u` to `w`.
 #[inline(always)]
-fn plane_key(u: u32, w: u32, stars: &Stars<'_>, quadrics: &[PlaneQuadric], params: Params) -> u32 {
-    let pair = pair_of(u, w, stars);
-    if !pair.owned {
-        return NO_PAIR;
-    }
-    let (pu, pw) = (stars.positions[u as usize], stars.positions[w as usize]);
+fn plane_key([u, w, _]: [u32; 3], positions: &[Position], quadrics: &[PlaneQuadric], params: Params) -> u32 {
+    let (pu, pw) = (positions[u as usize], positions[w as usize]);
     let h = scale3(sub3(pw.xyz(), pu.xyz()), 0.5);
     let freedom = Freedom {
         first_locked: pu.flags & LOCKED != 0,
@@ -86,8 +79,7 @@ impl Kernel for PlaneCosts<'_> {
     const NAME: &'static str = "plane_costs";
     const SOURCE: &'static str = include_str!("../../shaders/plane_costs.wgsl");
     const SHARED: &'static [&'static str] = &[
-        include_str!("../../shaders/shared/stars.wgsl"),
-        include_str!("../../shaders/shared/pairs.wgsl"),
+        include_str!("../../shaders/shared/half_edges.wgsl"),
         include_str!("../../shaders/shared/pair_quadric.wgsl"),
         include_str!("../../shaders/shared/plane_quadric.wgsl"),
     ];
@@ -97,7 +89,7 @@ impl Kernel for PlaneCosts<'_> {
 
     fn params(&self) -> Params {
         Params {
-            count: 3 * self.face_count,
+            count: self.pair_count,
             at_endpoints: u32::from(self.at_endpoints),
             regularization: PLANE_REGULARIZATION,
         }
@@ -107,32 +99,23 @@ impl Kernel for PlaneCosts<'_> {
         vec![
             Binding::new("positions", Access::Read, self.positions),
             Binding::new("faces", Access::Read, self.faces),
-            Binding::new("ring_starts", Access::Read, self.ring_starts),
-            Binding::new("ring_faces", Access::Read, self.ring_faces),
             Binding::new("quadrics", Access::Read, self.quadrics),
+            Binding::new("pairs", Access::Read, self.pairs),
             Binding::new("keys", Access::Write, self.keys),
         ]
     }
 
     fn invocations(&self) -> u32 {
-        3 * self.face_count
+        self.pair_count
     }
 
     fn run_cpu(&mut self) {
         let params = self.params();
-        let stars = Stars {
-            positions: self.positions.host(),
-            faces: self.faces.host(),
-            ring_starts: self.ring_starts.host(),
-            ring_faces: self.ring_faces.host(),
-        };
-        let quadrics = self.quadrics.host();
+        let (positions, faces) = (self.positions.host(), self.faces.host());
+        let (quadrics, pairs) = (self.quadrics.host(), self.pairs.host());
         let keys = &mut self.keys.host_mut()[..params.count as usize];
-        keys.par_chunks_exact_mut(3).enumerate().with_min_len(CHUNK).for_each(|(f, keys)| {
-            let Face { a, b, c } = stars.faces[f];
-            keys[0] = plane_key(a, b, &stars, quadrics, params);
-            keys[1] = plane_key(b, c, &stars, quadrics, params);
-            keys[2] = plane_key(c, a, &stars, quadrics, params);
+        keys.par_iter_mut().zip(pairs).with_min_len(CHUNK).for_each(|(key, &pair)| {
+            *key = plane_key(half_edge_corners(pair, faces), positions, quadrics, params);
         });
     }
 }

@@ -1,8 +1,5 @@
 //! The cost of every pair by the `volume` metric. Twin: `shaders/volume_costs.wgsl`, line for line.
 //!
-//! A pair is an edge; of its half-edges the one that starts at the lower vertex owns it (on a border, the only one).
-//! One invocation a half-edge, 3·face + corner, writes the cost's bits or [`NO_PAIR`].
-//!
 //! # Reference
 //! \[LT98\] section 4: with n = (p1−p0)×(p2−p0) and d = n·p0 over the faces of both stars, the placement minimizes
 //! Σ(n·x − d)² subject to (Σn)·x = Σd, which keeps the volume. Departs: one regularized solve instead of a choice of
@@ -13,7 +10,7 @@ use rayon::prelude::*;
 use super::pair_quadric::{
     CONSTANTS, Freedom, NO_AREA, cost_key, end_matrices, half_exponent, pair_cost, scale_down, scale_up,
 };
-use super::pairs::{NO_PAIR, pair_of};
+use super::pairs::{NO_VERTEX, half_edge_corners, opposite};
 use super::rows::{BORDER, BorderSum, Face, LOCKED, Position, VolumeSum};
 use super::split::CHUNK;
 use super::stars::Stars;
@@ -29,7 +26,7 @@ pub const BORDER_FACTOR: f32 = 9.0;
 /// lets rounding move the vertex.
 pub const VOLUME_REGULARIZATION: f32 = 1e-4;
 
-/// One invocation a half-edge.
+/// One invocation a pair.
 pub struct VolumeCosts<'a> {
     /// V positions.
     pub positions: &'a Buffer<Position>,
@@ -43,13 +40,15 @@ pub struct VolumeCosts<'a> {
     pub sums: &'a Buffer<VolumeSum>,
     /// V border terms where the mesh has a border.
     pub borders: &'a Buffer<BorderSum>,
-    /// F.
-    pub face_count: u32,
+    /// P half-edges that own a pair.
+    pub pairs: &'a Buffer<u32>,
+    /// P.
+    pub pair_count: u32,
     /// Weight of the border term against the volume term, times |a−b|².
     pub border_weight: f32,
     /// Whether only the two ends may be the placement.
     pub at_endpoints: bool,
-    /// Writes 3F keys.
+    /// Writes P keys: the costs' bits, which order as the costs do.
     pub keys: &'a mut Buffer<u32>,
 }
 
@@ -106,7 +105,7 @@ fn volume_cost(ends: Ends, h: Vec3, freedom: Freedom) -> f32 {
     mul(mul(pair_cost(q, h, freedom), scale_up(half)), scale_up(half))
 }
 
-/// The key of the half-edge from `u` to `w` in the face whose third corner is `l`.
+/// The key of the pair of the half-edge from `u` to `w` in the face whose third corner is `l`.
 #[inline(always)]
 fn volume_key(
     [u, w, l]: [u32; 3],
@@ -115,10 +114,7 @@ fn volume_key(
     borders: &[BorderSum],
     params: Params,
 ) -> u32 {
-    let pair = pair_of(u, w, stars);
-    if !pair.owned {
-        return NO_PAIR;
-    }
+    let r = opposite(w, u, u, stars);
     let (pu, pw) = (stars.positions[u as usize], stars.positions[w as usize]);
     let a = pu.xyz();
     let e = sub3(pw.xyz(), a);
@@ -126,8 +122,8 @@ fn volume_key(
     let left = cross3(e, sub3(stars.positions[l as usize].xyz(), a));
     let mut mutual = outer(left);
     let mut mutual_normal = left;
-    if pair.right != NO_PAIR {
-        let right = cross3(sub3(stars.positions[pair.right as usize].xyz(), a), e);
+    if r != NO_VERTEX {
+        let right = cross3(sub3(stars.positions[r as usize].xyz(), a), e);
         mutual = sym_add(mutual, outer(right));
         mutual_normal = add3(mutual_normal, right);
     }
@@ -141,7 +137,7 @@ fn volume_key(
         mutual_normal,
     };
     if (pu.flags | pw.flags) & BORDER != 0 {
-        let on_border = if pair.right == NO_PAIR { border_term(e) } else { Sym3::default() };
+        let on_border = if r == NO_VERTEX { border_term(e) } else { Sym3::default() };
         let weight = mul(params.border_weight, dot3(e, e));
         ends = with_border(ends, borders[u as usize], borders[w as usize], on_border, weight);
     }
@@ -160,6 +156,7 @@ impl Kernel for VolumeCosts<'_> {
     const SHARED: &'static [&'static str] = &[
         include_str!("../../shaders/shared/stars.wgsl"),
         include_str!("../../shaders/shared/border_term.wgsl"),
+        include_str!("../../shaders/shared/half_edges.wgsl"),
         include_str!("../../shaders/shared/pairs.wgsl"),
         include_str!("../../shaders/shared/pair_quadric.wgsl"),
     ];
@@ -169,7 +166,7 @@ impl Kernel for VolumeCosts<'_> {
 
     fn params(&self) -> Params {
         Params {
-            count: 3 * self.face_count,
+            count: self.pair_count,
             at_endpoints: u32::from(self.at_endpoints),
             border_weight: self.border_weight,
             regularization: VOLUME_REGULARIZATION,
@@ -184,12 +181,13 @@ impl Kernel for VolumeCosts<'_> {
             Binding::new("ring_faces", Access::Read, self.ring_faces),
             Binding::new("sums", Access::Read, self.sums),
             Binding::new("borders", Access::Read, self.borders),
+            Binding::new("pairs", Access::Read, self.pairs),
             Binding::new("keys", Access::Write, self.keys),
         ]
     }
 
     fn invocations(&self) -> u32 {
-        3 * self.face_count
+        self.pair_count
     }
 
     fn run_cpu(&mut self) {
@@ -200,13 +198,10 @@ impl Kernel for VolumeCosts<'_> {
             ring_starts: self.ring_starts.host(),
             ring_faces: self.ring_faces.host(),
         };
-        let (sums, borders) = (self.sums.host(), self.borders.host());
+        let (sums, borders, pairs) = (self.sums.host(), self.borders.host(), self.pairs.host());
         let keys = &mut self.keys.host_mut()[..params.count as usize];
-        keys.par_chunks_exact_mut(3).enumerate().with_min_len(CHUNK).for_each(|(f, keys)| {
-            let Face { a, b, c } = stars.faces[f];
-            keys[0] = volume_key([a, b, c], &stars, sums, borders, params);
-            keys[1] = volume_key([b, c, a], &stars, sums, borders, params);
-            keys[2] = volume_key([c, a, b], &stars, sums, borders, params);
+        keys.par_iter_mut().zip(pairs).with_min_len(CHUNK).for_each(|(key, &pair)| {
+            *key = volume_key(half_edge_corners(pair, stars.faces), &stars, sums, borders, params);
         });
     }
 }

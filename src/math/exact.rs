@@ -223,15 +223,8 @@ mod tests {
         if x == 0.0 { x } else { f32::from_bits(x.to_bits().wrapping_add_signed(ulps)) }
     }
 
-    /// The shader's `divide` on a device whose divisions are off by `ulps`.
-    fn divide_as_shader(a: f32, b: f32, ulps: i32) -> f32 {
-        if a.abs() < LEAST || b.abs() < LEAST {
-            return 0.0;
-        }
-        let (x, y) = (significand(a), significand(b));
-        let less = u32::from(x < y);
-        let n = x << less;
-        let mut q = (off_by(n as f32 / y as f32, ulps) * 8_388_608.0) as u32;
+    fn quotient_digits(n: u32, y: u32, guess: f32, ulps: i32) -> u32 {
+        let mut q = (guess * 8_388_608.0) as u32;
         let mut r = (n << 23).wrapping_sub(q.wrapping_mul(y)) as i32;
         let step = off_by(r as f32 / y as f32, ulps).floor() as i32;
         q = q.wrapping_add_signed(step);
@@ -247,19 +240,11 @@ mod tests {
         if 2 * r > y as i32 {
             q += 1;
         }
-        let sign = (a.to_bits() ^ b.to_bits()) & 1 << 31;
-        assemble(sign, biased_exponent(a) - biased_exponent(b) + 127 - less as i32, q)
+        q
     }
 
-    /// The shader's `root` on a device whose roots and divisions are off by `ulps`.
-    fn root_as_shader(x: f32, ulps: i32) -> f32 {
-        if x < LEAST {
-            return 0.0;
-        }
-        let exponent = biased_exponent(x);
-        let odd = 1 - (exponent as u32 & 1);
-        let n = significand(x) << odd;
-        let mut s = off_by((n as f32 * 8_388_608.0).sqrt(), ulps) as u32;
+    fn root_digits(n: u32, guess: f32, ulps: i32) -> u32 {
+        let mut s = guess as u32;
         let mut r = (n << 23).wrapping_sub(s.wrapping_mul(s)) as i32;
         let step = off_by(r as f32 / (2 * s) as f32, ulps).floor() as i32;
         r -= step * (2 * s as i32 + step);
@@ -275,6 +260,31 @@ mod tests {
         if r > s as i32 {
             s += 1;
         }
+        s
+    }
+
+    /// The shader's `divide` on a device whose divisions are off by `ulps`.
+    fn divide_as_shader(a: f32, b: f32, ulps: i32) -> f32 {
+        if a.abs() < LEAST || b.abs() < LEAST {
+            return 0.0;
+        }
+        let (x, y) = (significand(a), significand(b));
+        let less = u32::from(x < y);
+        let n = x << less;
+        let q = quotient_digits(n, y, off_by(n as f32 / y as f32, ulps), ulps);
+        let sign = (a.to_bits() ^ b.to_bits()) & (1 << 31);
+        assemble(sign, biased_exponent(a) - biased_exponent(b) + 127 - less as i32, q)
+    }
+
+    /// The shader's `root` on a device whose roots and divisions are off by `ulps`.
+    fn root_as_shader(x: f32, ulps: i32) -> f32 {
+        if x < LEAST {
+            return 0.0;
+        }
+        let exponent = biased_exponent(x);
+        let odd = 1 - (exponent as u32 & 1);
+        let n = significand(x) << odd;
+        let s = root_digits(n, off_by((n as f32 * 8_388_608.0).sqrt(), ulps), ulps);
         assemble(0, 127 + (exponent - 127 - odd as i32) / 2, s)
     }
 

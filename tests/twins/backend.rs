@@ -1,9 +1,9 @@
 //! The queue on a GPU: pages, large dispatches, and faults as values.
 
-use coarsen::backend::{Access, Binding, Buffer, Device, GpuOptions, Kernel, Queue};
+use coarsen::backend::{Access, Binding, Buffer, Device, GpuOptions, Kernel, Queue, Selector, adapters};
 use coarsen::{Error, Result};
 
-use crate::{gpu, open};
+use crate::{SMALL_PAGE, gpu, open};
 
 /// Adds each row's square to `sums[i / 3]` and writes its triple to `thrice`.
 struct Triples<'a> {
@@ -48,13 +48,13 @@ impl Kernel for Triples<'_> {
 
 /// Runs [`Triples`] on the numbers `0 .. len`; returns what it wrote.
 fn triples(queue: &mut Queue, len: u32) -> Result<(Vec<u32>, Vec<u32>)> {
-    let rows = queue.buffer_from(&(0..len).map(|i| i ^ 0x5555).collect::<Vec<_>>())?;
+    let rows = queue.buffer_from((0..len).map(|i| i ^ 0x5555).collect::<Vec<_>>())?;
     let mut thrice = queue.buffer(rows.len())?;
     let mut sums = queue.buffer(rows.len() / 3 + 1)?;
     queue.run(Triples { rows: &rows, thrice: &mut thrice, sums: &mut sums })?;
     let (mut thrice_rows, mut sum_rows) = (Vec::new(), Vec::new());
-    queue.read(&thrice, thrice.len(), &mut thrice_rows)?;
-    queue.read(&sums, sums.len(), &mut sum_rows)?;
+    queue.read(&thrice, 0..thrice.len(), &mut thrice_rows)?;
+    queue.read(&sums, 0..sums.len(), &mut sum_rows)?;
     Ok((thrice_rows, sum_rows))
 }
 
@@ -136,14 +136,23 @@ fn message<T>(result: Result<T>) -> String {
 
 #[test]
 fn pages_do_not_show() {
-    let Some(device) = open(&GpuOptions { page_rows: Some(4096), ..GpuOptions::default() }) else { return };
-    for len in [1, 4095, 4096, 4097, 12_288, 20_000] {
+    let Some(device) = open(&GpuOptions { page_rows: Some(SMALL_PAGE), ..GpuOptions::default() }) else { return };
+    for len in [1, SMALL_PAGE - 1, SMALL_PAGE, SMALL_PAGE + 1, 3 * SMALL_PAGE, 160_000] {
         let want = triples(&mut device.cpu_queue(), len).unwrap();
         assert_eq!(triples(&mut gpu_queue(&device), len).unwrap(), want, "{len} rows");
     }
-    // A thousand pages are more than any adapter binds.
-    let too_many = triples(&mut gpu_queue(&device), 1 << 22);
-    assert!(matches!(too_many, Err(Error::Limit(_))), "{too_many:?}");
+}
+
+#[test]
+fn more_pages_than_an_adapter_binds_are_an_error() {
+    let Some(device) = open(&GpuOptions { page_rows: Some(SMALL_PAGE), ..GpuOptions::default() }) else { return };
+    let too_long = gpu_queue(&device).buffer::<u32>(1 << 45);
+    assert!(matches!(too_long, Err(Error::Limit(_))), "{too_long:?}");
+    // 20, 20 and 7 pages.
+    let together = triples(&mut gpu_queue(&device), 20 * SMALL_PAGE);
+    let bound =
+        adapters().iter().find(|a| device.description().starts_with(&a.name)).map(|a| a.storage_buffers_per_stage);
+    assert_eq!(matches!(together, Err(Error::Limit(_))), bound.expect("its report") < 47);
 }
 
 #[test]
@@ -158,11 +167,11 @@ fn more_than_65535_workgroups() {
 fn a_kernel_may_have_its_own_entry() {
     let Some(device) = gpu() else { return };
     let run = |mut queue: Queue| {
-        let rows = queue.buffer_from(&(0..1000).collect::<Vec<u32>>()).unwrap();
+        let rows = queue.buffer_from((0..1000).collect::<Vec<u32>>()).unwrap();
         let mut sums = queue.buffer(8).unwrap();
         queue.run(GroupSums { rows: &rows, sums: &mut sums }).unwrap();
         let mut read = Vec::new();
-        queue.read(&sums, 8, &mut read).unwrap();
+        queue.read(&sums, 0..8, &mut read).unwrap();
         read
     };
     let want = run(device.cpu_queue());
@@ -183,23 +192,23 @@ fn nothing_to_do_is_no_error() {
 
 #[test]
 fn writes_clears_and_runs_keep_their_order() {
-    let Some(device) = open(&GpuOptions { page_rows: Some(4096), ..GpuOptions::default() }) else { return };
+    let Some(device) = open(&GpuOptions { page_rows: Some(SMALL_PAGE), ..GpuOptions::default() }) else { return };
     let run = |mut queue: Queue| {
-        let mut rows = queue.buffer_from(&vec![7u32; 10_000]).unwrap();
-        let mut thrice = queue.buffer(10_000).unwrap();
-        let mut sums = queue.buffer(10_000 / 3 + 1).unwrap();
+        let mut rows = queue.buffer_from(vec![7u32; 80_000]).unwrap();
+        let mut thrice = queue.buffer(80_000).unwrap();
+        let mut sums = queue.buffer(80_000 / 3 + 1).unwrap();
         let mut read = Vec::new();
-        for step in 0..300 {
+        for step in 0..100 {
             queue.run(Triples { rows: &rows, thrice: &mut thrice, sums: &mut sums }).unwrap();
             match step % 50 {
-                20 => queue.write(&mut rows, &vec![step; 5_000]).unwrap(),
-                30 => queue.clear(&mut rows, 4_500).unwrap(),
-                40 => queue.clear(&mut sums, 3_000).unwrap(),
-                45 => queue.read(&thrice, 9_000, &mut read).unwrap(),
+                20 => queue.write(&mut rows, &vec![step; 40_000]).unwrap(),
+                30 => queue.clear(&mut rows, 36_000).unwrap(),
+                40 => queue.clear(&mut sums, 24_000).unwrap(),
+                45 => queue.read(&thrice, 0..72_000, &mut read).unwrap(),
                 _ => {}
             }
         }
-        queue.read(&sums, sums.len(), &mut read).unwrap();
+        queue.read(&sums, 0..sums.len(), &mut read).unwrap();
         read
     };
     assert!(run(gpu_queue(&device)) == run(device.cpu_queue()));
@@ -209,13 +218,14 @@ fn writes_clears_and_runs_keep_their_order() {
 fn a_lost_gpu_is_an_error() {
     let Some(device) = open(&GpuOptions::default()) else { return };
     let mut queue = gpu_queue(&device);
-    let mut rows = queue.buffer_from(&[1u32, 2, 3]).unwrap();
+    let mut rows = queue.buffer_from(vec![1u32, 2, 3]).unwrap();
     let mut other = queue.buffer::<u32>(3).unwrap();
     let mut sums = queue.buffer::<u32>(2).unwrap();
     queue.run(Triples { rows: &rows, thrice: &mut other, sums: &mut sums }).unwrap();
     device.lose_gpu();
     let mut read = vec![9];
-    assert!(message(queue.read(&other, 3, &mut read)).contains("lost"));
+    let error = message(queue.read(&other, 0..3, &mut read));
+    assert!(error.contains("the GPU was lost"), "{error}");
     assert_eq!(read, [9]);
     assert!(message(queue.run(Triples { rows: &rows, thrice: &mut other, sums: &mut sums })).contains("lost"));
     assert!(message(queue.write(&mut rows, &[4])).contains("lost"));
@@ -265,7 +275,7 @@ fn misplaced_buffers_and_rows_are_errors() {
     assert!(message(queue.write(&mut on_host, &[1])).contains("on the host"));
     let mut on_gpu = queue.buffer::<u32>(3).unwrap();
     assert!(message(queue.write(&mut on_gpu, &[1; 4])).contains("4 rows in a buffer of 3"));
-    assert!(message(queue.read(&on_gpu, 4, &mut Vec::new())).contains("4 rows"));
+    assert!(message(queue.read(&on_gpu, 0..4, &mut Vec::new())).contains("4 rows"));
 }
 
 #[test]
@@ -274,4 +284,35 @@ fn bytes_moved_are_counted() {
     let mut queue = gpu_queue(device);
     triples(&mut queue, 99).unwrap();
     assert_eq!(queue.bytes_moved(), 4 * (99 + 99 + 34));
+}
+
+#[test]
+fn adapters_and_devices_are_described() {
+    let Some(device) = gpu() else { return };
+    let reports = adapters();
+    assert!(reports.iter().zip(0..).all(|(report, index)| report.index == index));
+    assert!(reports.is_sorted_by_key(|report| report.kind == "software"));
+    let own = reports.iter().find(|report| device.description().starts_with(&report.name)).expect("its own report");
+    assert!(own.usable && device.description().ends_with(&own.driver), "{own:?}, {}", device.description());
+    assert!(own.max_binding_bytes >= 128 << 20, "{own:?}");
+    assert_eq!(reports, adapters());
+    let by_name = Device::open(&Selector::Name(own.name.to_uppercase()), 1).unwrap();
+    assert_eq!(by_name.description(), device.description());
+    let beyond = message(Device::open(&Selector::Index(reports.len()), 1));
+    assert!(beyond.contains(&own.name), "{beyond}");
+}
+
+#[test]
+fn threads_may_share_a_device() {
+    let Some(device) = gpu() else { return };
+    let want = triples(&mut device.cpu_queue(), 50_000).unwrap();
+    std::thread::scope(|scope| {
+        for _ in 0..8 {
+            scope.spawn(|| {
+                for _ in 0..5 {
+                    assert!(triples(&mut gpu_queue(device), 50_000).unwrap() == want);
+                }
+            });
+        }
+    });
 }

@@ -2,6 +2,8 @@
 //!
 //! Without an adapter the tests that need one say so and pass; `REQUIRE_GPU=1` makes that a failure.
 
+#![expect(clippy::print_stdout, reason = "a skipped test says so")]
+
 mod backend;
 mod modules;
 mod trials;
@@ -9,6 +11,9 @@ mod trials;
 use std::sync::OnceLock;
 
 use coarsen::backend::{Device, GpuOptions, Selector};
+
+/// Rows to a page in the tests of paging: enough for the self-test to stay at a few pages, whose code it repeats.
+const SMALL_PAGE: u32 = 1 << 15;
 
 /// A hardware GPU, or software Vulkan, opened once; `None` after saying that there is neither.
 fn gpu() -> Option<&'static Device> {

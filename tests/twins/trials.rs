@@ -1,11 +1,10 @@
 //! The one list of kernels: for each a run on hostile inputs, whose outputs must not depend on the device.
 
 use coarsen::Result;
-use coarsen::backend::{Buffer, Kernel, Queue, Row, Signature};
+use coarsen::backend::{Buffer, Device, GpuOptions, Kernel, Queue, Row, Signature};
 use coarsen::kernel::exact_probe::{ExactProbe, RESULTS, hostile_operands};
 
-use crate::{gpu, open};
-use coarsen::backend::{Device, GpuOptions};
+use crate::{SMALL_PAGE, gpu, open};
 
 /// A kernel and its run.
 pub struct Trial {
@@ -15,11 +14,14 @@ pub struct Trial {
     pub run: fn(&mut Queue, perturbed: bool, &mut Seen) -> Result<()>,
 }
 
+/// Takes a kernel's signature and the bytes of its parameters.
+pub type Look = Box<dyn FnMut(&Signature<'_>, usize)>;
+
 /// What a trial shows: the kernel, as the module tests see it, and its outputs.
 #[derive(Default)]
 pub struct Seen {
     /// Looks at the kernel before it runs.
-    pub look: Option<Box<dyn FnMut(&Signature<'_>, usize)>>,
+    pub look: Option<Look>,
     /// Every output as bits, by name.
     pub outputs: Vec<(&'static str, Vec<u32>)>,
 }
@@ -34,20 +36,41 @@ impl Seen {
 
     fn output<T: Row>(&mut self, queue: &mut Queue, name: &'static str, buffer: &Buffer<T>) -> Result<()> {
         let mut rows = Vec::new();
-        queue.read(buffer, buffer.len(), &mut rows)?;
+        queue.read(buffer, 0..buffer.len(), &mut rows)?;
         self.outputs.push((name, bytemuck::cast_slice(&rows).to_vec()));
         Ok(())
     }
 }
 
-/// Every kernel.
+/// Every kernel with a trial.
 pub const TRIALS: &[Trial] = &[Trial { name: "exact_probe", run: exact_probe }];
 
+/// The kernels that still need one.
+pub const UNTRIED: &[&str] = &[
+    "compact_faces",
+    "compact_quadrics",
+    "compact_rings",
+    "compact_vertices",
+    "contract_faces",
+    "contract_quadrics",
+    "contract_vertices",
+    "cost_histogram",
+    "count_candidates",
+    "gather_candidates",
+    "live_vertices",
+    "plane_costs",
+    "plane_sums",
+    "scan_add",
+    "scan_blocks",
+    "volume_costs",
+    "volume_sums",
+];
+
 fn exact_probe(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
-    let mut rows = hostile_operands(20_000);
-    rows[19_998][0] ^= u32::from(perturbed);
-    let operands = queue.buffer_from(&rows)?;
+    let mut rows = hostile_operands(5_000);
+    rows[4_998][0] ^= u32::from(perturbed);
     let mut results = queue.buffer::<u32>(rows.len() * RESULTS)?;
+    let operands = queue.buffer_from(rows)?;
     seen.run(queue, ExactProbe { operands: &operands, results: &mut results })?;
     seen.output(queue, "results", &results)
 }
@@ -91,7 +114,7 @@ fn can_fail() {
 
 #[test]
 fn equal_in_small_pages() {
-    let Some(device) = open(&GpuOptions { page_rows: Some(1 << 16), ..GpuOptions::default() }) else { return };
+    let Some(device) = open(&GpuOptions { page_rows: Some(SMALL_PAGE), ..GpuOptions::default() }) else { return };
     let differences: Vec<_> = TRIALS.iter().filter_map(|trial| difference(trial, &device, false)).collect();
     assert!(differences.is_empty(), "{differences:#?}");
 }

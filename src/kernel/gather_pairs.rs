@@ -1,0 +1,96 @@
+//! Writes the half-edges that own a pair, ascending. Twin: `shaders/gather_pairs.wgsl`, line for line.
+
+use rayon::prelude::*;
+
+use super::pairs::{CONSTANTS, PAIR_BLOCK, owns_pair};
+use super::rows::{Face, Position};
+use super::split::split_at_bounds;
+use super::stars::Stars;
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
+
+/// Blocks a thread takes at a time.
+const BLOCKS_EACH: usize = 64;
+
+/// One invocation a block.
+#[derive(Debug)]
+pub struct GatherPairs<'a> {
+    /// V positions.
+    pub positions: &'a Buffer<Position>,
+    /// F faces.
+    pub faces: &'a Buffer<Face>,
+    /// V + 1 starts into `ring_faces`.
+    pub ring_starts: &'a Buffer<u32>,
+    /// The faces around every vertex, ascending.
+    pub ring_faces: &'a Buffer<u32>,
+    /// F.
+    pub face_count: u32,
+    /// Pairs before every block.
+    pub starts: &'a Buffer<u32>,
+    /// Writes the half-edges, 3·face + corner.
+    pub pairs: &'a mut Buffer<u32>,
+}
+
+params! {
+    /// The uniform block.
+    pub struct Params {
+        count: u32,
+    }
+}
+
+impl Kernel for GatherPairs<'_> {
+    const NAME: &'static str = "gather_pairs";
+    const SOURCE: &'static str = include_str!("../../shaders/gather_pairs.wgsl");
+    const SHARED: &'static [&'static str] =
+        &[include_str!("../../shaders/shared/stars.wgsl"), include_str!("../../shaders/shared/pairs.wgsl")];
+    const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;
+    type Params = Params;
+    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
+
+    fn params(&self) -> Params {
+        Params { count: self.face_count }
+    }
+
+    fn bindings(&self) -> Vec<Binding<'_>> {
+        vec![
+            Binding::new("positions", Access::Read, self.positions),
+            Binding::new("faces", Access::Read, self.faces),
+            Binding::new("ring_starts", Access::Read, self.ring_starts),
+            Binding::new("ring_faces", Access::Read, self.ring_faces),
+            Binding::new("starts", Access::Read, self.starts),
+            Binding::new("pairs", Access::Write, self.pairs),
+        ]
+    }
+
+    fn invocations(&self) -> u32 {
+        self.face_count.div_ceil(PAIR_BLOCK)
+    }
+
+    fn run_cpu(&mut self) {
+        let stars = Stars {
+            positions: self.positions.host(),
+            faces: self.faces.host(),
+            ring_starts: self.ring_starts.host(),
+            ring_faces: self.ring_faces.host(),
+        };
+        let blocks = self.face_count.div_ceil(PAIR_BLOCK) as usize;
+        let starts = self.starts.host();
+        let splits: Vec<u32> = (0..blocks).step_by(BLOCKS_EACH).chain([blocks]).map(|block| starts[block]).collect();
+        let pieces = split_at_bounds(self.pairs.host_mut(), &splits);
+        let chunk = BLOCKS_EACH * PAIR_BLOCK as usize;
+        stars.faces[..self.face_count as usize].par_chunks(chunk).zip(pieces).enumerate().for_each(
+            |(i, (faces, pairs))| {
+                let mut out = 0;
+                for (face, f) in faces.iter().zip((i * chunk) as u32..) {
+                    for (corner, [u, w]) in
+                        [[face.a, face.b], [face.b, face.c], [face.c, face.a]].into_iter().enumerate()
+                    {
+                        if owns_pair(u, w, &stars) {
+                            pairs[out] = 3 * f + corner as u32;
+                            out += 1;
+                        }
+                    }
+                }
+            },
+        );
+    }
+}
