@@ -267,7 +267,9 @@ fn citations_are_in_the_references() {
     let text = fs::read_to_string(root().join("REFERENCES.md")).expect("REFERENCES.md");
     let references = reference_keys(&text);
     assert!(references.len() >= 8, "{references:?}");
-    let sources = [sources("src", &["rs"]), sources("shaders", &["wgsl"])].concat_all();
+    let mut sources = [sources("src", &["rs"]), sources("shaders", &["wgsl"]), sources("tests", &["rs"])].concat_all();
+    // This file has keys that are wrong on purpose.
+    sources.retain(|source| source.path != "tests/architecture.rs");
     let found: usize = sources.iter().map(|source| citations(&source.text).len()).sum();
     assert!(found >= 5, "{found} citations found");
     assert_none(sources.iter().flat_map(|source| unknown_citations(source, &references)).collect());
