@@ -1,0 +1,418 @@
+//! What may be written on the command line; help, man page and completions are generated from here.
+//!
+//! Parsing touches no file. A doc comment's first line is the short help, all of it the long help.
+
+use clap::{Args, Command, CommandFactory, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
+
+use super::values::{self, Weld};
+
+/// Reduce triangle meshes, on the GPU or the CPU, with the same bytes on both.
+#[derive(Debug, Parser)]
+#[command(name = "coarsen", version, arg_required_else_help = true, after_help = EXAMPLES)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub verb: Verb,
+}
+
+/// The definition, with long texts broken into lines.
+///
+/// The width is fixed, so that the help is the same in a terminal, a file and a test.
+pub fn command() -> Command {
+    Arguments::command().mut_subcommands(|verb| {
+        let about = verb.get_long_about().map(|text| wrapped(&text.to_string(), 79)).unwrap_or_default();
+        verb.long_about(about).mut_args(|arg| match arg.get_long_help().map(|text| wrapped(&text.to_string(), 69)) {
+            Some(text) => arg.long_help(text),
+            None => arg,
+        })
+    })
+}
+
+/// Breaks every line of `text` between words so that none is longer than `width`, if it has a space.
+fn wrapped(text: &str, width: usize) -> String {
+    let mut lines: Vec<String> = Vec::new();
+    for paragraph in text.lines() {
+        lines.push(String::new());
+        for word in paragraph.split_whitespace() {
+            match lines.last_mut() {
+                Some(line) if line.is_empty() => line.push_str(word),
+                Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
+                    line.push(' ');
+                    line.push_str(word);
+                }
+                _ => lines.push(word.into()),
+            }
+        }
+    }
+    lines.join("\n")
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Verb {
+    Simplify(Box<Simplify>),
+    Inspect(Inspect),
+    Devices(Devices),
+    Completions(Completions),
+    /// Print the manual page
+    ///
+    /// Prints the manual page of the program and all its commands in roff to standard output.
+    #[command(after_help = "Example:\n  coarsen man > coarsen.1")]
+    Man,
+}
+
+/// Reduce the faces of a mesh
+///
+/// Reduces a mesh to a number of faces, to a fraction of them or as far as an error allows, and writes the result. At
+/// least one target is needed; with several the run ends at the first that is reached. The result is the same, byte for
+/// byte, on every device and with any number of threads.
+#[derive(Debug, Args)]
+#[command(after_help = SIMPLIFY_EXAMPLES, after_long_help = SIMPLIFY_NOTES)]
+pub struct Simplify {
+    /// Mesh to read: a file, '-', or sample:NAME[@FACES]
+    ///
+    /// OBJ, PLY, STL or OFF, each also with .gz or .zst; '-' reads standard input in the format that --format names;
+    /// sample:NAME is a built-in mesh: statue, part, terrain or assembly, with @FACES of another size.
+    #[arg(value_name = "IN")]
+    pub input: String,
+
+    /// Mesh to write: a file, or '-'
+    ///
+    /// The extension names the format. The file appears under its name only when it is complete. '-' writes standard
+    /// output in the format that --format names.
+    #[arg(value_name = "OUT")]
+    pub output: String,
+
+    #[command(flatten)]
+    pub target: Target,
+    #[command(flatten)]
+    pub shape: Shape,
+    #[command(flatten)]
+    pub device: Device,
+    #[command(flatten)]
+    pub writing: Writing,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Target (at least one; the first reached ends the run)")]
+pub struct Target {
+    /// Faces to keep: 20000, 20k, 1.5M
+    ///
+    /// Stops at this many faces: exactly on a closed manifold mesh when the number is even, else one below where parity
+    /// forbids it.
+    #[arg(short, long, alias = "triangles", value_name = "N", value_parser = values::count)]
+    pub faces: Option<usize>,
+
+    /// Fraction of the faces to keep: 0.1 or 10%
+    ///
+    /// Stops when this fraction of the input's faces is left. (VTK and trimesh give the fraction to remove: see
+    /// --reduction.)
+    #[arg(short, long, value_name = "R|P%", value_parser = values::fraction)]
+    pub ratio: Option<f64>,
+
+    /// Fraction of the faces to remove: 0.9 or 90%
+    ///
+    /// Stops when this fraction of the input's faces is gone.
+    #[arg(long, value_name = "R|P%", value_parser = values::fraction)]
+    pub reduction: Option<f64>,
+
+    /// Estimated deviation allowed, of the diagonal
+    ///
+    /// Stops before the estimated deviation passes this fraction of the bounding box's diagonal. The estimate is the root
+    /// of a mean squared distance to the planes of the original, no bound.
+    #[arg(short, long, value_name = "R|P%", value_parser = values::fraction)]
+    pub error: Option<f64>,
+
+    /// Estimated deviation allowed, in model units
+    ///
+    /// The same limit as --error, as a length in the units of the model.
+    #[arg(long, value_name = "D", value_parser = values::length)]
+    pub error_abs: Option<f64>,
+
+    /// Exit with 3 if the face count is not reached
+    ///
+    /// Exits with code 3 when the run ends above the face count asked for, or, with only an error limit, before that
+    /// limit. The result is written all the same.
+    #[arg(long)]
+    pub require_target: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Shape")]
+pub struct Shape {
+    /// How to simplify: contract
+    ///
+    /// The method: 'contract' contracts pairs of vertices in rounds, the cheapest first.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Method::Contract, hide_possible_values = true)]
+    pub method: Method,
+
+    /// Cost: volume or plane
+    ///
+    /// What a contraction costs: with 'volume' the volume that it sweeps over the current faces, which is the more
+    /// accurate; with 'plane' the squared distances to the planes of the original, accumulated over the run.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Metric::Volume, hide_possible_values = true)]
+    pub metric: Metric,
+
+    /// Keep border vertices where they are
+    ///
+    /// Keeps every vertex on a border of the surface at its position, so that pieces cut from one mesh still fit.
+    #[arg(long)]
+    pub lock_border: bool,
+
+    /// Weight of borders against faces
+    ///
+    /// How much the shape of borders counts against the shape of faces: 0 lets borders move freely, 10 holds them firmly.
+    #[arg(long, value_name = "W", default_value = "1", value_parser = values::weight)]
+    pub border_weight: f32,
+
+    /// New vertex: optimal or endpoint
+    ///
+    /// Where the vertex of a contraction goes: with 'optimal' where its cost is least; with 'endpoint' to one of the two
+    /// ends, so that the result's vertices are vertices of the input.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Placement::Optimal, hide_possible_values = true)]
+    pub placement: Placement,
+
+    /// Largest turn of a face in one contraction
+    ///
+    /// Refuses a contraction that turns a face's normal by more than this, in degrees above 0 and up to 90. Without the option that is
+    /// 78.5 degrees.
+    #[arg(long, value_name = "DEG", value_parser = values::angle)]
+    pub max_flip: Option<f32>,
+
+    /// Join vertices this close, or 'off'
+    ///
+    /// Joins vertices at most this far apart before anything else, in model units: 0 joins equal positions, 'off' nothing.
+    #[arg(long, value_name = "D", default_value = "0", value_parser = values::weld)]
+    pub weld: Weld,
+
+    /// Drop parts smaller than this of the diagonal
+    ///
+    /// Drops connected parts whose bounding box's diagonal is below this fraction of the whole mesh's, before the run.
+    #[arg(long, value_name = "R|P%", value_parser = values::fraction)]
+    pub prune: Option<f64>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Device")]
+pub struct Device {
+    /// cpu, gpu, gpu:N, software, name
+    ///
+    /// Where to compute. 'auto' takes a hardware GPU when there is one and the mesh is large enough to gain, else the
+    /// CPU, and never a software adapter; 'gpu' the first hardware GPU; 'gpu:N' the adapter of that index in `coarsen
+    /// devices`; 'software' a software adapter; any other text the first adapter whose name contains it.
+    #[arg(short = 'g', long, value_name = "NAME", default_value = "auto")]
+    pub device: String,
+
+    /// Threads to use; 0 for one a core
+    ///
+    /// Threads for the CPU's part of the work, 0 for one a core. The result does not depend on it.
+    #[arg(short = 'j', long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1024))]
+    pub threads: u16,
+
+    /// Refuse jobs that need more memory: 8GiB
+    ///
+    /// Refuses the job with code 6, before the work starts, when it is estimated to need more memory than this. The
+    /// estimate is 64 MiB and 288 bytes for every face of the input, 512 on an adapter.
+    #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
+    pub memory_limit: Option<u64>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Output")]
+pub struct Writing {
+    /// Replace the output if it exists
+    ///
+    /// Replaces a file that is already there, in one step when the new one is complete. Without it an existing file is
+    /// refused before the work starts.
+    #[arg(short = 'w', long)]
+    pub overwrite: bool,
+
+    /// Write text where binary is the default
+    ///
+    /// Writes the text form of PLY and STL; OBJ and OFF are text anyway.
+    #[arg(long)]
+    pub ascii: bool,
+
+    /// Format of '-': obj, ply, stl or off
+    ///
+    /// The format of standard input and output, needed where IN or OUT is '-'.
+    #[arg(long, value_name = "EXT")]
+    pub format: Option<String>,
+
+    /// Print one JSON object on standard output
+    ///
+    /// Prints what was done as one JSON object on one line to standard output. Its fields are stable under "schema": 1.
+    #[arg(long)]
+    pub json: bool,
+
+    /// Print errors only
+    ///
+    /// Prints nothing but errors to standard error: no summary, no warnings, no progress.
+    #[arg(short, long)]
+    pub quiet: bool,
+
+    /// Print a table of the rounds
+    ///
+    /// Prints a line for every round to standard error: faces, pairs, contractions, refusals.
+    #[arg(short, long)]
+    pub verbose: bool,
+
+    /// Progress: auto, bar, json or never
+    ///
+    /// How to show progress on standard error: 'bar' draws a bar if that is a terminal; 'auto' does the same except where
+    /// CI is set or --quiet is given; 'json' prints a JSON object on a line after every round; 'never' shows nothing.
+    #[arg(long, value_name = "HOW", value_enum, default_value_t = Progress::Auto, hide_possible_values = true)]
+    pub progress: Progress,
+}
+
+/// Tell what a mesh is and what blocks its reduction
+///
+/// Counts what is in a mesh, tells what is wrong with it, and predicts the fewest faces that a reduction can reach and
+/// why not fewer.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  coarsen inspect sample:part\n  coarsen inspect sample:terrain@10k --json")]
+pub struct Inspect {
+    /// Mesh to read: a file, '-', or sample:NAME[@FACES]
+    ///
+    /// As in `coarsen simplify`.
+    #[arg(value_name = "IN")]
+    pub input: String,
+
+    /// Format of '-': obj, ply, stl or off
+    ///
+    /// The format of standard input, needed where IN is '-'.
+    #[arg(long, value_name = "EXT")]
+    pub format: Option<String>,
+
+    /// Print one JSON object on standard output
+    ///
+    /// Prints the same facts as one JSON object on one line. Its fields are stable under "schema": 1.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// List the adapters and what 'auto' would take
+///
+/// Lists every graphics adapter with its limits, and says which device `--device auto` would take and why.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  coarsen devices")]
+pub struct Devices {
+    /// Print one JSON object on standard output
+    ///
+    /// Prints the same facts as one JSON object on one line. Its fields are stable under "schema": 1.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Print a completion script for a shell
+///
+/// Prints a script to standard output that lets a shell complete commands and options.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  coarsen completions bash > coarsen.bash")]
+pub struct Completions {
+    /// Shell to print the script for
+    #[arg(value_enum)]
+    pub shell: Shell,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Method {
+    /// Quadric pair contraction in rounds
+    Contract,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Metric {
+    /// The volume swept over the current faces
+    Volume,
+    /// Squared distances to the planes of the original
+    Plane,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Placement {
+    /// Where the cost is least
+    Optimal,
+    /// At one of the two ends
+    Endpoint,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Progress {
+    /// A bar on a terminal unless CI is set
+    Auto,
+    /// A bar on a terminal
+    Bar,
+    /// A JSON object a line after every round
+    Json,
+    /// Nothing
+    Never,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  coarsen simplify sample:statue out.ply --faces 20000
+  coarsen inspect sample:part
+  coarsen devices";
+
+const SIMPLIFY_EXAMPLES: &str = "\
+Examples:
+  coarsen simplify sample:statue out.ply --faces 20k
+  coarsen simplify sample:part part.stl --ratio 10% --metric plane
+  coarsen simplify sample:terrain@100k tile.obj.gz --error 0.1% --lock-border
+  coarsen simplify sample:statue@50k - --format ply --faces 5k > small.ply
+
+All options in full sentences: coarsen simplify --help";
+
+const SIMPLIFY_NOTES: &str = "\
+Exit codes:
+  0  done                             5    unsupported content or extension
+  1  unexpected                       6    over a memory or index limit
+  2  usage                            7    device missing or lost
+  3  target not reached, required     8    output not written
+  4  input unreadable or malformed    130  interrupted
+
+Examples:
+  coarsen simplify sample:statue out.ply --faces 20k
+  coarsen simplify sample:part part.stl --ratio 10% --metric plane
+  coarsen simplify sample:terrain@100k tile.obj.gz --error 0.1% --lock-border
+  coarsen simplify sample:statue@50k - --format ply --faces 5k > small.ply";
+
+#[cfg(test)]
+mod tests {
+    use clap::ArgAction;
+
+    use super::*;
+
+    #[test]
+    fn the_definition_is_consistent() {
+        command().debug_assert();
+    }
+
+    #[test]
+    fn every_option_has_a_line_and_a_sentence() {
+        let mut seen = 0;
+        for verb in command().get_subcommands() {
+            assert!(verb.get_long_about().is_some_and(|text| text.to_string().ends_with('.')), "{}", verb.get_name());
+            for option in verb.get_arguments().filter(|arg| !arg.is_positional()) {
+                let long = option.get_long_help().unwrap_or_default().to_string();
+                assert!(option.get_help().is_some_and(|text| !text.to_string().ends_with('.')), "{option}");
+                assert!(long.ends_with(['.', ')']), "{option} has no sentence: {long}");
+                seen += 1;
+            }
+        }
+        assert!(seen > 20, "{seen} options");
+    }
+
+    #[test]
+    fn flags_take_no_value() {
+        let command = command();
+        let simplify = command.find_subcommand("simplify").expect("the verb");
+        let flags = simplify.get_arguments().filter(|arg| matches!(arg.get_action(), ArgAction::SetTrue)).count();
+        assert_eq!(flags, 7);
+    }
+
+    #[test]
+    fn lines_break_between_words() {
+        assert_eq!(wrapped("aa bb cc\n\ndd abcdefgh e", 5), "aa bb\ncc\n\ndd\nabcdefgh\ne");
+    }
+}

@@ -1,0 +1,121 @@
+//! `coarsen inspect`: what a mesh is, what is wrong with it, how far it can be reduced.
+
+use std::fmt::Write;
+
+use coarsen::Mesh;
+use coarsen::mesh::survey::{Survey, survey};
+use coarsen::mesh::topology::{Topology, topology};
+use serde::Serialize;
+
+use super::source::Source;
+use super::{Exit, console};
+
+/// A mesh, as `--json` prints it. Fields are only ever added under this `schema`.
+#[derive(Debug, Serialize)]
+struct Record {
+    schema: u32,
+    version: &'static str,
+    input: String,
+    has_normals: bool,
+    has_colors: bool,
+    bounds: Bounds,
+    /// In squared model units.
+    area: f64,
+    /// In cubed model units; null unless the surface is closed.
+    volume: Option<f64>,
+    /// As it is in the file.
+    stored: Topology,
+    /// As a reduction will see it.
+    welded: Survey,
+}
+
+/// The bounding box, in model units.
+#[derive(Debug, Serialize)]
+struct Bounds {
+    low: [f64; 3],
+    high: [f64; 3],
+    diagonal: f64,
+}
+
+/// Reads a mesh and prints what it is.
+///
+/// # Errors
+/// An input that cannot be read, an output that cannot be written.
+pub fn run(source: &Source, json: bool) -> anyhow::Result<Exit> {
+    let record = Record::new(source.to_string(), &source.read()?);
+    if json {
+        console::print_json(&record)?;
+    } else {
+        console::print(record.table().as_bytes())?;
+    }
+    Ok(Exit::Done)
+}
+
+impl Record {
+    fn new(input: String, mesh: &Mesh) -> Self {
+        let (low, high) = mesh.bounds();
+        let welded = survey(mesh);
+        Self {
+            schema: 1,
+            version: env!("CARGO_PKG_VERSION"),
+            input,
+            has_normals: mesh.normals.is_some(),
+            has_colors: mesh.colors.is_some(),
+            bounds: Bounds { low: low.to_array(), high: high.to_array(), diagonal: mesh.diagonal() },
+            area: mesh.area(),
+            volume: welded.topology.is_closed().then(|| mesh.volume()),
+            stored: topology(mesh),
+            welded,
+        }
+    }
+
+    /// The table for people: as stored beside as welded, then the box, then the floor.
+    fn table(&self) -> String {
+        let (stored, welded) = (&self.stored, &self.welded.topology);
+        let mut table = format!("{}\n\n{:24}{:>14}{:>14}\n", self.input, "", "as stored", "as welded");
+        // Writing to a text cannot fail.
+        let mut row = |name: &str, a: &dyn ToString, b: &dyn ToString| {
+            let _ = writeln!(table, "{name:24}{:>14}{:>14}", a.to_string(), b.to_string());
+        };
+        let genus = |t: &Topology| t.genus.map_or_else(|| "-".to_string(), |genus| genus.to_string());
+        row("vertices", &stored.vertices, &welded.vertices);
+        row("faces", &stored.faces, &welded.faces);
+        row("edges", &stored.edges, &welded.edges);
+        row("components", &stored.components, &welded.components);
+        row("Euler characteristic", &stored.euler, &welded.euler);
+        row("genus", &genus(stored), &genus(welded));
+        row("border loops", &stored.border_loops, &welded.border_loops);
+        row("border edges", &stored.border_edges, &welded.border_edges);
+        row("non-manifold edges", &stored.nonmanifold_edges, &welded.nonmanifold_edges);
+        row("non-manifold vertices", &stored.nonmanifold_vertices, &welded.nonmanifold_vertices);
+        row("misoriented edges", &stored.misoriented_edges, &welded.misoriented_edges);
+        row("unreferenced vertices", &stored.unreferenced_vertices, &welded.unreferenced_vertices);
+        row("degenerate faces", &stored.degenerate_faces, &welded.degenerate_faces);
+        row("faces of no area", &stored.zero_area_faces, &welded.zero_area_faces);
+        row("duplicate faces", &stored.duplicate_faces, &welded.duplicate_faces);
+
+        table.push('\n');
+        let mut line = |name: &str, text: String| {
+            let _ = writeln!(table, "{}", format!("{name:24}{text}").trim_end());
+        };
+        let point = |p: [f64; 3]| p.map(|x| format!("{x:.6}")).join("  ");
+        let carried = match (self.has_normals, self.has_colors) {
+            (true, true) => "normals, colors",
+            (true, false) => "normals",
+            (false, true) => "colors",
+            (false, false) => "nothing",
+        };
+        line("box from", point(self.bounds.low));
+        line("box to", point(self.bounds.high));
+        line("diagonal", format!("{:.6}", self.bounds.diagonal));
+        line("area", format!("{:.6}", self.area));
+        line("volume", self.volume.map_or_else(|| "- (not closed)".into(), |volume| format!("{volume:.6}")));
+        line("carried at vertices", carried.into());
+        line("", String::new());
+        line("fewest faces possible", self.welded.floor_faces.to_string());
+        for reason in &self.welded.reasons {
+            line("", reason.clone());
+        }
+        table
+    }
+}

@@ -1,0 +1,256 @@
+//! What a run did: one record for the line that people read and the JSON that programs read.
+
+use std::fmt;
+
+use coarsen::simplify::{Blocked, Outcome, Phases, RoundRecord};
+use coarsen::{Budget, Device, Mesh, Method, StopReason, contract};
+use serde::Serialize;
+
+use super::memory;
+use super::resolve::Job;
+
+/// A run, as `--json` prints it. Fields are only ever added under this `schema`.
+#[derive(Debug, Serialize)]
+pub struct Record {
+    schema: u32,
+    input: String,
+    output: String,
+    method: &'static str,
+    metric: &'static str,
+    device: String,
+    /// The driver, if a GPU did the work and the driver is known.
+    driver: Option<String>,
+    version: &'static str,
+    faces_in: usize,
+    faces_out: usize,
+    vertices_in: usize,
+    vertices_out: usize,
+    /// The face count asked for; null with only error limits.
+    target: Option<usize>,
+    pub reached: bool,
+    stop_reason: StopReason,
+    /// Milliseconds from mesh in memory to mesh in memory.
+    simplify_ms: f64,
+    blocked: Blocked,
+    error: Deviation,
+    rounds: Vec<RoundRecord>,
+    seconds: Seconds,
+    /// Bytes resident at most; null where the system does not tell.
+    peak_memory: Option<u64>,
+    pub warnings: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Deviation {
+    /// In model units.
+    estimate: f64,
+    /// As a fraction of the bounding box's diagonal.
+    estimate_relative: f64,
+}
+
+/// Wall-clock seconds by phase.
+#[derive(Debug, Serialize)]
+struct Seconds {
+    read: f64,
+    weld: f64,
+    build: f64,
+    cost: f64,
+    select: f64,
+    apply: f64,
+    transfer: f64,
+    write: f64,
+    total: f64,
+}
+
+/// Seconds that the library does not see.
+#[derive(Debug, Default)]
+pub struct Clocks {
+    pub read: f64,
+    pub solve: f64,
+    pub write: f64,
+    pub total: f64,
+}
+
+impl Record {
+    /// The record of a run that is done.
+    pub fn new(job: &Job, input: &Mesh, outcome: &Outcome, device: &Device, clocks: &Clocks) -> Self {
+        let (method, metric) = match &job.method {
+            Method::Contract(options) => ("contract", metric_name(options.metric)),
+            _ => ("", ""),
+        };
+        let diagonal = input.diagonal();
+        let estimate = outcome.error_estimate;
+        let Phases { weld, build, cost, select, apply, transfer, .. } = outcome.seconds;
+        Self {
+            schema: 1,
+            input: job.source.to_string(),
+            output: job.sink.to_string(),
+            method,
+            metric,
+            device: outcome.device.clone(),
+            driver: driver(device, &outcome.device),
+            version: env!("CARGO_PKG_VERSION"),
+            faces_in: outcome.faces_in,
+            faces_out: outcome.mesh.faces.len(),
+            vertices_in: input.positions.len(),
+            vertices_out: outcome.mesh.positions.len(),
+            target: counts_faces(&job.budget).then_some(outcome.target),
+            reached: is_reached(&job.budget, outcome.stop),
+            stop_reason: outcome.stop,
+            simplify_ms: clocks.solve * 1e3,
+            blocked: outcome.blocked,
+            error: Deviation { estimate, estimate_relative: if diagonal > 0.0 { estimate / diagonal } else { 0.0 } },
+            rounds: outcome.rounds.clone(),
+            seconds: Seconds {
+                read: clocks.read,
+                weld,
+                build,
+                cost,
+                select,
+                apply,
+                transfer,
+                write: clocks.write,
+                total: clocks.total,
+            },
+            peak_memory: memory::peak(),
+            warnings: outcome.warnings.clone(),
+        }
+    }
+
+    /// What was missed, for `--require-target`.
+    pub fn shortfall(&self) -> String {
+        let reasons = blocked_by(&self.blocked);
+        let asked = match self.target {
+            Some(target) => format!("{} faces are left of {} asked for", self.faces_out, target),
+            None => format!("{} faces are left and the error limit is not reached", self.faces_out),
+        };
+        format!("the target is not reached: {asked} (stop={}{reasons})", name(self.stop_reason))
+    }
+
+    /// The table of the rounds.
+    pub fn round_table(&self) -> String {
+        let mut table = format!(
+            "{:>5} {:>11} {:>11} {:>11} {:>11} {:>11} {:>9}  device",
+            "round", "faces", "pairs", "candidates", "contracted", "refused", "cost"
+        );
+        for (i, round) in self.rounds.iter().enumerate() {
+            let b = round.blocked;
+            let refused = b.border + b.lock + b.seam + b.link + b.flip + b.aspect + b.error;
+            table += &format!(
+                "\n{:>5} {:>11} {:>11} {:>11} {:>11} {:>11} {:>9.2e}  {}",
+                i + 1,
+                round.faces,
+                round.pairs,
+                round.candidates,
+                round.contracted,
+                refused,
+                round.greatest_cost,
+                if round.on_gpu { "GPU" } else { "CPU" }
+            );
+        }
+        table
+    }
+}
+
+impl fmt::Display for Record {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} → {} faces, stop={}{}, estimated error {:.3}% of the diagonal, read {:.2} solve {:.2} write {:.2} s, {}",
+            self.faces_in,
+            self.faces_out,
+            name(self.stop_reason),
+            if self.reached { String::new() } else { blocked_by(&self.blocked) },
+            self.error.estimate_relative * 100.0,
+            self.seconds.read,
+            self.simplify_ms / 1e3,
+            self.seconds.write,
+            self.device,
+        )
+    }
+}
+
+fn counts_faces(budget: &Budget) -> bool {
+    budget.faces.is_some() || budget.keep.is_some()
+}
+
+/// An error limit beside a face count is a limit, not the target.
+fn is_reached(budget: &Budget, stop: StopReason) -> bool {
+    match stop {
+        StopReason::FacesReached => true,
+        StopReason::ErrorReached => !counts_faces(budget),
+        StopReason::Stuck | StopReason::Cancelled => false,
+    }
+}
+
+fn metric_name(metric: contract::Metric) -> &'static str {
+    match metric {
+        contract::Metric::Volume => "volume",
+        contract::Metric::Plane => "plane",
+    }
+}
+
+fn name(stop: StopReason) -> &'static str {
+    match stop {
+        StopReason::FacesReached => "faces_reached",
+        StopReason::ErrorReached => "error_reached",
+        StopReason::Stuck => "stuck",
+        StopReason::Cancelled => "cancelled",
+    }
+}
+
+/// The reasons for refusals with their counts: `, blocked by link 12, flip 3`.
+fn blocked_by(blocked: &Blocked) -> String {
+    let Blocked { border, lock, seam, link, flip, aspect, error } = *blocked;
+    let reasons: Vec<String> = [
+        ("border", border),
+        ("lock", lock),
+        ("seam", seam),
+        ("link", link),
+        ("flip", flip),
+        ("aspect", aspect),
+        ("error", error),
+    ]
+    .iter()
+    .filter(|(_, count)| *count > 0)
+    .map(|(reason, count)| format!("{reason} {count}"))
+    .collect();
+    if reasons.is_empty() { String::new() } else { format!(", blocked by {}", reasons.join(", ")) }
+}
+
+/// The driver of the adapter that did the work: the open device tells the adapter's name and driver in one text.
+fn driver(device: &Device, worked: &str) -> Option<String> {
+    if !device.is_gpu() || worked != device.description() {
+        return None;
+    }
+    let adapters = coarsen::backend::adapters();
+    adapters.into_iter().find(|a| worked.starts_with(&a.name) && worked.contains(&a.driver)).map(|a| a.driver)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_limit_is_a_target_only_alone() {
+        let faces_and_error = Budget { error: Some(0.1), ..Budget::faces(8) };
+        assert!(is_reached(&Budget::error(0.1), StopReason::ErrorReached));
+        assert!(!is_reached(&faces_and_error, StopReason::ErrorReached));
+        assert!(is_reached(&faces_and_error, StopReason::FacesReached));
+        assert!(!is_reached(&Budget::error(0.1), StopReason::Stuck));
+    }
+
+    #[test]
+    fn stop_reasons_have_one_name() {
+        for stop in [StopReason::FacesReached, StopReason::ErrorReached, StopReason::Stuck, StopReason::Cancelled] {
+            assert_eq!(serde_json::to_value(stop).ok(), Some(name(stop).into()));
+        }
+    }
+
+    #[test]
+    fn reasons_are_listed_with_their_counts() {
+        let blocked = Blocked { link: 12, flip: 3, ..Blocked::default() };
+        assert_eq!(blocked_by(&blocked), ", blocked by link 12, flip 3");
+        assert_eq!(blocked_by(&Blocked::default()), "");
+    }
+}

@@ -1,0 +1,287 @@
+//! From arguments to a job: domain values, files that are there, and every contradiction at once.
+
+use std::f64;
+
+use coarsen::backend::Selector;
+use coarsen::contract::{self, Options};
+use coarsen::formats::{Format, WriteOptions};
+use coarsen::{Budget, Method};
+
+use super::Exit;
+use super::args::{self, Progress};
+use super::console::Verbosity;
+use super::failure::{exit_of, message, refuse};
+use super::sink::Sink;
+use super::source::Source;
+use super::values::Weld;
+
+/// Everything `simplify` needs to know.
+#[derive(Debug)]
+pub struct Job {
+    pub source: Source,
+    pub sink: Sink,
+    pub method: Method,
+    pub budget: Budget,
+    pub require_target: bool,
+    pub selector: Selector,
+    pub threads: usize,
+    pub memory_limit: Option<u64>,
+    pub writing: WriteOptions,
+    pub json: bool,
+    pub verbosity: Verbosity,
+    pub progress: Progress,
+}
+
+/// Makes a job of the arguments of `simplify`.
+///
+/// # Errors
+/// All that is wrong with them, one a line; the first decides the exit code.
+pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
+    let mut problems = Problems::default();
+    let budget = problems.note(budget(&args.target));
+    let selector = problems.note(selector(&args.device.device));
+    let pipes = [&args.input, &args.output].map(|name| name == "-");
+    let format = problems.format(args.writing.format.as_deref(), pipes);
+    if pipes[1] && args.writing.json {
+        problems.add("standard output cannot carry both the mesh ('-') and --json: name a file");
+    }
+    if args.writing.quiet && args.writing.verbose {
+        problems.add("--quiet and --verbose contradict each other");
+    }
+    if args.writing.quiet && args.writing.progress == Progress::Json {
+        problems.add("--quiet and --progress json contradict each other");
+    }
+    let source = problems.source(&args.input, format);
+    let sink = problems.sink(&args.output, format);
+    if let Some(sink) = &sink {
+        let input = source.as_ref().and_then(Source::path);
+        problems.note(sink.check(input, args.writing.overwrite));
+    }
+    let (Some(budget), Some(selector), Some(source), Some(sink), true) =
+        (budget, selector, source, sink, problems.0.is_empty())
+    else {
+        return Err(problems.into_error());
+    };
+    Ok(Job {
+        source,
+        sink,
+        method: method(&args.shape),
+        budget,
+        require_target: args.target.require_target,
+        selector,
+        threads: args.device.threads.into(),
+        memory_limit: args.device.memory_limit,
+        writing: WriteOptions { ascii: args.writing.ascii },
+        json: args.writing.json,
+        verbosity: match (args.writing.quiet, args.writing.verbose) {
+            (true, _) => Verbosity::Quiet,
+            (_, true) => Verbosity::Verbose,
+            _ => Verbosity::Normal,
+        },
+        progress: args.writing.progress,
+    })
+}
+
+/// Makes an input of the arguments of `inspect`.
+///
+/// # Errors
+/// As [`simplify`].
+pub fn inspect(args: &args::Inspect) -> anyhow::Result<Source> {
+    let mut problems = Problems::default();
+    let format = problems.format(args.format.as_deref(), [args.input == "-", false]);
+    match problems.source(&args.input, format) {
+        Some(source) if problems.0.is_empty() => Ok(source),
+        _ => Err(problems.into_error()),
+    }
+}
+
+/// What was found wrong so far.
+#[derive(Debug, Default)]
+struct Problems(Vec<anyhow::Error>);
+
+/// The format of the pipes.
+#[derive(Debug, Clone, Copy)]
+enum PipeFormat {
+    Known(Format),
+    Absent,
+    /// Named wrongly, which is told already.
+    Unknown,
+}
+
+impl Problems {
+    fn add(&mut self, message: impl Into<String>) {
+        self.0.push(refuse(Exit::Usage, message));
+    }
+
+    /// The value, or `None` and one more problem.
+    fn note<T, E: Into<anyhow::Error>>(&mut self, result: Result<T, E>) -> Option<T> {
+        result.map_err(|error| self.0.push(error.into())).ok()
+    }
+
+    fn format(&mut self, name: Option<&str>, pipes: [bool; 2]) -> PipeFormat {
+        let Some(name) = name else { return PipeFormat::Absent };
+        if pipes == [false, false] {
+            self.add("--format is for '-': the format of a file follows from its extension");
+        }
+        self.note(Format::from_name(name)).map_or(PipeFormat::Unknown, PipeFormat::Known)
+    }
+
+    fn source(&mut self, text: &str, format: PipeFormat) -> Option<Source> {
+        match format {
+            PipeFormat::Unknown if text == "-" => None,
+            PipeFormat::Known(format) => self.note(Source::new(text, Some(format))),
+            _ => self.note(Source::new(text, None)),
+        }
+    }
+
+    fn sink(&mut self, text: &str, format: PipeFormat) -> Option<Sink> {
+        match format {
+            PipeFormat::Unknown if text == "-" => None,
+            PipeFormat::Known(format) => self.note(Sink::new(text, Some(format))),
+            _ => self.note(Sink::new(text, None)),
+        }
+    }
+
+    fn into_error(mut self) -> anyhow::Error {
+        match self.0.len() {
+            1 => self.0.remove(0),
+            count => {
+                let exit = self.0.first().map_or(Exit::Unexpected, exit_of);
+                let lines: String = self.0.iter().map(|problem| format!("\n  - {}", message(problem))).collect();
+                refuse(exit, format!("{count} problems:{lines}"))
+            }
+        }
+    }
+}
+
+fn budget(target: &args::Target) -> anyhow::Result<Budget> {
+    // The larger of two face counts is reached first.
+    let keep = target.ratio.into_iter().chain(target.reduction.map(|r| 1.0 - r)).reduce(f64::max);
+    let budget = Budget { faces: target.faces, keep, error: target.error, error_abs: target.error_abs };
+    if budget == Budget::default() {
+        let message = "no target: give --faces, --ratio, --reduction, --error or --error-abs";
+        return Err(refuse(Exit::Usage, message));
+    }
+    Ok(budget)
+}
+
+fn selector(text: &str) -> anyhow::Result<Selector> {
+    Ok(match (text, text.strip_prefix("gpu:")) {
+        ("auto", _) => Selector::Auto,
+        ("cpu", _) => Selector::Cpu,
+        ("gpu", _) => Selector::Gpu,
+        ("software", _) => Selector::Software,
+        ("", _) => return Err(refuse(Exit::Usage, "the name of the device is empty: see `coarsen devices`")),
+        (_, Some(index)) => match index.parse() {
+            Ok(index) => Selector::Index(index),
+            Err(_) => {
+                let message = format!("'{text}' names no device: write gpu:N with an index from `coarsen devices`");
+                return Err(refuse(Exit::Usage, message));
+            }
+        },
+        (name, None) => Selector::Name(name.into()),
+    })
+}
+
+fn method(shape: &args::Shape) -> Method {
+    let defaults = Options::default();
+    let args::Method::Contract = shape.method;
+    Method::Contract(Options {
+        metric: match shape.metric {
+            args::Metric::Volume => contract::Metric::Volume,
+            args::Metric::Plane => contract::Metric::Plane,
+        },
+        placement: match shape.placement {
+            args::Placement::Optimal => contract::Placement::Optimal,
+            args::Placement::Endpoint => contract::Placement::Endpoint,
+        },
+        border_weight: shape.border_weight,
+        lock_border: shape.lock_border,
+        max_flip_rad: shape.max_flip.unwrap_or(defaults.max_flip_rad),
+        weld: match shape.weld {
+            Weld::Off => None,
+            Weld::Within(distance) => Some(distance),
+        },
+        prune: shape.prune.unwrap_or(defaults.prune),
+        ..defaults
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::cli::args::{Arguments, Verb};
+
+    fn job(line: &str) -> anyhow::Result<Job> {
+        let arguments = Arguments::try_parse_from(line.split_whitespace()).expect("arguments that parse");
+        match arguments.verb {
+            Verb::Simplify(args) => simplify(&args),
+            verb => panic!("not the verb simplify: {verb:?}"),
+        }
+    }
+
+    #[test]
+    fn budgets_are_read() {
+        let budget =
+            |targets: &str| job(&format!("coarsen simplify sample:part - --format ply {targets}")).map(|j| j.budget);
+        assert_eq!(budget("-f 20k").ok(), Some(Budget::faces(20_000)));
+        assert_eq!(budget("--triangles 8").ok(), Some(Budget::faces(8)));
+        assert_eq!(budget("-r 10%").ok(), Some(Budget::keep(0.1)));
+        assert_eq!(budget("--reduction 0.75").ok(), Some(Budget::keep(0.25)));
+        assert_eq!(budget("-r 10% --reduction 50%").ok(), Some(Budget::keep(0.5)));
+        let both = Budget { error: Some(0.001), error_abs: Some(2.0), ..Budget::default() };
+        assert_eq!(budget("-e 0.1% --error-abs 2").ok(), Some(both));
+        assert!(budget("--require-target").is_err());
+    }
+
+    #[test]
+    fn devices_are_read() {
+        for (text, expected) in [
+            ("auto", Selector::Auto),
+            ("cpu", Selector::Cpu),
+            ("gpu", Selector::Gpu),
+            ("gpu:3", Selector::Index(3)),
+            ("software", Selector::Software),
+            ("RTX", Selector::Name("RTX".into())),
+        ] {
+            assert_eq!(selector(text).ok(), Some(expected), "{text}");
+        }
+        assert!(selector("gpu:x").is_err() && selector("").is_err());
+    }
+
+    #[test]
+    fn shape_options_reach_the_engine() {
+        let job =
+            job("coarsen simplify sample:part - --format ply -f 8 --metric plane --placement endpoint --max-flip 45 \
+            --weld off --prune 1% --lock-border --border-weight 2");
+        let Method::Contract(options) = job.expect("a good line").method else { panic!("another method") };
+        let expected = Options {
+            metric: contract::Metric::Plane,
+            placement: contract::Placement::Endpoint,
+            border_weight: 2.0,
+            lock_border: true,
+            max_flip_rad: std::f32::consts::FRAC_PI_4,
+            weld: None,
+            prune: 0.01,
+            ..Options::default()
+        };
+        assert_eq!(options, expected);
+    }
+
+    #[test]
+    fn the_default_angle_is_the_documented_one() {
+        assert_eq!(format!("{:.1}", Options::default().max_flip_rad.to_degrees()), "78.5");
+    }
+
+    #[test]
+    fn every_contradiction_is_told_at_once() {
+        let error =
+            job("coarsen simplify missing.ply - --json -q -v -g gpu:x").expect_err("contradictions").to_string();
+        for part in ["6 problems", "no target", "gpu:x", "both the mesh", "--verbose", "missing.ply", "needs --format"]
+        {
+            assert!(error.contains(part), "{part} is not in {error}");
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! `coarsen simplify`: read, simplify, write, tell.
+
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use coarsen::{Device, Mesh, Outcome, StopReason};
+
+use super::console::{self, Verbosity};
+use super::failure::{at, refuse};
+use super::progress::Meter;
+use super::record::{Clocks, Record};
+use super::resolve::Job;
+use super::{Exit, interrupt, memory};
+
+/// Runs the job.
+///
+/// # Errors
+/// Whatever kept the output from being written, and a target that was required and not reached.
+pub fn run(job: Job) -> anyhow::Result<Exit> {
+    interrupt::listen();
+    let clock = Instant::now();
+    let device = Device::open(&job.selector, job.threads)?;
+    for note in device.notes() {
+        console::note(job.verbosity, note);
+    }
+    let (input, read) = timed(|| device.install(|| job.source.read()));
+    let input = input?;
+    memory::check(input.faces.len(), device.is_gpu(), job.memory_limit)?;
+
+    let (outcome, solve) = timed(|| interrupt::shielded(|| solve(&job, &input, &device)));
+    let outcome = outcome?;
+    if outcome.stop == StopReason::Cancelled {
+        return Err(refuse(Exit::Interrupted, "interrupted, nothing is written"));
+    }
+    for warning in &outcome.warnings {
+        console::warning(job.verbosity, &format!("'{}': {warning}", job.source));
+    }
+    let (written, write) =
+        timed(|| interrupt::shielded(|| device.install(|| job.sink.write(&outcome.mesh, &job.writing))));
+    written?;
+    let clocks = Clocks { read, solve, write, total: clock.elapsed().as_secs_f64() };
+    tell(&job, &Record::new(&job, &input, &outcome, &device, &clocks))
+}
+
+fn timed<R>(work: impl FnOnce() -> R) -> (R, f64) {
+    let clock = Instant::now();
+    let result = work();
+    (result, clock.elapsed().as_secs_f64())
+}
+
+fn solve(job: &Job, input: &Mesh, device: &Device) -> anyhow::Result<Outcome> {
+    let meter = Meter::new(job.progress, job.verbosity);
+    let mut on_round = |step| {
+        meter.show(step);
+        if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let outcome = coarsen::simplify(input, &job.method, &job.budget, device, Some(&mut on_round));
+    meter.clear();
+    outcome.map_err(|error| at(job.source.to_string().as_ref(), error))
+}
+
+/// Says what was done; a target that was required and missed is an error though the result stands.
+fn tell(job: &Job, record: &Record) -> anyhow::Result<Exit> {
+    if job.json {
+        console::print_json(record)?;
+    }
+    if job.verbosity == Verbosity::Verbose {
+        console::say(record.round_table());
+    }
+    if job.verbosity > Verbosity::Quiet {
+        console::say(record);
+    }
+    if job.require_target && !record.reached {
+        return Err(refuse(Exit::TargetNotReached, record.shortfall()));
+    }
+    // The file was complete before the interruption could be heeded; the shell is to know of it all the same.
+    Ok(if interrupt::asked() { Exit::Interrupted } else { Exit::Done })
+}

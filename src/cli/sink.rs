@@ -1,0 +1,100 @@
+//! Where a mesh goes: a file, or standard output.
+
+use std::fmt;
+use std::fs::{self, OpenOptions};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use coarsen::formats::{self, Format, WriteOptions};
+use coarsen::{Error, Mesh};
+
+use super::Exit;
+use super::failure::refuse;
+
+/// An output.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Sink {
+    File(PathBuf),
+    Stdout(Format),
+}
+
+impl Sink {
+    /// The output that `text` names; `format` is that of standard output.
+    ///
+    /// # Errors
+    /// An unknown extension, or standard output without a format.
+    pub fn new(text: &str, format: Option<Format>) -> coarsen::Result<Self> {
+        if text == "-" {
+            let missing = || Error::Parameter("standard output needs --format, such as --format ply".into());
+            return format.map(Self::Stdout).ok_or_else(missing);
+        }
+        let path = PathBuf::from(text);
+        // A folder is told by the check of the disk.
+        if !path.is_dir() {
+            Format::from_path(&path)?;
+        }
+        Ok(Self::File(path))
+    }
+
+    /// Checks that writing can succeed, so that a long run does not end in vain.
+    ///
+    /// # Errors
+    /// A file that exists unless `overwrite`, the file `input`, a folder that is missing or cannot be written to.
+    pub fn check(&self, input: Option<&Path>, overwrite: bool) -> anyhow::Result<()> {
+        let Self::File(path) = self else { return Ok(()) };
+        if input.is_some_and(|input| same_file(input, path)) {
+            let message = format!("'{}' is the input as well: give the output another name", path.display());
+            return Err(refuse(Exit::Usage, message));
+        }
+        let failed = |source| Error::Write { path: path.clone(), source };
+        match fs::metadata(path) {
+            Ok(metadata) if metadata.is_dir() => return Err(failed(io::ErrorKind::IsADirectory.into()).into()),
+            // A device or a pipe is written in place.
+            Ok(metadata) if !metadata.is_file() => return Ok(()),
+            Ok(_) if !overwrite => {
+                let message = format!("'{}' exists: give -w to replace it", path.display());
+                return Err(refuse(Exit::NotWritten, message));
+            }
+            _ => {}
+        }
+        Ok(probe(path).map_err(failed)?)
+    }
+
+    /// Writes `mesh`.
+    ///
+    /// # Errors
+    /// As [`formats::write`].
+    pub fn write(&self, mesh: &Mesh, options: &WriteOptions) -> coarsen::Result<()> {
+        match self {
+            Self::File(path) => formats::write(mesh, path, options),
+            Self::Stdout(format) => {
+                let mut out = io::BufWriter::with_capacity(1 << 18, io::stdout());
+                formats::write_to(mesh, *format, options, &mut out)
+            }
+        }
+    }
+}
+
+impl fmt::Display for Sink {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File(path) => path.display().fmt(f),
+            Self::Stdout(_) => f.write_str("-"),
+        }
+    }
+}
+
+/// Whether two names lead to one file, through links too.
+///
+/// Two hard links are two names here: the output replaces its name and leaves the input's content as it was.
+fn same_file(a: &Path, b: &Path) -> bool {
+    matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
+}
+
+/// Makes a file in the folder where `path` will stand, and removes it.
+fn probe(path: &Path) -> io::Result<()> {
+    let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let probe = path.with_file_name(format!(".coarsen-{}.tmp", std::process::id()));
+    OpenOptions::new().write(true).create_new(true).open(&probe)?;
+    fs::remove_file(&probe)
+}

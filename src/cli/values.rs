@@ -1,0 +1,150 @@
+//! Numbers as people write them on a command line: `20k`, `10%`, `8GiB`.
+
+/// A count: `20000`, `20_000`, `20k`, `1.5M`, `2G`.
+pub fn count(text: &str) -> Result<usize, String> {
+    let (digits, factor) = match text.char_indices().last() {
+        Some((end, 'k' | 'K')) => (&text[..end], 1e3),
+        Some((end, 'm' | 'M')) => (&text[..end], 1e6),
+        Some((end, 'g' | 'G')) => (&text[..end], 1e9),
+        _ => (text, 1.0),
+    };
+    let count = number(&digits.replace('_', "")).ok().map(|n| n * factor);
+    match count {
+        Some(count) if count.fract() == 0.0 && (1.0..=1e15).contains(&count) => Ok(count as usize),
+        _ => Err("give a whole number from 1, such as 20000, 20k or 1.5M".into()),
+    }
+}
+
+/// A fraction in `[0, 1]`: `0.1` or `10%`.
+pub fn fraction(text: &str) -> Result<f64, String> {
+    let fraction = match text.strip_suffix('%') {
+        Some(percent) => number(percent).map(|n| n / 100.0),
+        None => number(text),
+    };
+    match fraction {
+        Ok(fraction) if (0.0..=1.0).contains(&fraction) => Ok(fraction),
+        Ok(fraction) if fraction > 1.0 && !text.ends_with('%') && fraction <= 100.0 => {
+            Err(format!("it is more than the whole: write {text}% for a percentage"))
+        }
+        _ => Err("give a fraction from 0 to 1, or a percentage such as 10%".into()),
+    }
+}
+
+/// A length in model units, 0 or more.
+pub fn length(text: &str) -> Result<f64, String> {
+    number(text).map_err(|()| "give a length in model units, 0 or more".into())
+}
+
+/// A weight, 0 or more.
+pub fn weight(text: &str) -> Result<f32, String> {
+    match number(text) {
+        Ok(weight) if weight <= 1e6 => Ok(weight as f32),
+        _ => Err("give a number from 0 to 1000000".into()),
+    }
+}
+
+/// An angle in degrees, above 0 and at most 90; the result is in radians.
+pub fn angle(text: &str) -> Result<f32, String> {
+    match number(text.strip_suffix('°').unwrap_or(text)) {
+        // The angle is rounded after the conversion: 90 is a quarter turn exactly as f32 has it.
+        Ok(degrees) if degrees > 0.0 && degrees <= 90.0 => Ok(degrees.to_radians() as f32),
+        _ => Err("give degrees above 0 and up to 90".into()),
+    }
+}
+
+/// How far apart welded vertices may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Weld {
+    /// Nothing is welded.
+    Off,
+    /// At most this far, in model units; 0 welds equal positions.
+    Within(f64),
+}
+
+/// `off` or a length.
+pub fn weld(text: &str) -> Result<Weld, String> {
+    match text {
+        "off" => Ok(Weld::Off),
+        _ => number(text).map(Weld::Within).map_err(|()| "give a length in model units, or 'off'".into()),
+    }
+}
+
+/// Bytes: `8GiB`, `8G` and `8g` are 8 × 2³⁰, `500MB` is 500 × 10⁶, a bare number counts bytes.
+pub fn bytes(text: &str) -> Result<u64, String> {
+    let end = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+    let factor = match text[end..].to_ascii_lowercase().as_str() {
+        "" | "b" => Some(1.0),
+        "k" | "kib" => Some(1024.0),
+        "m" | "mib" => Some(1024.0 * 1024.0),
+        "g" | "gib" => Some(1024.0 * 1024.0 * 1024.0),
+        "t" | "tib" => Some(1024.0 * 1024.0 * 1024.0 * 1024.0),
+        "kb" => Some(1e3),
+        "mb" => Some(1e6),
+        "gb" => Some(1e9),
+        "tb" => Some(1e12),
+        _ => None,
+    };
+    match (number(text[..end].trim_end()), factor) {
+        (Ok(size), Some(factor)) if size > 0.0 => Ok((size * factor) as u64),
+        _ => Err("give a size such as 8GiB, 500MiB or 2GB".into()),
+    }
+}
+
+/// A plain decimal number that is not negative: no sign, no `inf`, no `nan`.
+fn number(text: &str) -> Result<f64, ()> {
+    let plain = text.starts_with(|c: char| c.is_ascii_digit() || c == '.') && text.bytes().any(|b| b.is_ascii_digit());
+    text.parse().ok().filter(|n: &f64| plain && n.is_finite()).ok_or(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts() {
+        for (text, expected) in
+            [("20000", 20_000), ("20_000", 20_000), ("20k", 20_000), ("1.5M", 1_500_000), ("2G", 2_000_000_000)]
+        {
+            assert_eq!(count(text), Ok(expected), "{text}");
+        }
+        for text in ["", "k", "0", "-5", "1.5", "1.2345k", "20%", "inf", "NaN", "1e300", "1e400", "é", "+4"] {
+            assert!(count(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn fractions() {
+        for (text, expected) in [("0.1", 0.1), ("10%", 0.1), ("1", 1.0), ("100%", 1.0), ("0", 0.0), (".5", 0.5)] {
+            assert_eq!(fraction(text), Ok(expected), "{text}");
+        }
+        assert_eq!(fraction("25"), Err("it is more than the whole: write 25% for a percentage".into()));
+        for text in ["", "%", "-0.1", "101%", "1e9", "nan", "inf%", "10 %"] {
+            assert!(fraction(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn sizes_angles_and_weld_distances() {
+        let sizes = [
+            ("8GiB", 8 << 30),
+            ("8g", 8 << 30),
+            ("500MB", 500_000_000),
+            ("1.5k", 1536),
+            ("42", 42),
+            ("2 TiB", 2 << 40),
+        ];
+        for (text, expected) in sizes {
+            assert_eq!(bytes(text), Ok(expected), "{text}");
+        }
+        for text in ["", "GiB", "0", "8XB", "-1G", "8GiBs"] {
+            assert!(bytes(text).is_err(), "{text}");
+        }
+        assert_eq!(angle("90"), Ok(std::f32::consts::FRAC_PI_2));
+        assert!(angle("0").is_err() && angle("90.1").is_err() && angle("x").is_err());
+        assert_eq!(
+            (weld("off"), weld("0"), weld("1e-3")),
+            (Ok(Weld::Off), Ok(Weld::Within(0.0)), Ok(Weld::Within(1e-3)))
+        );
+        assert!(weld("-1").is_err() && weld("on").is_err());
+    }
+}

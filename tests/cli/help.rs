@@ -1,0 +1,89 @@
+//! Help, manual and completions.
+
+use std::fs;
+use std::path::Path;
+
+use crate::Dir;
+
+#[test]
+fn help_is_as_recorded() {
+    let dir = Dir::new();
+    for (name, line) in [
+        ("coarsen", "--help"),
+        ("simplify-short", "simplify -h"),
+        ("simplify", "simplify --help"),
+        ("inspect", "inspect --help"),
+        ("devices", "devices --help"),
+        ("completions", "completions --help"),
+    ] {
+        let ran = dir.run(line).succeeds();
+        let text = String::from_utf8(ran.out).expect("help in UTF-8");
+        let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/golden/help-{name}.txt"));
+        if std::env::var_os("BLESS").is_some() {
+            fs::write(&golden, &text).expect("a golden file to write");
+        }
+        let expected = fs::read_to_string(&golden).unwrap_or_default();
+        assert_eq!(text, expected, "{} differs: look, then run again with BLESS=1", golden.display());
+    }
+}
+
+#[test]
+fn help_fits_a_terminal() {
+    let dir = Dir::new();
+    for line in ["--help", "-h", "simplify -h", "simplify --help", "inspect --help", "devices -h", "completions -h"] {
+        let help = String::from_utf8(dir.run(line).succeeds().out).expect("help in UTF-8");
+        for row in help.lines() {
+            // clap alone decides on the line that lists the shells.
+            assert!(row.chars().count() <= 79 || row.contains("possible values"), "{line}: {row}");
+        }
+    }
+}
+
+/// An example with small samples, on the CPU, without the shell's redirection and comment.
+fn small(example: &str) -> String {
+    let line = example.split(['>', '#']).next().unwrap_or_default();
+    let shrink = |word: &str| match word.strip_prefix("sample:") {
+        Some(name) => format!("sample:{}@1k", name.split('@').next().unwrap_or_default()),
+        None => word.to_string(),
+    };
+    let words: Vec<String> = line.split_whitespace().map(shrink).collect();
+    let options = if words[0] == "simplify" { " -g cpu -w" } else { "" };
+    words.join(" ") + options
+}
+
+#[test]
+fn examples_run() {
+    let dir = Dir::new();
+    let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("README.md");
+    let mut texts = vec![readme.replace("cargo run --release -- ", "coarsen ")];
+    for verb in ["", "simplify", "inspect", "devices", "completions", "man"] {
+        texts.push(String::from_utf8(dir.run(&format!("{verb} --help")).succeeds().out).expect("help in UTF-8"));
+    }
+    let examples: Vec<&str> = (texts.iter().flat_map(|text| text.lines()))
+        .filter_map(|row| row.strip_prefix("  ").unwrap_or(row).strip_prefix("coarsen "))
+        .collect();
+    assert!(examples.len() >= 15, "{examples:?}");
+    for example in examples {
+        dir.run(&small(example)).succeeds();
+    }
+}
+
+#[test]
+fn manual_and_completions_know_every_option() {
+    let dir = Dir::new();
+    let man = String::from_utf8(dir.run("man").succeeds().out).expect("roff in UTF-8");
+    let bash = String::from_utf8(dir.run("completions bash").succeeds().out).expect("a script in UTF-8");
+    for option in ["faces", "ratio", "error-abs", "require-target", "metric", "memory-limit", "overwrite", "progress"] {
+        assert!(bash.contains(&format!("--{option}")), "{option}");
+        assert!(man.contains(&format!("\\-\\-{}", option.replace('-', "\\-"))), "{option}");
+    }
+    assert!(man.contains(".TH coarsen 1") && man.contains(".TH coarsen-simplify 1"));
+}
+
+#[test]
+fn version_is_the_packages() {
+    assert_eq!(
+        Dir::new().run("--version").succeeds().out,
+        format!("coarsen {}\n", env!("CARGO_PKG_VERSION")).into_bytes()
+    );
+}

@@ -1,0 +1,93 @@
+//! The program from end to end: help, exit codes, messages, pipes, files that must not be touched.
+
+mod errors;
+mod help;
+mod output;
+mod words;
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// A folder to run the program in.
+struct Dir(tempfile::TempDir);
+
+/// What a run gave.
+struct Ran {
+    code: Option<i32>,
+    out: Vec<u8>,
+    err: String,
+}
+
+impl Dir {
+    fn new() -> Self {
+        Self(tempfile::tempdir().expect("a temporary folder"))
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn file(&self, name: &str, content: impl AsRef<[u8]>) -> &Self {
+        fs::write(self.path(name), content).expect("a file to write");
+        self
+    }
+
+    fn command(&self, line: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_coarsen"));
+        // Mesa's layer for choosing a device writes to standard error without it.
+        command.args(line.split_whitespace()).current_dir(self.0.path()).env("NODEVICE_SELECT", "1").env_remove("CI");
+        command
+    }
+
+    fn run(&self, line: &str) -> Ran {
+        Ran::of(self.command(line).output().expect("the program"))
+    }
+
+    fn files(&self) -> Vec<String> {
+        let entries = fs::read_dir(self.0.path()).expect("the folder");
+        let mut names: Vec<String> =
+            entries.map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+}
+
+impl Ran {
+    fn of(output: Output) -> Self {
+        Self {
+            code: output.status.code(),
+            out: output.stdout,
+            err: String::from_utf8(output.stderr).expect("messages in UTF-8"),
+        }
+    }
+
+    /// Asserts the exit code and what standard error holds.
+    #[track_caller]
+    fn fails(self, code: i32, parts: &[&str]) -> Self {
+        assert_eq!(self.code, Some(code), "{}", self.err);
+        assert!(self.err.lines().any(|line| line.starts_with("coarsen: error: ")), "{}", self.err);
+        for part in parts {
+            assert!(self.err.contains(part), "expected '{part}' in\n{}", self.err);
+        }
+        assert!(self.out.is_empty(), "{} bytes on standard output", self.out.len());
+        self
+    }
+
+    #[track_caller]
+    fn succeeds(self) -> Self {
+        assert_eq!(self.code, Some(0), "{}", self.err);
+        self
+    }
+
+    #[track_caller]
+    fn json(&self) -> Value {
+        let text = std::str::from_utf8(&self.out).expect("JSON in UTF-8");
+        assert_eq!(text.matches('\n').count(), 1, "not one line: {text}");
+        serde_json::from_str(text).expect("JSON")
+    }
+}
+
+const TETRAHEDRON: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";

@@ -1,0 +1,112 @@
+//! Files that must not be touched or left behind, pipes, interruption.
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Command, Stdio};
+
+use crate::{Dir, Ran, TETRAHEDRON};
+
+#[test]
+fn an_existing_file_is_replaced_only_when_asked() {
+    let dir = Dir::new();
+    dir.file("in.obj", TETRAHEDRON).file("out.obj", "precious");
+    dir.run("simplify in.obj out.obj -f 4 -g cpu").fails(8, &["'out.obj' exists: give -w to replace it"]);
+    assert_eq!(fs::read(dir.path("out.obj")).expect("still there"), b"precious");
+    dir.run("simplify in.obj out.obj -f 4 -g cpu -w").succeeds();
+    assert!(fs::read_to_string(dir.path("out.obj")).expect("a mesh").contains("f "));
+    assert_eq!(dir.files(), ["in.obj", "out.obj"]);
+}
+
+#[test]
+fn a_bad_output_is_told_before_the_input_is_read() {
+    let dir = Dir::new();
+    dir.file("bad.ply", "this is never read\n");
+    fs::create_dir(dir.path("folder.ply")).expect("a folder");
+    dir.run("simplify bad.ply none/out.ply -f 4").fails(8, &["cannot write 'none/out.ply'"]);
+    dir.run("simplify bad.ply bad.ply/out.ply -f 4").fails(8, &["cannot write 'bad.ply/out.ply'"]);
+    dir.run("simplify bad.ply folder.ply -f 4 -w").fails(8, &["cannot write 'folder.ply'", "is a directory"]);
+    assert_eq!(dir.files(), ["bad.ply", "folder.ply"]);
+}
+
+#[cfg(unix)]
+#[expect(clippy::print_stdout, reason = "a skip must be seen")]
+#[test]
+fn a_folder_without_permission_is_told_before_the_input_is_read() {
+    use std::os::unix::fs::PermissionsExt;
+    let dir = Dir::new();
+    dir.file("bad.ply", "this is never read\n");
+    fs::create_dir(dir.path("locked")).expect("a folder");
+    fs::set_permissions(dir.path("locked"), fs::Permissions::from_mode(0o555)).expect("permissions");
+    if fs::write(dir.path("locked/probe"), "").is_ok() {
+        return println!("skipped: this user may write everywhere");
+    }
+    dir.run("simplify bad.ply locked/out.ply -f 4").fails(8, &["cannot write 'locked/out.ply'", "ermission denied"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_an_error() {
+    let dir = Dir::new();
+    let full = || fs::OpenOptions::new().write(true).open("/dev/full").expect("the full device");
+    let mut command = dir.command("simplify sample:part@1k - --format ply -f 500 -g cpu");
+    Ran::of(command.stdout(full()).output().expect("it runs")).fails(8, &["cannot write '-'", "No space left"]);
+    let mut command = dir.command("simplify sample:part@1k out.ply -f 500 -g cpu --json");
+    Ran::of(command.stdout(full()).output().expect("it runs")).fails(8, &["cannot write '-'", "No space left"]);
+
+    std::os::unix::fs::symlink("/dev/full", dir.path("full.ply")).expect("a link");
+    dir.run("simplify sample:part@1k full.ply -f 500 -g cpu").fails(8, &["cannot write 'full.ply'", "No space left"]);
+    assert_eq!(dir.files(), ["full.ply", "out.ply"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_nothing_behind() {
+    let dir = Dir::new();
+    let mut command = dir.command("simplify sample:statue@500k out.ply -f 100 -g cpu -j 1 --progress json");
+    let mut child = command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("the program");
+    let mut messages = BufReader::new(child.stderr.take().expect("its messages"));
+    let mut first = String::new();
+    messages.read_line(&mut first).expect("a line");
+    assert!(first.starts_with("{\"faces\":"), "{first}");
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
+    assert!(sent.success());
+    let mut rest = String::new();
+    messages.read_to_string(&mut rest).expect("messages");
+    assert_eq!(child.wait().expect("its end").code(), Some(130), "{rest}");
+    assert!(rest.ends_with("coarsen: error: interrupted, nothing is written\n"), "{rest}");
+    assert!(dir.files().is_empty(), "{:?}", dir.files());
+}
+
+#[test]
+fn meshes_go_through_pipes() {
+    let dir = Dir::new();
+    dir.file("in.obj", TETRAHEDRON);
+    let stdin = fs::File::open(dir.path("in.obj")).expect("the input");
+    let output = dir.command("simplify - - --format obj -f 4 -g cpu").stdin(stdin).output().expect("it runs");
+    let ran = Ran::of(output).succeeds();
+    let text = String::from_utf8(ran.out).expect("OBJ text");
+    assert_eq!((text.matches("v ").count(), text.matches("f ").count()), (4, 4), "{text}");
+    assert!(ran.err.contains("4 → 4 faces, stop=faces_reached"), "{}", ran.err);
+
+    let piped = dir.run("simplify sample:part@2k - --format ply -f 500 -g cpu").succeeds().out;
+    dir.run("simplify sample:part@2k out.ply -f 500 -g cpu").succeeds();
+    assert!(piped == fs::read(dir.path("out.ply")).expect("the file"), "a pipe and a file get different bytes");
+    dir.command("inspect - --format obj")
+        .stdin(Stdio::null())
+        .output()
+        .map(Ran::of)
+        .expect("it runs")
+        .fails(4, &["'-'"]);
+}
+
+#[test]
+fn a_reader_that_leaves_is_no_error() {
+    let dir = Dir::new();
+    for line in ["simplify sample:part@20k - --format obj -r 1 -g cpu -q", "man", "completions zsh"] {
+        let mut command = dir.command(line);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program");
+        drop(child.stdout.take());
+        let ran = Ran::of(child.wait_with_output().expect("its end")).succeeds();
+        assert!(ran.err.is_empty(), "{line}: {}", ran.err);
+    }
+}

@@ -1,0 +1,185 @@
+//! What is said and recorded, and that options do what they say.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::{Dir, TETRAHEDRON};
+
+#[test]
+fn nothing_but_data_goes_to_standard_output() {
+    let dir = Dir::new();
+    let ran = dir.run("simplify sample:part@2k out.ply -f 500 -g cpu -v").succeeds();
+    assert!(ran.out.is_empty());
+    assert!(ran.err.starts_with("round"), "{}", ran.err);
+    let last = ran.err.lines().last().unwrap_or_default();
+    assert!(last.contains(" → 500 faces, stop=faces_reached, estimated error 0."), "{last}");
+    assert!(last.contains("% of the diagonal, read ") && last.contains(" s, CPU, "), "{last}");
+
+    let quiet = dir.run("simplify sample:part@2k out.ply -f 500 -g cpu -w -q").succeeds();
+    assert!(quiet.out.is_empty() && quiet.err.is_empty(), "{}", quiet.err);
+}
+
+#[test]
+fn warnings_name_the_input() {
+    let dir = Dir::new();
+    dir.file("in.obj", format!("{TETRAHEDRON}f 1 1 2\n"));
+    let ran = dir.run("simplify in.obj out.obj -f 4 -g cpu --json").succeeds();
+    assert!(ran.err.starts_with("coarsen: warning: 'in.obj': 1 degenerate face"), "{}", ran.err);
+    assert_eq!(ran.json()["warnings"].as_array().map(Vec::len), Some(1));
+    assert!(dir.run("simplify in.obj out.obj -f 4 -g cpu -w -q").succeeds().err.is_empty());
+}
+
+#[test]
+fn json_has_its_fields() {
+    let dir = Dir::new();
+    let record = dir.run("simplify sample:part@2k out.ply -r 25% -g cpu -j 1 --json --metric plane").succeeds().json();
+    let keys = |value: &Value| value.as_object().map(|map| map.keys().cloned().collect::<Vec<_>>()).unwrap_or_default();
+    let mut expected = [
+        "schema",
+        "input",
+        "output",
+        "method",
+        "metric",
+        "device",
+        "driver",
+        "version",
+        "faces_in",
+        "faces_out",
+        "vertices_in",
+        "vertices_out",
+        "target",
+        "reached",
+        "stop_reason",
+        "simplify_ms",
+        "blocked",
+        "error",
+        "rounds",
+        "seconds",
+        "peak_memory",
+        "warnings",
+    ];
+    expected.sort_unstable();
+    assert_eq!(keys(&record), expected);
+    let seconds = ["apply", "build", "cost", "read", "select", "total", "transfer", "weld", "write"];
+    assert_eq!(keys(&record["seconds"]), seconds);
+    assert_eq!(keys(&record["blocked"]), ["aspect", "border", "error", "flip", "link", "lock", "seam"]);
+    assert_eq!(keys(&record["error"]), ["estimate", "estimate_relative"]);
+    let input = record["faces_in"].as_f64().expect("a count");
+    for (field, value) in [
+        ("schema", Value::from(1)),
+        ("input", "sample:part@2k".into()),
+        ("output", "out.ply".into()),
+        ("method", "contract".into()),
+        ("metric", "plane".into()),
+        ("device", "CPU, 1 thread".into()),
+        ("driver", Value::Null),
+        ("version", env!("CARGO_PKG_VERSION").into()),
+        ("target", Value::from((input / 4.0).round() as u64)),
+        ("reached", true.into()),
+        ("stop_reason", "faces_reached".into()),
+    ] {
+        assert_eq!(record[field], value, "{field}");
+    }
+    let error_only = dir.run("simplify sample:part@2k out.ply -w -e 1% -g cpu --json").succeeds().json();
+    assert_eq!((&error_only["target"], &error_only["reached"]), (&Value::Null, &true.into()));
+    assert_eq!(error_only["stop_reason"], "error_reached");
+}
+
+#[test]
+fn progress_is_json_when_asked_and_nothing_without_a_terminal() {
+    let dir = Dir::new();
+    let ran = dir.run("simplify sample:part@5k out.ply -f 500 -g cpu --progress json").succeeds();
+    let steps: Vec<Value> = ran.err.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
+    assert!(!steps.is_empty() && steps.iter().all(|step| step["target"] == 500), "{}", ran.err);
+    assert_eq!(ran.err.lines().count(), steps.len() + 1);
+    for wish in ["auto", "bar", "never"] {
+        let ran = dir.run(&format!("simplify sample:part@5k out.ply -w -f 500 -g cpu --progress {wish}")).succeeds();
+        assert_eq!(ran.err.lines().count(), 1, "{wish}: {}", ran.err);
+    }
+}
+
+#[test]
+fn inspect_counts_and_predicts() {
+    let dir = Dir::new();
+    dir.file("in.obj", TETRAHEDRON);
+    let table = String::from_utf8(dir.run("inspect in.obj").succeeds().out).expect("a table in UTF-8");
+    for row in [
+        "in.obj",
+        "vertices                             4             4",
+        "genus                                0             0",
+        "box to                  1.000000  1.000000  1.000000",
+        "volume                  0.166667",
+        "fewest faces possible   4",
+        "                        1 closed part without handles: 4 faces each",
+    ] {
+        assert!(table.lines().any(|line| line == row), "no line '{row}' in\n{table}");
+    }
+    let record = dir.run("inspect sample:part@2k --json").succeeds().json();
+    assert_eq!(record["schema"], 1);
+    assert_eq!((&record["stored"]["genus"], &record["welded"]["topology"]["genus"]), (&9.into(), &9.into()));
+    assert_eq!(record["welded"]["floor_faces"], 60);
+}
+
+#[test]
+fn devices_names_what_auto_takes() {
+    let dir = Dir::new();
+    let record = dir.run("devices --json").succeeds().json();
+    let table = String::from_utf8(dir.run("devices").succeeds().out).expect("a table in UTF-8");
+    let auto = record["auto"]["device"].as_str().expect("a device");
+    assert!(table.contains(&format!("auto   {auto}\n")), "{table}");
+    for adapter in record["adapters"].as_array().expect("adapters") {
+        assert!(table.contains(adapter["name"].as_str().expect("a name")), "{table}");
+        assert!(adapter["kind"] != "software" || auto != adapter["name"].as_str().unwrap_or_default());
+    }
+}
+
+#[test]
+fn shape_options_work() {
+    let dir = Dir::new();
+    let run = |options: &str| {
+        dir.run(&format!("simplify sample:terrain@2k out.ply -w -g cpu --json {options}")).succeeds().json()
+    };
+    let plain = run("-r 10%");
+    for options in ["--metric plane", "--placement endpoint", "--lock-border", "--border-weight 50", "--max-flip 20"] {
+        run(&format!("-r 10% {options}"));
+        let changed = fs::read(dir.path("out.ply")).expect("the result");
+        run("-r 10%");
+        assert!(changed != fs::read(dir.path("out.ply")).expect("the result"), "{options} changes nothing");
+    }
+    assert_eq!(plain["reached"], true);
+    dir.file("soup.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 4 5 6\n");
+    let vertices = |options: &str| {
+        dir.run(&format!("simplify soup.obj soup.off -w -f 2 -g cpu --json {options}")).json()["vertices_out"].clone()
+    };
+    assert_eq!((vertices(""), vertices("--weld off")), (4.into(), 6.into()));
+}
+
+// The engine does not drop parts yet: this fails when it does.
+#[test]
+#[should_panic(expected = "nothing is dropped")]
+fn prune_drops_small_parts() {
+    let dir = Dir::new();
+    let run =
+        |options: &str| dir.run(&format!("simplify sample:assembly@5k out.ply -w -r 1 -g cpu --json {options}")).json();
+    let faces = |record: Value| record["faces_out"].as_u64().expect("a count");
+    assert!(faces(run("--prune 10%")) < faces(run("")), "nothing is dropped");
+}
+
+#[test]
+fn threads_do_not_show() {
+    let dir = Dir::new();
+    for (name, options) in [("one.ply", "-j 1"), ("two.ply", "-j 2"), ("all.ply", "")] {
+        dir.run(&format!("simplify sample:statue@20k {name} -f 2k -g cpu {options}")).succeeds();
+    }
+    let [one, two, all] = ["one.ply", "two.ply", "all.ply"].map(|name| fs::read(dir.path(name)).expect("a result"));
+    assert!(one == two && one == all);
+}
+
+#[test]
+fn ascii_is_text() {
+    let dir = Dir::new();
+    dir.run("simplify sample:part@1k out.ply -f 500 -g cpu --ascii").succeeds();
+    let text = fs::read_to_string(dir.path("out.ply")).expect("text");
+    assert!(text.starts_with("ply\nformat ascii 1.0\n"), "{}", &text[..40]);
+}
