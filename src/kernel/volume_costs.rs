@@ -24,7 +24,7 @@ pub const BORDER_FACTOR: f32 = 9.0;
 
 /// Pull to the midpoint: the sums are of current faces alone, nearly flat in a smooth region. 1e-3 costs accuracy, 1e-5
 /// lets rounding move the vertex.
-pub const VOLUME_REGULARIZATION: f32 = 1e-4;
+pub const VOLUME_REGULARIZATION: f32 = 1e-5;
 
 /// One invocation a pair.
 pub struct VolumeCosts<'a> {
