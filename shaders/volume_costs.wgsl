@@ -33,7 +33,7 @@ fn with_border(ends: Ends, first: BorderSum, second: BorderSum, mutual: Sym3, we
 // Solved at a scale where the trace is about 1.
 fn volume_cost(ends: Ends, h: vec3f, freedom: Freedom) -> f32 {
     let t = trace(sym_add(ends.first, ends.second));
-    if !(t > NO_AREA) {
+    if t <= NO_AREA {
         return 0.0;
     }
     let exponent = half_exponent(t);

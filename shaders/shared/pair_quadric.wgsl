@@ -44,7 +44,7 @@ fn least(q: PairQuadric, regularization: f32) -> vec3f {
     let yy = sub(mul(b1, r1), mul(l3, yz));
     let yx = sub(sub(mul(q.b.x, r0), mul(l1, yy)), mul(l2, yz));
     let y = vec3f(yx, yy, yz);
-    if !(dot3(q.n, q.n) > mul(CONSTRAINT, trace(q.a))) {
+    if dot3(q.n, q.n) <= mul(CONSTRAINT, trace(q.a)) {
         return y;
     }
 

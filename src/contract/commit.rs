@@ -21,6 +21,10 @@ use super::star::{Marks, Star};
 use super::surface::Surface;
 use super::{Metric, Options, Placement};
 
+/// Least height of a changed face over its longest side. Thinner faces have normals of rounding noise, which the next
+/// contraction lays over;
+const MIN_HEIGHT: f64 = 1e-3;
+
 /// What stays the same over all rounds of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Rules {
@@ -46,7 +50,7 @@ impl Rules {
             }),
             limits: ShapeLimits {
                 min_cos: f64::from(options.max_flip_rad).cos(),
-                min_aspect: f64::from(options.min_aspect),
+                min_height: MIN_HEIGHT,
             },
             max_deviation,
         }

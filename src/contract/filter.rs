@@ -1,6 +1,6 @@
 //! Which contractions are legal, on the current state.
 
-use crate::kernel::rows::BORDER;
+use crate::kernel::rows::{BORDER, LOCKED};
 use crate::math::DVec3;
 use crate::simplify::Blocked;
 
@@ -11,54 +11,35 @@ use super::star::{Marks, Star, StarFace};
 pub enum Rejection {
     /// Both ends lie on a border and the pair does not.
     Border,
-    /// The link condition.
-    Link,
-    /// A face would turn over.
-    Flip,
-    /// A face would become a sliver.
-    Aspect,
-    /// The error limit.
-    Error,
-}
-
-impl Blocked {
-    /// Counts a rejection.
-    pub fn count(&mut self, rejection: Rejection) {
-        *match rejection {
-            Rejection::Border => &mut self.border,
-            Rejection::Link => &mut self.link,
-            Rejection::Flip => &mut self.flip,
-            Rejection::Aspect => &mut self.aspect,
-            Rejection::Error => &mut self.error,
-        } += 1;
-    }
-}
-
-/// The link condition \[DE99\]: contracting keeps the surface's topology exactly when the links of the ends meet in
-/// the link of the pair, borders coned to a vertex of their own.
+    /// The link condition \[DE99\]: contracting keeps the surface's topology exactly when the links of the ends meet in the
+/// link of the pair, borders coned to a vertex of their own.
 ///
 /// In faces: the common neighbors are the opposite vertices of the one or two shared faces, all different; two border
-/// vertices contract only along the border; no tetrahedron closes flat and no lone triangle vanishes.
+/// vertices contract only along the border; no tetrahedron closes flat; and at every opposite vertex the two edges that
+/// become one leave an edge of as many faces as either had beside the shared one. A locked end may hide a border or an
+/// edge of many faces, so a border vertex contracts onto it only along a border.
 pub fn link_condition(star: &Star, [u, w]: [u32; 2], flags: [u32; 2], marks: &mut Marks) -> Result<(), Rejection> {
-    let on_border = flags[0] & flags[1] & BORDER != 0;
+    let (border, held) = (BORDER, BORDER | LOCKED);
+    let along_border = flags[0] & flags[1] & BORDER != 0;
     match &star.shared[..] {
-        [_] => {
-            let vanishes = star.first.is_empty() && star.second.is_empty();
-            if !on_border || vanishes || marks.common_neighbors(star, u, w) != 1 {
+        [k] => {
+            if !along_border || marks.common_neighbors(star, u, w) != 1 || !leaves_an_edge(star, Star::opposite(k, w)) {
                 return Err(Rejection::Link);
             }
         }
         [k, l] => {
-            if on_border {
+            let joins_borders =
+                (flags[0] & border != 0 && flags[1] & held != 0) || (flags[1] & border != 0 && flags[0] & held != 0);
+            if joins_borders {
                 return Err(Rejection::Border);
             }
             let (k, l) = (Star::opposite(k, w), Star::opposite(l, w));
-            if k == l || marks.common_neighbors(star, u, w) != 2 {
+            if k == l || marks.common_neighbors(star, u, w) != 2 || !leaves_an_edge(star, k) || !leaves_an_edge(star, l)
+            {
                 return Err(Rejection::Link);
             }
             let joins = |face: &StarFace| face.corners.contains(&k) && face.corners.contains(&l);
-            let closed_first = star.first.iter().any(joins);
-            if closed_first && star.second.iter().any(joins) {
+            if star.first.iter().any(joins) && star.second.iter().any(joins) {
                 return Err(Rejection::Link);
             }
         }
@@ -67,56 +48,78 @@ pub fn link_condition(star: &Star, [u, w]: [u32; 2], flags: [u32; 2], marks: &mu
     Ok(())
 }
 
-/// Limits on the shape of the faces that survive a contraction.
+/// Whether the edges from both ends to `tip`, an opposite vertex, become one edge of the same kind as either: not one
+/// without a face, nor one that loses a third.
+fn leaves_an_edge(star: &Star, tip: u32) -> bool {
+    let faces_with_tip = |faces: &[StarFace]| faces.iter().filter(|face| face.corners.contains(&tip)).count();
+    let (first, second) = (faces_with_tip(&star.first), faces_with_tip(&star.second));
+    matches!((first.min(second), first.max(second)), (0, 1) | (1, _))
+}
+
+/// Least cosine between a face's normals before and after, and least height over longest side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShapeLimits {
     /// Least cosine between a face's old and new normal.
     pub min_cos: f64,
-    /// Least ratio of inradius to circumradius, unless the face was worse.
-    pub min_aspect: f64,
+    /// Least height of a face over its longest side, unless it was worse.
+    pub min_height: f64,
 }
 
-/// Squared normals below this are of faces without area, which may take any shape that has some.
+/// Squared normals below this are of faces without area, which may take any shape.
 const NO_AREA_SQ: f64 = 1e-24;
 
 /// Whether every surviving face keeps its side and its shape when the ends move to `x`, about the pair's midpoint.
 pub fn shapes_hold(star: &Star, x: DVec3, limits: ShapeLimits) -> Result<(), Rejection> {
     for face in star.first.iter().chain(&star.second) {
-        let [_, p1, p2] = face.points;
+        let [p0, p1, p2] = face.points;
         let (before, after) = (face.normal, (p1 - x).cross(p2 - x));
         let before_sq = before.length_squared();
         if before_sq <= NO_AREA_SQ {
             continue;
         }
-        let dot = before.dot(after);
-        if !(dot > 0.0 && dot * dot > limits.min_cos * limits.min_cos * before_sq * after.length_squared()) {
+        let (dot, after_sq) = (before.dot(after), after.length_squared());
+        let turns = dot.is_nan() || dot <= 0.0 || dot * dot <= limits.min_cos * limits.min_cos * before_sq * after_sq;
+        if turns {
             return Err(Rejection::Flip);
         }
-        if limits.min_aspect > 0.0 {
-            let aspect = radius_ratio([x, p1, p2]);
-            if aspect < limits.min_aspect && aspect < radius_ratio(face.points) {
-                return Err(Rejection::Aspect);
-            }
+        let height = |normal_sq: f64, p0: DVec3| normal_sq.sqrt() / longest_sq([p0, p1, p2]);
+        let flat_sq = limits.min_height * longest_sq([x, p1, p2]);
+        if after_sq < flat_sq * flat_sq && height(after_sq, x) < height(before_sq, p0) {
+            return Err(Rejection::Aspect);
         }
     }
     Ok(())
 }
 
-/// Twice the inradius over the circumradius, 1 for an equilateral triangle: (b+c−a)(c+a−b)(a+b−c)/(abc).
-fn radius_ratio([p, q, r]: [DVec3; 3]) -> f64 {
-    let (a, b, c) = ((q - r).length(), (r - p).length(), (p - q).length());
-    let product = a * b * c;
-    if product > 0.0 { (b + c - a) * (c + a - b) * (a + b - c) / product } else { 0.0 }
+fn longest_sq([p, q, r]: [DVec3; 3]) -> f64 {
+    (q - r).length_squared().max((r - p).length_squared()).max((p - q).length_squared())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kernel::rows::{Face, Position};
+    use crate::kernel::stars::Stars;
+
+    /// The fan of `faces` around 0, whose pair with 1 lies along x: what the filters say of moving both to `x`.
+    fn moving_to(x: [f64; 3]) -> Result<(), Rejection> {
+        let rows = [[0.0, 0.0], [1.0, 0.0], [0.5, 1.0], [-1.0, 0.5], [2.0, 0.5]];
+        let positions = rows.map(|[x, y]| Position { x, y, z: 0.0, flags: BORDER });
+        let faces = [Face { a: 0, b: 1, c: 2 }, Face { a: 0, b: 2, c: 3 }, Face { a: 1, b: 4, c: 2 }];
+        let (ring_starts, ring_faces) = ([0, 2, 4, 7, 8, 9], [0, 1, 0, 2, 0, 1, 2, 1, 2]);
+        let stars =
+            Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
+        let mut star = Star::default();
+        star.gather(0, 1, &stars);
+        star.locate(&positions, DVec3::new(0.5, 0.0, 0.0));
+        shapes_hold(&star, DVec3::from_array(x), ShapeLimits { min_cos: 0.2, min_height: 1e-2 })
+    }
 
     #[test]
-    fn radius_ratio_is_one_for_equilateral_and_zero_for_flat() {
-        let equilateral = [DVec3::X, DVec3::Y, DVec3::Z];
-        assert!((radius_ratio(equilateral) - 1.0).abs() < 1e-12);
-        assert!(radius_ratio([DVec3::ZERO, DVec3::X, DVec3::X * 2.0]).abs() < 1e-12);
+    fn faces_may_not_turn_over_nor_flatten() {
+        assert_eq!(moving_to([0.0, 0.0, 0.0]), Ok(()));
+        // Beyond the line from 2 to 3 the second face turns over, almost on it it is a sliver.
+        assert_eq!(moving_to([0.0, 2.0, 0.0]), Err(Rejection::Flip));
+        assert_eq!(moving_to([-0.75, 0.746, 0.0]), Err(Rejection::Aspect));
     }
 }

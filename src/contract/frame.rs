@@ -40,9 +40,10 @@ impl Frame {
         Position { x: p.x, y: p.y, z: p.z, flags }
     }
 
-    /// A position of the frame in model units.
+    /// A position of the frame in model units; a vertex beyond the greatest number stays there.
     pub fn to_model(self, position: Position) -> DVec3 {
-        position.xyz().as_dvec3() / self.scale + self.center
+        let p = position.xyz().as_dvec3() / self.scale + self.center;
+        p.clamp(DVec3::splat(f64::MIN), DVec3::splat(f64::MAX))
     }
 
     /// A length of the frame in model units.

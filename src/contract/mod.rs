@@ -51,8 +51,6 @@ pub struct Options {
     pub lock_border: bool,
     /// Largest turn of a face's normal in one contraction, in radians.
     pub max_flip_rad: f32,
-    /// Least ratio of twice the inradius to the circumradius of a changed face, unless it was worse; 0 allows slivers.
-    pub min_aspect: f32,
     /// Join vertices at most this far apart first, in model units; `None` joins nothing, 0 joins equal positions.
     pub weld: Option<f64>,
     /// Drop components whose bounding box's diagonal is below this fraction of the mesh's first.
@@ -67,7 +65,6 @@ impl Default for Options {
             border_weight: 1.0,
             lock_border: false,
             max_flip_rad: 1.369_438_4,
-            min_aspect: 0.0,
             weld: Some(0.0),
             prune: 0.0,
         }
@@ -83,9 +80,6 @@ impl Options {
         if !(self.max_flip_rad > 0.0 && self.max_flip_rad <= std::f32::consts::FRAC_PI_2) {
             let degrees = self.max_flip_rad.to_degrees();
             return Err(Error::Parameter(format!("the greatest turn of a normal is {degrees}°, not in 0 … 90")));
-        }
-        if !(0.0..1.0).contains(&self.min_aspect) {
-            return Err(Error::Parameter(format!("the least aspect is {}, not in 0 … 1", self.min_aspect)));
         }
         if !(0.0..=1.0).contains(&self.prune) {
             return Err(Error::Parameter(format!("the prune limit is {}, not in 0 … 1", self.prune)));

@@ -72,7 +72,7 @@ impl Quadric {
     /// and the midpoint.
     pub fn least(&self, h: DVec3, regularization: f64) -> DVec3 {
         let trace = self.a.x_axis.x + self.a.y_axis.y + self.a.z_axis.z;
-        if !(trace > 0.0) {
+        if trace.is_nan() || trace <= 0.0 {
             return DVec3::ZERO;
         }
         let r = regularization * trace;

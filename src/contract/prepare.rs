@@ -7,6 +7,7 @@ use crate::kernel::rows::{BORDER, Face, LOCKED, Position, with_hub};
 use crate::mesh::Mesh;
 use crate::mesh::adjacency::{EdgeUse, Rings};
 use crate::mesh::orient::orient;
+use crate::mesh::prune::prune;
 use crate::mesh::topology::complex_vertices;
 use crate::mesh::weld::{Welded, weld};
 
@@ -52,12 +53,21 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
         return Err(Error::Mesh("it has no faces".into()));
     }
     let clock = std::time::Instant::now();
-    let welded = welded(mesh, options.weld)?;
+    let mut welded = welded(mesh, options.weld)?;
+    let pruned = if options.prune > 0.0 { prune(&mut welded, options.prune) } else { 0 };
     let weld_secs = clock.elapsed().as_secs_f64();
     if welded.mesh.faces.is_empty() {
-        return Err(Error::Mesh("all its faces are degenerate: two corners of each lie at one point".into()));
+        let reason = if pruned > 0 {
+            "every part is below the prune limit: give a smaller one"
+        } else {
+            "all its faces are degenerate: two corners of each lie at one point"
+        };
+        return Err(Error::Mesh(reason.into()));
     }
     let mut warnings = weld_warnings(&welded);
+    if pruned > 0 {
+        warnings.push(format!("{pruned} small parts dropped"));
+    }
     let Welded { mesh: Mesh { positions, mut faces, normals, colors }, vertex_source, .. } = welded;
 
     let rings = Rings::new(&faces, positions.len());

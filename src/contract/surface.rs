@@ -35,7 +35,8 @@ pub struct Surface {
     new_face: Buffer<u32>,
     new_starts: Buffer<u32>,
     scan: Scan,
-    next: Next,
+    /// Made by the first compaction, for what is left then.
+    next: Option<Next>,
 }
 
 /// The other half of every buffer that compaction rewrites.
@@ -75,13 +76,7 @@ impl Surface {
             new_face: queue.buffer(face_count + 1)?,
             new_starts: queue.buffer(vertex_count + 1)?,
             scan: Scan::new(queue, vertex_count.max(face_count) + 1)?,
-            next: Next {
-                positions: queue.buffer(vertex_count)?,
-                faces: queue.buffer(face_count)?,
-                ring_starts: queue.buffer(vertex_count + 1)?,
-                ring_faces: queue.buffer(3 * face_count)?,
-                quadrics: quadrics(queue)?,
-            },
+            next: None,
         })
     }
 
@@ -106,9 +101,24 @@ impl Surface {
         queue.run(ContractVertices { contractions, contraction_count, positions, roles })
     }
 
+    /// Buffers to compact into.
+    fn next(&mut self, queue: &Queue, vertices: usize, faces: usize) -> Result<Next> {
+        if let Some(next) = self.next.take() {
+            return Ok(next);
+        }
+        Ok(Next {
+            positions: queue.buffer(vertices)?,
+            faces: queue.buffer(faces)?,
+            ring_starts: queue.buffer(vertices + 1)?,
+            ring_faces: queue.buffer(3 * faces)?,
+            quadrics: self.quadrics.is_some().then(|| queue.buffer(vertices)).transpose()?,
+        })
+    }
+
     /// Renames corners by the round's roles, drops what died, and numbers the rest without gaps.
     pub fn compact(&mut self, queue: &mut Queue, vertices_left: usize, faces_left: usize) -> Result<()> {
         let (vertex_count, face_count) = (self.vertex_count as u32, self.face_count as u32);
+        let mut next = self.next(queue, vertices_left, faces_left)?;
         queue.run(ContractFaces {
             roles: &self.roles,
             faces: &mut self.faces,
@@ -133,8 +143,8 @@ impl Surface {
             new_starts,
             positions: &self.positions,
             vertex_count,
-            positions_out: &mut self.next.positions,
-            starts_out: &mut self.next.ring_starts,
+            positions_out: &mut next.positions,
+            starts_out: &mut next.ring_starts,
         })?;
         queue.run(CompactRings {
             roles: &self.roles,
@@ -144,23 +154,18 @@ impl Surface {
             new_vertex,
             new_starts,
             vertex_count,
-            rings_out: &mut self.next.ring_faces,
+            rings_out: &mut next.ring_faces,
         })?;
-        queue.run(CompactFaces {
-            new_face,
-            new_vertex,
-            faces: &self.faces,
-            face_count,
-            faces_out: &mut self.next.faces,
-        })?;
-        if let (Some(quadrics), Some(quadrics_out)) = (&self.quadrics, &mut self.next.quadrics) {
+        queue.run(CompactFaces { new_face, new_vertex, faces: &self.faces, face_count, faces_out: &mut next.faces })?;
+        if let (Some(quadrics), Some(quadrics_out)) = (&self.quadrics, &mut next.quadrics) {
             queue.run(CompactQuadrics { new_vertex, quadrics, vertex_count, quadrics_out })?;
-            std::mem::swap(&mut self.quadrics, &mut self.next.quadrics);
+            std::mem::swap(&mut self.quadrics, &mut next.quadrics);
         }
-        std::mem::swap(&mut self.positions, &mut self.next.positions);
-        std::mem::swap(&mut self.faces, &mut self.next.faces);
-        std::mem::swap(&mut self.ring_starts, &mut self.next.ring_starts);
-        std::mem::swap(&mut self.ring_faces, &mut self.next.ring_faces);
+        std::mem::swap(&mut self.positions, &mut next.positions);
+        std::mem::swap(&mut self.faces, &mut next.faces);
+        std::mem::swap(&mut self.ring_starts, &mut next.ring_starts);
+        std::mem::swap(&mut self.ring_faces, &mut next.ring_faces);
+        self.next = Some(next);
         queue.clear(&mut self.roles, self.vertex_count)?;
         (self.vertex_count, self.face_count) = (vertices_left, faces_left);
         Ok(())

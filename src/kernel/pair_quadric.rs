@@ -112,7 +112,7 @@ pub fn least(q: PairQuadric, regularization: f32) -> Vec3 {
     let yy = sub(mul(b1, r1), mul(l3, yz));
     let yx = sub(sub(mul(q.b.x, r0), mul(l1, yy)), mul(l2, yz));
     let y = Vec3::new(yx, yy, yz);
-    if !(dot3(q.n, q.n) > mul(CONSTRAINT, trace(q.a))) {
+    if dot3(q.n, q.n) <= mul(CONSTRAINT, trace(q.a)) {
         return y;
     }
 

@@ -54,7 +54,7 @@ fn plane_cost(first: PlaneQuadric, second: PlaneQuadric, h: Vec3, freedom: Freed
     let both = sum_moved(moved(first, h), moved(second, scale3(h, -1.0)));
     let q = PairQuadric { a: both.a, b: scale3(both.b, -1.0), c: both.c, n: Vec3::ZERO, d: 0.0 };
     let t = trace(q.a);
-    if !(t > NO_AREA) {
+    if t <= NO_AREA {
         return 0.0;
     }
     let half = half_exponent(t);

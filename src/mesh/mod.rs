@@ -12,6 +12,7 @@ mod disjoint;
 mod near;
 pub mod orient;
 mod point_table;
+pub mod prune;
 pub mod samples;
 pub mod shapes;
 pub mod survey;
@@ -21,6 +22,7 @@ pub mod weld;
 
 pub use adjacency::Rings;
 pub use orient::orient;
+pub use prune::prune;
 pub use samples::{SAMPLES, parse_sample, sample};
 pub use survey::{Survey, survey};
 pub use topology::{Topology, complex_vertices, topology};

@@ -155,15 +155,13 @@ fn shape_options_work() {
     assert_eq!((vertices(""), vertices("--weld off")), (4.into(), 6.into()));
 }
 
-// The engine does not drop parts yet: this fails when it does.
 #[test]
-#[should_panic(expected = "nothing is dropped")]
 fn prune_drops_small_parts() {
     let dir = Dir::new();
     let run =
         |options: &str| dir.run(&format!("simplify sample:assembly@5k out.ply -w -r 1 -g cpu --json {options}")).json();
     let faces = |record: Value| record["faces_out"].as_u64().expect("a count");
-    assert!(faces(run("--prune 10%")) < faces(run("")), "nothing is dropped");
+    assert!(faces(run("--prune 15%")) < faces(run("")), "nothing is dropped");
 }
 
 #[test]

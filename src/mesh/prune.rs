@@ -1,0 +1,89 @@
+//! Drops small parts: dust of scans, screws of assemblies.
+
+use super::Mesh;
+use super::topology::Components;
+use super::weld::Welded;
+use crate::math::DVec3;
+
+/// Drops the parts of a welded mesh whose bounding box's diagonal is below `fraction` of the whole mesh's. Returns the
+/// number of parts dropped.
+///
+/// Parts are connected over vertices. With a fraction of 0 nothing is dropped, with 1 all but a part as large as the mesh.
+pub fn prune(welded: &mut Welded, fraction: f64) -> usize {
+    let mesh = &welded.mesh;
+    let parts = Components::new(&mesh.faces, mesh.positions.len());
+    let mut bounds = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); parts.count];
+    for (&part, &p) in parts.of_vertex.iter().zip(&mesh.positions) {
+        if let Some((low, high)) = bounds.get_mut(part as usize) {
+            (*low, *high) = (low.min(p), high.max(p));
+        }
+    }
+    let least = fraction * mesh.diagonal();
+    let small: Vec<bool> = bounds.iter().map(|&(low, high)| (high - low).length() < least).collect();
+    let dropped = small.iter().filter(|&&small| small).count();
+    if dropped == 0 {
+        return 0;
+    }
+    let is_kept = |face: &[u32; 3]| !small[parts.of_vertex[face[0] as usize] as usize];
+    let kept: Vec<usize> = (0..mesh.faces.len()).filter(|&f| is_kept(&mesh.faces[f])).collect();
+    welded.face_source = kept.iter().map(|&f| welded.face_source[f]).collect();
+    let stays: Vec<bool> =
+        parts.of_vertex.iter().map(|&part| small.get(part as usize).is_some_and(|&small| !small)).collect();
+    let mut new_vertex = vec![0; stays.len()];
+    let mut count = 0;
+    for (new, &stays) in new_vertex.iter_mut().zip(&stays) {
+        *new = count;
+        count += u32::from(stays);
+    }
+    let Mesh { positions, faces, normals, colors } = &mut welded.mesh;
+    *faces = kept.iter().map(|&f| faces[f].map(|v| new_vertex[v as usize])).collect();
+    retain(positions, &stays);
+    retain(&mut welded.vertex_source, &stays);
+    if let Some(normals) = normals {
+        retain(normals, &stays);
+    }
+    if let Some(colors) = colors {
+        retain(colors, &stays);
+    }
+    dropped
+}
+
+fn retain<T>(rows: &mut Vec<T>, stays: &[bool]) {
+    let mut stays = stays.iter();
+    rows.retain(|_| stays.next() == Some(&true));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::shapes;
+    use super::super::weld::weld;
+    use super::*;
+
+    /// An icosahedron of diagonal about 3.4 and, after it, one of a tenth of that beside it.
+    fn large_and_small() -> Mesh {
+        let mut mesh = shapes::icosahedron();
+        let count = mesh.positions.len() as u32;
+        let small: Vec<DVec3> = mesh.positions.iter().map(|&p| p * 0.1 + DVec3::X * 2.0).collect();
+        let faces: Vec<[u32; 3]> = mesh.faces.iter().map(|face| face.map(|v| v + count)).collect();
+        mesh.positions.extend(small);
+        mesh.faces.extend(faces);
+        mesh
+    }
+
+    #[test]
+    fn small_parts_go_with_their_vertices() {
+        let mut welded = weld(&large_and_small(), 0.0);
+        assert_eq!(prune(&mut welded, 0.2), 1);
+        assert_eq!(welded.mesh, shapes::icosahedron());
+        assert_eq!(welded.vertex_source, (0..12).collect::<Vec<_>>());
+        assert_eq!(welded.face_source, (0..20).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn nothing_goes_below_the_limit() {
+        let mut welded = weld(&large_and_small(), 0.0);
+        assert_eq!(prune(&mut welded, 0.01), 0);
+        assert_eq!(welded.mesh.faces.len(), 40);
+        assert_eq!(prune(&mut welded, 0.0), 0);
+    }
+}
