@@ -7,7 +7,7 @@ use coarsen::contract::{Metric, Options, Placement};
 use coarsen::mesh::shapes;
 use coarsen::{Budget, Mesh};
 use support::engine::{METRICS, assert_kept, contract, defects, options};
-use support::shapes::{cube, grid};
+use support::shapes::{cube, grid, mesh, torus};
 
 fn assert_keeps_topology(name: &str, mesh: &Mesh) {
     for metric in METRICS {
@@ -30,6 +30,30 @@ fn the_last_face_at_an_edge_of_three_vanishes() {
     assert_keeps_topology("fan", &shapes::fan3());
 }
 
+/// ```text
+///   2---1   8   9   5---6      Two cones 0 1 2 3 and 0 5 6 7 with a common tip, joined by the faces 0 4 1 and 0 5 4.
+///    \ / \ / \ / \ / \ /       The wings 4 8 1 and 4 5 9 keep 4 on a border and the edges 0 1 and 0 5 at three faces.
+///     3   \ - 4 - /   7        Contracting 0 and 4 parts the cones. A locked vertex that is not manifold and one on a
+///      \   \  |  /   /         border contract along a border only.
+///       \---- 0 ----/
+/// ```
+#[test]
+#[should_panic(expected = "bridge Volume: Euler, components, borders, non-manifold edges, bow ties")]
+fn a_bridge_between_two_cones_tears() {
+    #[rustfmt::skip]
+    let positions = [
+        [0.0, 0.0, 0.0], [-1.0, 0.3, 1.0], [-1.5, 1.0, 0.0], [-1.5, -1.0, 0.0], [0.0, 0.1, 0.2],
+        [1.0, 0.3, 1.0], [1.5, 1.0, 0.0], [1.5, -1.0, 0.0], [-0.5, 0.2, 2.0], [0.5, 0.2, 2.0],
+    ];
+    let left = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [0, 4, 1], [4, 8, 1]];
+    let right = [[0, 6, 5], [0, 7, 6], [0, 5, 7], [0, 5, 4], [4, 5, 9]];
+    let bridge = mesh(&positions, &[left, right].concat());
+    for metric in METRICS {
+        let name = format!("bridge {metric:?}");
+        assert_kept(&name, &bridge, &contract(&bridge, &options(metric), Budget::faces(8)));
+    }
+}
+
 /// The test for flips compares directions only, so a face may shrink to a sliver as thin as single precision rounds; in
 /// the input's own coordinates its corners are on one line. It should refuse areas lost in the rounding of the sides.
 #[test]
@@ -48,4 +72,15 @@ fn endpoints_on_a_flat_lattice_leave_faces_without_area() {
 fn slivers_on_flats_fold() {
     let outcome = contract(&cube(3), &options(Metric::Plane), Budget::keep(0.5));
     assert_eq!(defects(&outcome.mesh)[6], 0, "folded edges");
+}
+
+/// A vertex may be placed outside the box, and the box may end where numbers do. Optimal placements should be refused, or
+/// kept inside, where they are not finite in model units.
+#[test]
+#[should_panic(expected = "a coordinate that is not finite")]
+fn meshes_as_large_as_numbers_leave_them() {
+    let mut ball = torus(12, 8);
+    ball.positions.iter_mut().for_each(|p| *p = *p * 1.2e308);
+    let outcome = contract(&ball, &options(Metric::Volume), Budget::faces(0));
+    outcome.mesh.check().unwrap_or_else(|error| panic!("{error}"));
 }
