@@ -1,4 +1,4 @@
-//! The same bytes on every device: threads of the CPU, software Vulkan, small pages, a device lost on the way.
+//! The same bytes on every device: threads of the CPU, a GPU or software Vulkan, small pages, a device lost on the way.
 //!
 //! Without an adapter the tests that need one say so and pass; `REQUIRE_GPU=1` makes that a failure.
 #![expect(clippy::print_stdout, reason = "a skipped test says so")]
@@ -12,7 +12,7 @@ use coarsen::contract::{Metric, Options, Placement};
 use coarsen::mesh::{SAMPLES, sample, shapes};
 use coarsen::simplify::Progress;
 use coarsen::{Budget, Mesh, Method, Outcome, formats, simplify};
-use support::engine::{METRICS, asked, bytes, contract, contract_on, cpu, options, software};
+use support::engine::{METRICS, asked, bytes, contract, contract_on, cpu, gpu, options};
 use support::models;
 
 /// Many pages on the smallest sample below: its half-edges fill forty.
@@ -79,21 +79,21 @@ fn assert_as_on_the_cpu(device: &Device) {
 }
 
 #[test]
-fn software_vulkan_returns_the_cpu_s_bytes() {
-    let Some(device) = software(&GpuOptions::default()) else { return };
+fn a_gpu_returns_the_cpu_s_bytes() {
+    let Some(device) = gpu(&GpuOptions::default()) else { return };
     assert_as_on_the_cpu(&device);
     assert_eq!(device.gpu_bytes(), 0, "buffers outlive the runs");
 }
 
 #[test]
 fn small_pages_return_the_cpu_s_bytes() {
-    let Some(device) = software(&SMALL_PAGES) else { return };
+    let Some(device) = gpu(&SMALL_PAGES) else { return };
     assert_as_on_the_cpu(&device);
 }
 
 #[test]
 fn a_device_repeats_itself() {
-    let Some(device) = software(&GpuOptions::default()) else { return };
+    let Some(device) = gpu(&GpuOptions::default()) else { return };
     let mesh = sample("statue", Some(SAMPLE_FACES)).expect("a sample");
     for metric in METRICS {
         let [first, second] = [0, 1].map(|_| contract_on(&device, &mesh, &options(metric), Budget::keep(0.05)));
@@ -104,7 +104,7 @@ fn a_device_repeats_itself() {
 /// Options that take other ways through the kernels.
 #[test]
 fn options_do_not_part_the_devices() {
-    let Some(device) = software(&GpuOptions::default()) else { return };
+    let Some(device) = gpu(&GpuOptions::default()) else { return };
     let mut terrain = sample("terrain", Some(20_000)).expect("a sample");
     terrain.faces.iter_mut().step_by(11).for_each(|face| face.swap(1, 2));
     let mut holed = sample("part", Some(20_000)).expect("a sample");
@@ -163,7 +163,7 @@ fn a_device_lost_on_the_way_leaves_the_same_bytes() {
     for metric in METRICS {
         let reference = contract(&mesh, &options(metric), Budget::keep(0.05));
         for rounds in [1, 2] {
-            let Some(device) = software(&GpuOptions::default()) else { return };
+            let Some(device) = gpu(&GpuOptions::default()) else { return };
             let mut outcome = lose_after(&device, &mesh, metric, rounds);
             let name = format!("{metric:?}, lost after {rounds}");
             assert_eq!(outcome.warnings.len(), 1, "{name}: {:?}", outcome.warnings);
@@ -186,7 +186,7 @@ fn a_device_lost_on_the_way_leaves_the_same_bytes() {
 /// A device lost before the run is one that fails at once.
 #[test]
 fn a_device_lost_before_leaves_the_same_bytes() {
-    let Some(device) = software(&GpuOptions::default()) else { return };
+    let Some(device) = gpu(&GpuOptions::default()) else { return };
     device.lose_gpu();
     let mesh = sample("part", Some(10_000)).expect("a sample");
     let reference = contract(&mesh, &options(Metric::Volume), Budget::keep(0.05));
@@ -204,7 +204,7 @@ fn too_little_memory_leaves_the_same_bytes() {
         let reference = contract(&mesh, &options(metric), Budget::keep(0.05));
         let mut complete = false;
         for limit in [1_u64, 100_000, 300_000, 600_000, 900_000, 1_200_000, 1_500_000, 2_000_000, 1 << 30] {
-            let Some(device) = software(&GpuOptions { memory_limit: Some(limit), page_rows: None }) else { return };
+            let Some(device) = gpu(&GpuOptions { memory_limit: Some(limit), page_rows: None }) else { return };
             let mut outcome = contract_on(&device, &mesh, &options(metric), Budget::keep(0.05));
             complete = outcome.warnings.is_empty();
             assert!(complete || outcome.warnings[0].contains("memory"), "{limit}: {:?}", outcome.warnings);
@@ -226,7 +226,7 @@ fn real_meshes_return_the_same_bytes() {
         return;
     }
     let threads = cpu(2);
-    let gpu = software(&GpuOptions::default());
+    let graphics = gpu(&GpuOptions::default());
     let mut compared = 0;
     for path in models::all() {
         let Ok(mesh) = formats::read(&path) else { continue };
@@ -238,7 +238,7 @@ fn real_meshes_return_the_same_bytes() {
                 simplify(&mesh, &Method::Contract(options(metric)), &Budget::keep(0.05), device, None)
             };
             let Ok(reference) = run(&cpu(1)) else { continue };
-            for device in [Some(&threads), gpu.as_ref()].into_iter().flatten() {
+            for device in [Some(&threads), graphics.as_ref()].into_iter().flatten() {
                 let name = format!("{} {metric:?}, {}", path.display(), device.description());
                 assert_same(&name, &reference, &run(device).expect("the CPU could"));
             }

@@ -43,9 +43,12 @@ pub fn fnv(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
-/// Software Vulkan with these options, or `None` after saying that there is none; `REQUIRE_GPU=1` makes that a failure.
-pub fn software(gpu: &GpuOptions) -> Option<Device> {
-    match Device::open_with(&Selector::Software, 2, gpu) {
+/// A hardware GPU or else software Vulkan with these options, or `None` after saying that there is neither;
+/// `REQUIRE_GPU=1` makes that a failure.
+pub fn gpu(options: &GpuOptions) -> Option<Device> {
+    let device =
+        Device::open_with(&Selector::Gpu, 2, options).or_else(|_| Device::open_with(&Selector::Software, 2, options));
+    match device {
         Ok(device) => Some(device),
         Err(reason) if asked("REQUIRE_GPU") => panic!("{reason}"),
         Err(reason) => {
