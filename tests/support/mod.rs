@@ -3,6 +3,7 @@
 #![allow(clippy::print_stdout, reason = "tests print what a reader of a failure needs")]
 
 pub mod deviation;
+pub mod engine;
 pub mod heap;
 pub mod independent;
 pub mod models;

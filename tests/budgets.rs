@@ -1,0 +1,231 @@
+//! When a run ends, what it says of it, and which budgets and options it refuses.
+
+mod support;
+
+use std::ops::ControlFlow;
+
+use coarsen::contract::Options;
+use coarsen::math::DVec3;
+use coarsen::mesh::shapes;
+use coarsen::simplify::Progress;
+use coarsen::{Budget, Error, Mesh, Method, StopReason, simplify};
+use support::engine::{METRICS, assert_kept, assert_rounds_add_up, contract, cpu, options};
+use support::independent::topology;
+use support::shapes::{bumpy, grid, sphere};
+
+fn try_contract(mesh: &Mesh, options: Options, budget: Budget) -> coarsen::Result<coarsen::Outcome> {
+    simplify(mesh, &Method::Contract(options), &budget, &cpu(1), None)
+}
+
+#[test]
+fn a_closed_mesh_ends_at_the_even_count_or_one_below() {
+    let ball = bumpy(sphere(3), 0.1);
+    for metric in METRICS {
+        for target in (4..512).step_by(7).chain([511, 512]) {
+            let outcome = contract(&ball, &options(metric), Budget::faces(target));
+            assert_eq!(outcome.mesh.faces.len(), target / 2 * 2, "{metric:?}: asked for {target}");
+            assert_eq!((outcome.stop, outcome.target), (StopReason::FacesReached, target), "{metric:?}");
+            assert_kept("ball", &ball, &outcome);
+        }
+    }
+}
+
+#[test]
+fn an_open_mesh_ends_at_any_count_exactly() {
+    let sheet = bumpy(grid(5, 4), 0.1);
+    for metric in METRICS {
+        for target in 1..=40 {
+            let outcome = contract(&sheet, &options(metric), Budget::faces(target));
+            assert_eq!(outcome.mesh.faces.len(), target, "{metric:?}: {:?} {:?}", outcome.stop, outcome.blocked);
+            assert_eq!(topology(&outcome.mesh).border_loops, 1, "{metric:?} → {target}");
+        }
+    }
+}
+
+#[test]
+fn a_budget_of_nothing_ends_stuck_and_one_of_everything_at_once() {
+    let ball = bumpy(sphere(2), 0.1);
+    for metric in METRICS {
+        let outcome = contract(&ball, &options(metric), Budget::faces(0));
+        assert_eq!((outcome.stop, outcome.mesh.faces.len()), (StopReason::Stuck, 4), "{metric:?}");
+        for budget in [Budget::faces(128), Budget::faces(usize::MAX), Budget::keep(1.0), Budget::reduction(0.0)] {
+            let outcome = contract(&ball, &options(metric), budget);
+            assert_eq!((outcome.stop, &outcome.mesh), (StopReason::FacesReached, &ball), "{metric:?} {budget:?}");
+            assert!(outcome.rounds.is_empty() && outcome.error_estimate == 0.0, "{metric:?} {budget:?}");
+        }
+    }
+}
+
+#[test]
+fn fractions_and_counts_agree() {
+    let ball = bumpy(sphere(3), 0.1);
+    for metric in METRICS {
+        let faces = contract(&ball, &options(metric), Budget::faces(128)).mesh;
+        let both = Budget { keep: Some(0.1), ..Budget::faces(128) };
+        for budget in [Budget::keep(0.25), Budget::reduction(0.75), both] {
+            assert_eq!(contract(&ball, &options(metric), budget).mesh, faces, "{metric:?} {budget:?}");
+        }
+    }
+}
+
+#[test]
+fn an_error_limit_is_kept_and_a_larger_one_goes_farther() {
+    let ball = bumpy(sphere(4), 0.1);
+    let diagonal = ball.diagonal();
+    for metric in METRICS {
+        let mut faces = ball.faces.len();
+        for limit in [1e-3, 3e-3, 1e-2, 1e-1] {
+            let outcome = contract(&ball, &options(metric), Budget::error(limit));
+            assert_kept("ball", &ball, &outcome);
+            let name = format!("{metric:?} {limit}: {} faces", outcome.mesh.faces.len());
+            assert!(outcome.error_estimate <= limit * diagonal * (1.0 + 1e-6), "{name}: {}", outcome.error_estimate);
+            assert!(outcome.mesh.faces.len() < faces || faces == 4, "{name}, {faces} with a tighter limit");
+            if outcome.mesh.faces.len() > 4 {
+                assert_eq!(outcome.stop, StopReason::ErrorReached, "{name}");
+                assert!(outcome.blocked.error > 0, "{name}");
+            }
+            faces = outcome.mesh.faces.len();
+            let absolute = contract(&ball, &options(metric), Budget::error_abs(limit * diagonal));
+            assert_eq!(absolute.mesh, outcome.mesh, "{name}");
+        }
+    }
+}
+
+/// The estimate must be of use: within a small factor of the true distance of the vertices to the smooth surface.
+#[test]
+fn the_error_estimate_is_of_the_deviation_s_size() {
+    let ball = shapes::icosphere(4);
+    for metric in METRICS {
+        let outcome = contract(&ball, &options(metric), Budget::faces(200));
+        let off = outcome.mesh.positions.iter().map(|p| (p.length() - 1.0).abs()).fold(0.0, f64::max);
+        let ratio = outcome.error_estimate / off;
+        assert!((0.1..10.0).contains(&ratio), "{metric:?}: estimated {}, off by {off}", outcome.error_estimate);
+    }
+}
+
+#[test]
+fn the_first_limit_reached_ends_the_run() {
+    let ball = bumpy(sphere(3), 0.1);
+    for metric in METRICS {
+        let loose = Budget { error: Some(1.0), ..Budget::faces(100) };
+        let outcome = contract(&ball, &options(metric), loose);
+        assert_eq!((outcome.stop, outcome.mesh.faces.len()), (StopReason::FacesReached, 100), "{metric:?}");
+        let tight = Budget { error: Some(1e-3), ..Budget::faces(4) };
+        let outcome = contract(&ball, &options(metric), tight);
+        assert_eq!(outcome.stop, StopReason::ErrorReached, "{metric:?}");
+    }
+}
+
+#[test]
+fn budgets_out_of_range_are_refused() {
+    let ball = sphere(1);
+    let bad = [
+        Budget::default(),
+        Budget::keep(f64::NAN),
+        Budget::keep(-0.1),
+        Budget::keep(1.1),
+        Budget::reduction(2.0),
+        Budget::reduction(f64::INFINITY),
+        Budget::error(f64::NAN),
+        Budget::error(-1e-9),
+        Budget::error(f64::NEG_INFINITY),
+        Budget::error_abs(f64::NAN),
+        Budget::error_abs(-1.0),
+        Budget { error_abs: Some(f64::NAN), ..Budget::faces(8) },
+        Budget { keep: Some(f64::NAN), ..Budget::faces(8) },
+    ];
+    for budget in bad {
+        let result = try_contract(&ball, Options::default(), budget);
+        assert!(matches!(result, Err(Error::Parameter(_))), "{budget:?}: {result:?}");
+    }
+}
+
+#[test]
+fn options_out_of_range_are_refused() {
+    let fine = Options::default();
+    let bad = [
+        Options { border_weight: -1.0, ..fine.clone() },
+        Options { border_weight: f32::NAN, ..fine.clone() },
+        Options { border_weight: f32::INFINITY, ..fine.clone() },
+        Options { max_flip_rad: 0.0, ..fine.clone() },
+        Options { max_flip_rad: f32::NAN, ..fine.clone() },
+        Options { max_flip_rad: 2.0, ..fine.clone() },
+        Options { min_aspect: 1.0, ..fine.clone() },
+        Options { min_aspect: f32::NAN, ..fine.clone() },
+        Options { weld: Some(f64::NAN), ..fine.clone() },
+        Options { weld: Some(-1.0), ..fine.clone() },
+        Options { prune: f64::NAN, ..fine.clone() },
+        Options { prune: 1.5, ..fine },
+    ];
+    for options in bad {
+        let result = try_contract(&sphere(1), options.clone(), Budget::faces(8));
+        assert!(matches!(result, Err(Error::Parameter(_))), "{options:?}: {result:?}");
+    }
+}
+
+#[test]
+fn meshes_that_are_none_are_refused() {
+    let triangle = [DVec3::ZERO, DVec3::X, DVec3::Y];
+    let with = |v: usize, p: DVec3| {
+        let mut mesh = Mesh::new(triangle.to_vec(), vec![[0, 1, 2]]);
+        mesh.positions[v] = p;
+        mesh
+    };
+    let bad = [
+        Mesh::default(),
+        Mesh::new(triangle.to_vec(), vec![]),
+        Mesh::new(triangle.to_vec(), vec![[0, 1, 3]]),
+        Mesh::new(triangle.to_vec(), vec![[0, 1, 1], [2, 2, 2]]),
+        with(1, DVec3::new(f64::NAN, 0.0, 0.0)),
+        with(2, DVec3::new(0.0, f64::INFINITY, 0.0)),
+        with(0, DVec3::new(0.0, 0.0, f64::NEG_INFINITY)),
+        Mesh { colors: Some(vec![[0.0; 4]; 2]), ..with(0, DVec3::ZERO) },
+        Mesh { normals: Some(vec![]), ..with(0, DVec3::ZERO) },
+    ];
+    for mesh in bad {
+        let result = try_contract(&mesh, Options::default(), Budget::faces(1));
+        assert!(matches!(result, Err(Error::Mesh(_))), "{mesh:?}: {result:?}");
+    }
+}
+
+#[test]
+fn a_run_can_be_cancelled_and_leaves_a_valid_mesh() {
+    let ball = bumpy(sphere(4), 0.1);
+    for metric in METRICS {
+        for rounds in 1..4 {
+            let mut calls = Vec::new();
+            let mut stop_later = |progress: Progress| {
+                calls.push(progress);
+                if calls.len() == rounds { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            };
+            let method = Method::Contract(options(metric));
+            let outcome = simplify(&ball, &method, &Budget::faces(20), &cpu(1), Some(&mut stop_later)).expect("valid");
+            assert_eq!((outcome.stop, outcome.rounds.len()), (StopReason::Cancelled, rounds), "{metric:?}");
+            assert_kept("ball", &ball, &outcome);
+            let left: Vec<usize> = calls.iter().map(|progress| progress.faces).collect();
+            assert!(left.is_sorted_by(|a, b| a > b) && left[0] < ball.faces.len(), "{metric:?}: {left:?}");
+            assert_eq!(left.last(), Some(&outcome.mesh.faces.len()), "{metric:?}");
+            assert!(calls.iter().all(|progress| (progress.faces_in, progress.target) == (2048, 20)), "{metric:?}");
+        }
+    }
+}
+
+#[test]
+fn the_records_of_the_rounds_add_up() {
+    let meshes = [("ball", bumpy(sphere(4), 0.1)), ("sheet", bumpy(grid(40, 30), 0.2))];
+    for (name, mesh) in &meshes {
+        for metric in METRICS {
+            let outcome = contract(mesh, &options(metric), Budget::keep(0.05));
+            assert_rounds_add_up(name, &outcome);
+            assert_eq!(outcome.rounds[0].faces, mesh.faces.len() as u64, "{name} {metric:?}");
+            // V − E + F = 1 on the sheet and 2 on the ball.
+            let edges = mesh.positions.len() + mesh.faces.len() - topology(mesh).euler as usize;
+            assert_eq!(outcome.rounds[0].pairs, edges as u64, "{name} {metric:?}: every edge is a pair");
+            let contracted: u64 = outcome.rounds.iter().map(|round| round.contracted).sum();
+            let vertices_lost = mesh.positions.len() - outcome.mesh.positions.len();
+            assert_eq!(contracted, vertices_lost as u64, "{name} {metric:?}: a contraction takes one vertex");
+            assert!(outcome.rounds.iter().all(|round| !round.on_gpu && round.greatest_cost.is_finite()), "{name}");
+            assert!(outcome.seconds.total > 0.0 && outcome.device == "CPU, 1 thread", "{name}: {}", outcome.device);
+        }
+    }
+}

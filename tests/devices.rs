@@ -1,0 +1,249 @@
+//! The same bytes on every device: threads of the CPU, a GPU or software Vulkan, small pages, a device lost on the way.
+//!
+//! Without an adapter the tests that need one say so and pass; `REQUIRE_GPU=1` makes that a failure.
+#![expect(clippy::print_stdout, reason = "a skipped test says so")]
+
+mod support;
+
+use std::ops::ControlFlow;
+
+use coarsen::backend::{Device, GpuOptions};
+use coarsen::contract::{Metric, Options, Placement};
+use coarsen::mesh::{SAMPLES, sample, shapes};
+use coarsen::simplify::Progress;
+use coarsen::{Budget, Mesh, Method, Outcome, formats, simplify};
+use support::engine::{METRICS, asked, bytes, contract, contract_on, cpu, gpu, options};
+use support::models;
+
+/// Many pages on the smallest sample below: its half-edges fill forty.
+const SMALL_PAGES: GpuOptions = GpuOptions { memory_limit: None, page_rows: Some(4096) };
+/// Enough for several rounds on the GPU before the CPU takes the rest.
+const SAMPLE_FACES: usize = 50_000;
+const SHARES: [f64; 3] = [0.5, 0.1, 0.01];
+
+/// What a caller sees: the written file, origins, and the rounds' records less the device.
+fn record(outcome: &Outcome) -> (Vec<u8>, Vec<u32>, Vec<String>) {
+    let rounds =
+        outcome.rounds.iter().map(|round| format!("{:?}", coarsen::simplify::RoundRecord { on_gpu: false, ..*round }));
+    (bytes(&outcome.mesh), outcome.vertex_origin.clone(), rounds.collect())
+}
+
+/// Fails where the records differ, and says where first.
+fn assert_same(name: &str, reference: &Outcome, outcome: &Outcome) {
+    let (ours, theirs) = (record(outcome), record(reference));
+    for (i, (a, b)) in theirs.2.iter().zip(&ours.2).enumerate() {
+        assert_eq!(a, b, "{name}: round {i}");
+    }
+    assert_eq!(theirs.2.len(), ours.2.len(), "{name}: rounds");
+    assert!(theirs.0 == ours.0, "{name}: {} and {} bytes differ", theirs.0.len(), ours.0.len());
+    assert_eq!(theirs.1, ours.1, "{name}: origins");
+    assert_eq!(reference.error_estimate.to_bits(), outcome.error_estimate.to_bits(), "{name}: error estimate");
+    assert_eq!(reference.warnings, outcome.warnings, "{name}");
+}
+
+fn samples() -> impl Iterator<Item = (&'static str, Mesh)> {
+    SAMPLES.iter().map(|&(name, ..)| (name, sample(name, Some(SAMPLE_FACES)).expect("a sample")))
+}
+
+#[test]
+fn threads_do_not_change_the_bytes() {
+    let devices = [1, 2, 3, 5].map(cpu);
+    for (name, mesh) in samples() {
+        for metric in METRICS {
+            for share in SHARES {
+                let name = format!("{name} {metric:?} {share}");
+                let reference = contract(&mesh, &options(metric), Budget::keep(share));
+                for device in &devices {
+                    let outcome = contract_on(device, &mesh, &options(metric), Budget::keep(share));
+                    assert_same(&format!("{name}, {}", device.description()), &reference, &outcome);
+                }
+            }
+        }
+    }
+}
+
+/// Every sample, metric and share on one GPU: the CPU's bytes, and really computed there.
+fn assert_as_on_the_cpu(device: &Device) {
+    for (name, mesh) in samples() {
+        for metric in METRICS {
+            for share in SHARES {
+                let name = format!("{name} {metric:?} {share}, {}", device.description());
+                let reference = contract(&mesh, &options(metric), Budget::keep(share));
+                let outcome = contract_on(device, &mesh, &options(metric), Budget::keep(share));
+                assert_same(&name, &reference, &outcome);
+                assert!(outcome.rounds[0].on_gpu, "{name}: the first round ran on the CPU");
+                assert_eq!(outcome.device, device.description(), "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_gpu_returns_the_cpu_s_bytes() {
+    let Some(device) = gpu(&GpuOptions::default()) else { return };
+    assert_as_on_the_cpu(&device);
+    assert_eq!(device.gpu_bytes(), 0, "buffers outlive the runs");
+}
+
+#[test]
+fn small_pages_return_the_cpu_s_bytes() {
+    let Some(device) = gpu(&SMALL_PAGES) else { return };
+    assert_as_on_the_cpu(&device);
+}
+
+#[test]
+fn a_device_repeats_itself() {
+    let Some(device) = gpu(&GpuOptions::default()) else { return };
+    let mesh = sample("statue", Some(SAMPLE_FACES)).expect("a sample");
+    for metric in METRICS {
+        let [first, second] = [0, 1].map(|_| contract_on(&device, &mesh, &options(metric), Budget::keep(0.05)));
+        assert_same(&format!("{metric:?}"), &first, &second);
+    }
+}
+
+/// Options that take other ways through the kernels.
+#[test]
+fn options_do_not_part_the_devices() {
+    let Some(device) = gpu(&GpuOptions::default()) else { return };
+    let mut terrain = sample("terrain", Some(20_000)).expect("a sample");
+    terrain.faces.iter_mut().step_by(11).for_each(|face| face.swap(1, 2));
+    let mut holed = sample("part", Some(20_000)).expect("a sample");
+    holed.faces = holed.faces.iter().copied().enumerate().filter(|(f, _)| f % 97 != 0).map(|(_, face)| face).collect();
+    let moebius = shapes::moebius(6000);
+    for (name, mesh) in [("terrain", &terrain), ("holed part", &holed), ("strip", &moebius)] {
+        for metric in METRICS {
+            let with = options(metric);
+            let variants = [
+                Options { placement: Placement::Endpoint, ..with.clone() },
+                Options { lock_border: true, ..with.clone() },
+                Options { border_weight: 0.0, ..with.clone() },
+                Options { border_weight: 100.0, min_aspect: 0.1, max_flip_rad: 0.5, ..with },
+            ];
+            for (budget, options) in
+                [Budget::keep(0.1), Budget::error(1e-3)].iter().flat_map(|b| variants.iter().map(move |o| (b, o)))
+            {
+                let reference = contract(mesh, options, *budget);
+                let outcome = contract_on(&device, mesh, options, *budget);
+                assert_same(&format!("{name} {options:?} {budget:?}"), &reference, &outcome);
+                assert!(outcome.rounds[0].on_gpu, "{name}");
+            }
+        }
+    }
+}
+
+/// The GPU's costs must differ where the mesh does: without this the comparisons above might compare nothing.
+#[test]
+fn a_moved_vertex_changes_the_bytes() {
+    let mesh = sample("statue", Some(5000)).expect("a sample");
+    let mut moved = mesh.clone();
+    moved.positions[100].x += 1e-3 * mesh.diagonal();
+    let [one, other] = [&mesh, &moved].map(|mesh| contract(mesh, &options(Metric::Volume), Budget::keep(0.5)));
+    assert!(record(&one) != record(&other));
+}
+
+// Faults
+
+/// Runs with the GPU lost after this many rounds.
+fn lose_after(device: &Device, mesh: &Mesh, metric: Metric, rounds: usize) -> Outcome {
+    let mut seen = 0;
+    let mut lose = |_: Progress| {
+        seen += 1;
+        if seen == rounds {
+            device.lose_gpu();
+        }
+        ControlFlow::Continue(())
+    };
+    let method = Method::Contract(options(metric));
+    simplify(mesh, &method, &Budget::keep(0.05), device, Some(&mut lose)).expect("the CPU goes on")
+}
+
+#[test]
+fn a_device_lost_on_the_way_leaves_the_same_bytes() {
+    let mesh = sample("statue", Some(SAMPLE_FACES)).expect("a sample");
+    for metric in METRICS {
+        let reference = contract(&mesh, &options(metric), Budget::keep(0.05));
+        for rounds in [1, 2] {
+            let Some(device) = gpu(&GpuOptions::default()) else { return };
+            let mut outcome = lose_after(&device, &mesh, metric, rounds);
+            let name = format!("{metric:?}, lost after {rounds}");
+            assert_eq!(outcome.warnings.len(), 1, "{name}: {:?}", outcome.warnings);
+            assert!(
+                outcome.warnings[0].starts_with("the CPU went on where the GPU failed: "),
+                "{:?}",
+                outcome.warnings
+            );
+            outcome.warnings.clear();
+            assert_same(&name, &reference, &outcome);
+            let on_gpu: Vec<bool> = outcome.rounds.iter().map(|round| round.on_gpu).collect();
+            assert!(
+                on_gpu[..rounds].iter().all(|on| *on) && !on_gpu[rounds + 1..].contains(&true),
+                "{name}: {on_gpu:?}"
+            );
+        }
+    }
+}
+
+/// A device lost before the run is one that fails at once.
+#[test]
+fn a_device_lost_before_leaves_the_same_bytes() {
+    let Some(device) = gpu(&GpuOptions::default()) else { return };
+    device.lose_gpu();
+    let mesh = sample("part", Some(10_000)).expect("a sample");
+    let reference = contract(&mesh, &options(Metric::Volume), Budget::keep(0.05));
+    let mut outcome = contract_on(&device, &mesh, &options(Metric::Volume), Budget::keep(0.05));
+    assert!(outcome.warnings.len() == 1 && outcome.device == device.cpu_description(), "{:?}", outcome.warnings);
+    outcome.warnings.clear();
+    assert_same("lost before", &reference, &outcome);
+}
+
+/// From a limit that holds nothing to one that holds all: the fault comes at every allocation in turn.
+#[test]
+fn too_little_memory_leaves_the_same_bytes() {
+    let mesh = sample("part", Some(10_000)).expect("a sample");
+    for metric in METRICS {
+        let reference = contract(&mesh, &options(metric), Budget::keep(0.05));
+        let mut complete = false;
+        for limit in [1_u64, 100_000, 300_000, 600_000, 900_000, 1_200_000, 1_500_000, 2_000_000, 1 << 30] {
+            let Some(device) = gpu(&GpuOptions { memory_limit: Some(limit), page_rows: None }) else { return };
+            let mut outcome = contract_on(&device, &mesh, &options(metric), Budget::keep(0.05));
+            complete = outcome.warnings.is_empty();
+            assert!(complete || outcome.warnings[0].contains("memory"), "{limit}: {:?}", outcome.warnings);
+            assert!(!complete || outcome.rounds[0].on_gpu, "{limit}");
+            outcome.warnings.clear();
+            assert_same(&format!("{metric:?}, {limit} bytes"), &reference, &outcome);
+            assert!(device.gpu_bytes() <= limit, "{limit}");
+        }
+        assert!(complete, "{metric:?}: a gibibyte was too little");
+    }
+}
+
+// Real meshes
+
+#[test]
+fn real_meshes_return_the_same_bytes() {
+    if !asked("COARSEN_LONG") {
+        println!("skipped: COARSEN_LONG=1 compares devices on real meshes");
+        return;
+    }
+    let threads = cpu(2);
+    let graphics = gpu(&GpuOptions::default());
+    let mut compared = 0;
+    for path in models::all() {
+        let Ok(mesh) = formats::read(&path) else { continue };
+        if mesh.faces.len() > 1_000_000 {
+            continue;
+        }
+        for metric in METRICS {
+            let run = |device: &Device| {
+                simplify(&mesh, &Method::Contract(options(metric)), &Budget::keep(0.05), device, None)
+            };
+            let Ok(reference) = run(&cpu(1)) else { continue };
+            for device in [Some(&threads), graphics.as_ref()].into_iter().flatten() {
+                let name = format!("{} {metric:?}, {}", path.display(), device.description());
+                assert_same(&name, &reference, &run(device).expect("the CPU could"));
+            }
+            compared += 1;
+        }
+    }
+    println!("{compared} runs compared");
+}

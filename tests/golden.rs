@@ -1,0 +1,60 @@
+//! What the engine makes of small samples, as recorded in `golden/engine.txt`: a change there is to be seen and meant.
+//!
+//! `BLESS=1` writes the file anew.
+
+mod support;
+
+use std::fmt::Write;
+use std::path::Path;
+
+use coarsen::Budget;
+use coarsen::contract::{Options, Placement};
+use coarsen::mesh::{SAMPLES, sample};
+use support::deviation::deviation;
+use support::engine::{METRICS, asked, bytes, contract, fnv};
+
+const RECORD: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/engine.txt");
+const FACES: usize = 6000;
+const SHARES: [f64; 3] = [0.5, 0.1, 0.04];
+
+/// One line a run: what it was, vertices, faces, rounds, the symmetric root mean square deviation in diagonals, and the
+/// hash of the binary PLY file.
+fn record() -> String {
+    let mut lines =
+        String::from("sample   metric placement share  vertices faces rounds  deviation              hash\n");
+    for &(name, ..) in SAMPLES {
+        let mesh = sample(name, Some(FACES)).expect("a sample");
+        for metric in METRICS {
+            for (placement, share) in
+                SHARES.map(|share| (Placement::Optimal, share)).into_iter().chain([(Placement::Endpoint, 0.1)])
+            {
+                let outcome =
+                    contract(&mesh, &Options { metric, placement, ..Options::default() }, Budget::keep(share));
+                let rms = deviation(&mesh, &outcome.mesh, 20_000).rms;
+                let hash = fnv(&bytes(&outcome.mesh));
+                let (vertices, faces) = (outcome.mesh.positions.len(), outcome.mesh.faces.len());
+                let [metric, placement] = [format!("{metric:?}"), format!("{placement:?}")];
+                let what = format!("{name:8} {metric:6} {placement:9} {share:<5}");
+                writeln!(lines, "{what} {vertices:9} {faces:5} {:6} {rms:10.2e}  {hash:016x}", outcome.rounds.len())
+                    .expect("a string takes any text");
+            }
+        }
+    }
+    lines
+}
+
+#[test]
+fn results_are_as_recorded() {
+    let found = record();
+    if asked("BLESS") {
+        std::fs::write(RECORD, &found).expect("the record can be written");
+        return;
+    }
+    let recorded = std::fs::read_to_string(Path::new(RECORD)).expect("the record is in the repository");
+    let changed: Vec<String> = (recorded.lines().zip(found.lines()))
+        .filter(|(was, is)| was != is)
+        .map(|(was, is)| format!("- {was}\n+ {is}"))
+        .collect();
+    assert!(changed.is_empty(), "results changed; BLESS=1 records them:\n{}", changed.join("\n"));
+    assert_eq!(recorded.lines().count(), found.lines().count(), "BLESS=1 records a new set of runs");
+}

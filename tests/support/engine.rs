@@ -1,0 +1,120 @@
+//! Running the engine as tests do, and what every result must satisfy.
+
+use coarsen::backend::{Device, GpuOptions, Selector};
+use coarsen::contract::{Metric, Options};
+use coarsen::formats::{Format, WriteOptions, write_to};
+use coarsen::mesh::{Defect, validate};
+use coarsen::{Budget, Mesh, Method, Outcome, simplify};
+
+use super::independent::{Topology, topology};
+
+/// Both metrics.
+pub const METRICS: [Metric; 2] = [Metric::Volume, Metric::Plane];
+
+/// The default options with this metric.
+pub fn options(metric: Metric) -> Options {
+    Options { metric, ..Options::default() }
+}
+
+/// The CPU with this many threads.
+pub fn cpu(threads: usize) -> Device {
+    Device::cpu(threads).expect("threads start")
+}
+
+/// Contracts on one thread of the CPU.
+pub fn contract(mesh: &Mesh, options: &Options, budget: Budget) -> Outcome {
+    contract_on(&cpu(1), mesh, options, budget)
+}
+
+/// Contracts on a device.
+pub fn contract_on(device: &Device, mesh: &Mesh, options: &Options, budget: Budget) -> Outcome {
+    simplify(mesh, &Method::Contract(options.clone()), &budget, device, None).expect("a valid mesh and budget")
+}
+
+/// The mesh as a binary PLY file: what "the same bytes" means.
+pub fn bytes(mesh: &Mesh) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    write_to(mesh, Format::Ply, &WriteOptions::default(), &mut bytes).expect("a valid mesh");
+    bytes
+}
+
+/// The 64-bit FNV-1a hash.
+pub fn fnv(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
+/// A hardware GPU or else software Vulkan with these options, or `None` after saying that there is neither;
+/// `REQUIRE_GPU=1` makes that a failure.
+pub fn gpu(options: &GpuOptions) -> Option<Device> {
+    let device =
+        Device::open_with(&Selector::Gpu, 2, options).or_else(|_| Device::open_with(&Selector::Software, 2, options));
+    match device {
+        Ok(device) => Some(device),
+        Err(reason) if asked("REQUIRE_GPU") => panic!("{reason}"),
+        Err(reason) => {
+            println!("skipped: {reason}");
+            None
+        }
+    }
+}
+
+/// Whether an environment variable is 1.
+pub fn asked(variable: &str) -> bool {
+    std::env::var_os(variable).is_some_and(|value| value == "1")
+}
+
+/// How many defects of each kind: repeated corners, no area, duplicates, crowded edges, bow ties, misoriented, folded.
+pub fn defects(mesh: &Mesh) -> [usize; 7] {
+    let mut counts = [0; 7];
+    for defect in validate(mesh) {
+        let kind = match defect {
+            Defect::RepeatedCorner { .. } => 0,
+            Defect::ZeroArea { .. } => 1,
+            Defect::DuplicateFace { .. } => 2,
+            Defect::NonManifoldEdge { .. } => 3,
+            Defect::BowTie { .. } => 4,
+            Defect::Misoriented { .. } => 5,
+            Defect::Folded { .. } => 6,
+            other => panic!("no valid mesh: {other}"),
+        };
+        counts[kind] += 1;
+    }
+    counts
+}
+
+/// The surface's topology is that of `before`, and no defect is new, by the library's list and by the definitions; folds
+/// aside, which slivers on flats have by the accident of their normals.
+///
+/// For meshes that welding leaves as they are.
+pub fn assert_kept(name: &str, before: &Mesh, outcome: &Outcome) {
+    outcome.mesh.check().unwrap_or_else(|error| panic!("{name}: {error}"));
+    let (was, is) = (topology(before), topology(&outcome.mesh));
+    let kept = |t: Topology| (t.euler, t.components, t.border_loops, t.non_manifold_edges, t.bow_ties);
+    assert_eq!(kept(is), kept(was), "{name}: Euler, components, borders, non-manifold edges, bow ties");
+    let flaws = |t: Topology| [t.misoriented_edges, t.degenerate_faces, t.duplicate_faces];
+    let grown = |was: &[usize], is: &[usize]| was.iter().zip(is).any(|(was, is)| is > was);
+    let (flawed, flawless) = (flaws(is), flaws(was));
+    assert!(!grown(&flawless, &flawed), "{name}: misoriented, degenerate, duplicate {flawless:?} → {flawed:?}");
+    let (had, has) = (defects(before), defects(&outcome.mesh));
+    assert!(!grown(&had[..6], &has[..6]), "{name}: {had:?} → {has:?}: {:?}", validate(&outcome.mesh));
+    assert_eq!(outcome.mesh.positions.len(), is.vertices, "{name}: vertices without a face");
+    assert_eq!(outcome.mesh.positions.len(), outcome.vertex_origin.len(), "{name}: one origin a vertex");
+    assert_rounds_add_up(name, outcome);
+}
+
+/// Every round's record agrees with the next one's and with the result.
+pub fn assert_rounds_add_up(name: &str, outcome: &Outcome) {
+    let ends = outcome.rounds.iter().skip(1).map(|round| round.faces).chain([outcome.mesh.faces.len() as u64]);
+    for (i, (round, faces)) in outcome.rounds.iter().zip(ends).enumerate() {
+        let removed = round.faces.checked_sub(faces).unwrap_or_else(|| panic!("{name}: round {i} added faces"));
+        let contracted = round.contracted;
+        assert!(
+            (contracted..=2 * contracted).contains(&removed),
+            "{name}: round {i} lost {removed} faces by {contracted} contractions"
+        );
+        assert!(contracted <= round.candidates && round.candidates <= round.pairs, "{name}: round {i}: {round:?}");
+    }
+    if let Some(last) = outcome.rounds.last() {
+        assert_eq!(outcome.blocked, last.blocked, "{name}");
+    }
+}
