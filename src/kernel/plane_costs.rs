@@ -42,7 +42,6 @@ pub struct PlaneCosts<'a> {
 params! {
     /// The uniform block.
     pub struct Params {
-        count: u32,
         at_endpoints: u32,
         regularization: f32,
     }
@@ -88,11 +87,7 @@ impl Kernel for PlaneCosts<'_> {
     const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;
 
     fn params(&self) -> Params {
-        Params {
-            count: self.pair_count,
-            at_endpoints: u32::from(self.at_endpoints),
-            regularization: PLANE_REGULARIZATION,
-        }
+        Params { at_endpoints: u32::from(self.at_endpoints), regularization: PLANE_REGULARIZATION }
     }
 
     fn bindings(&self) -> Vec<Binding<'_>> {
@@ -113,7 +108,7 @@ impl Kernel for PlaneCosts<'_> {
         let params = self.params();
         let (positions, faces) = (self.positions.host(), self.faces.host());
         let (quadrics, pairs) = (self.quadrics.host(), self.pairs.host());
-        let keys = &mut self.keys.host_mut()[..params.count as usize];
+        let keys = &mut self.keys.host_mut()[..self.pair_count as usize];
         keys.par_iter_mut().zip(pairs).with_min_len(CHUNK).for_each(|(key, &pair)| {
             *key = plane_key(half_edge_corners(pair, faces), positions, quadrics, params);
         });

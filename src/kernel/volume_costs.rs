@@ -55,7 +55,6 @@ pub struct VolumeCosts<'a> {
 params! {
     /// The uniform block.
     pub struct Params {
-        count: u32,
         at_endpoints: u32,
         border_weight: f32,
         regularization: f32,
@@ -166,7 +165,6 @@ impl Kernel for VolumeCosts<'_> {
 
     fn params(&self) -> Params {
         Params {
-            count: self.pair_count,
             at_endpoints: u32::from(self.at_endpoints),
             border_weight: self.border_weight,
             regularization: VOLUME_REGULARIZATION,
@@ -199,7 +197,7 @@ impl Kernel for VolumeCosts<'_> {
             ring_faces: self.ring_faces.host(),
         };
         let (sums, borders, pairs) = (self.sums.host(), self.borders.host(), self.pairs.host());
-        let keys = &mut self.keys.host_mut()[..params.count as usize];
+        let keys = &mut self.keys.host_mut()[..self.pair_count as usize];
         keys.par_iter_mut().zip(pairs).with_min_len(CHUNK).for_each(|(key, &pair)| {
             *key = volume_key(half_edge_corners(pair, stars.faces), &stars, sums, borders, params);
         });
