@@ -1,7 +1,7 @@
 //! Scans, the histogram of keys, and the pairs that pass the gate.
 
 use coarsen::Result;
-use coarsen::backend::Queue;
+use coarsen::backend::{Buffer, Queue};
 use coarsen::kernel::cost_histogram::{BUCKET_SHIFT, BUCKETS, CostHistogram};
 use coarsen::kernel::count_candidates::{CountCandidates, GATE_BLOCK};
 use coarsen::kernel::gather_candidates::GatherCandidates;
@@ -11,6 +11,7 @@ use coarsen::kernel::scan_blocks::{SCAN_BLOCK, ScanBlocks};
 
 use super::inputs::{Random, scanned};
 use super::{Seen, Trial};
+use crate::gpu;
 
 pub const TRIALS: [Trial; 5] = [
     Trial { name: "scan_blocks", run: scan_blocks },
@@ -20,8 +21,8 @@ pub const TRIALS: [Trial; 5] = [
     Trial { name: "gather_candidates", run: gather_candidates },
 ];
 
-/// About the bounds of blocks, the last of three levels.
-const SCANNED: [usize; 6] = [1023, 0, 1, 1024, 1025, (1 << 20) + 3];
+/// Lengths about the bounds of blocks; the last has two levels in several small pages.
+const SCANNED: [usize; 6] = [1023, 0, 1, 1024, 1025, (1 << 16) + 3];
 
 fn values(len: usize) -> Vec<u32> {
     let mut random = Random::new();
@@ -36,17 +37,11 @@ fn scan_blocks(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()
             rows[500] ^= 1;
         }
         let mut values = queue.buffer_from(rows)?;
-        while !values.is_empty() {
-            let count = values.len() as u32;
-            let mut sums = queue.buffer(count.div_ceil(SCAN_BLOCK) as usize)?;
-            seen.run(queue, ScanBlocks { values: &mut values, count, sums: &mut sums })?;
-            seen.output(queue, "values", &values)?;
-            seen.output(queue, "sums", &sums)?;
-            values = if count > 1 { sums } else { queue.buffer(0)? };
-        }
-        let (mut sums, mut none) = (queue.buffer(1)?, queue.buffer(0)?);
-        seen.run(queue, ScanBlocks { values: &mut none, count: 0, sums: &mut sums })?;
-        seen.output(queue, "no sums", &sums)?;
+        let count = len as u32;
+        let mut sums = queue.buffer(len.div_ceil(SCAN_BLOCK as usize))?;
+        seen.run(queue, ScanBlocks { values: &mut values, count, sums: &mut sums })?;
+        seen.output(queue, "values", &values)?;
+        seen.output(queue, "sums", &sums)?;
     }
     Ok(())
 }
@@ -145,4 +140,28 @@ fn gather_candidates(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Res
         }
     }
     Ok(())
+}
+
+/// Scans in place, level by level.
+fn scan(queue: &mut Queue, values: &mut Buffer<u32>) -> Result<()> {
+    let count = values.len() as u32;
+    let mut sums = queue.buffer(count.div_ceil(SCAN_BLOCK) as usize)?;
+    queue.run(ScanBlocks { values, count, sums: &mut sums })?;
+    if count > SCAN_BLOCK {
+        scan(queue, &mut sums)?;
+        queue.run(ScanAdd { sums: &sums, values, count })?;
+    }
+    Ok(())
+}
+
+#[test]
+fn three_levels_scan_a_million() {
+    let Some(device) = gpu() else { return };
+    let values = values((1 << 20) + 3);
+    let mut queue = device.gpu_queue().expect("an open GPU");
+    let mut buffer = queue.buffer_from(values.clone()).unwrap();
+    scan(&mut queue, &mut buffer).unwrap();
+    let mut read = Vec::new();
+    queue.read(&buffer, 0..buffer.len(), &mut read).unwrap();
+    assert!(read == scanned(&values)[..values.len()]);
 }

@@ -178,7 +178,7 @@ impl Round {
         let face_live: Vec<u32> = renamed_faces.iter().map(|face| u32::from(face.is_live())).collect();
         let mut ring_lengths = vec![0; positions.len()];
         for face in renamed_faces.iter().filter(|face| face.is_live()) {
-            face.corners().map(|corner| ring_lengths[corner as usize] += 1);
+            face.corners().iter().for_each(|&corner| ring_lengths[corner as usize] += 1);
         }
         Self {
             name,
@@ -255,7 +255,7 @@ fn contractions(pairs: &[u32], stars: &Stars<'_>) -> Vec<Contraction> {
         if ends.iter().any(|&end| used[end as usize]) {
             continue;
         }
-        ends.map(|end| used[end as usize] = true);
+        ends.iter().for_each(|&end| used[end as usize] = true);
         let [p, q] = ends.map(|end| stars.positions[end as usize]);
         let swap = q.flags & LOCKED != 0 || (p.flags & LOCKED == 0 && bits & 1 != 0);
         let [keep, gone] = if swap { [ends[1], ends[0]] } else { ends };
