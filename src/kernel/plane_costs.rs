@@ -57,7 +57,8 @@ fn plane_cost(first: PlaneQuadric, second: PlaneQuadric, h: Vec3, freedom: Freed
         return 0.0;
     }
     let half = half_exponent(t);
-    mul(mul(pair_cost(scaled(q, scale_down(half)), h, freedom), scale_up(half)), scale_up(half))
+    let cost = pair_cost(scaled(q, scale_down(half)), h, freedom);
+    mul(mul(cost, scale_up(half)), scale_up(half))
 }
 
 /// The key of the pair of the half-edge from `u` to `w`.

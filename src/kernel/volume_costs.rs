@@ -101,7 +101,8 @@ fn volume_cost(ends: Ends, h: Vec3, freedom: Freedom) -> f32 {
     let mut q = end_matrices(first, second, mutual, h);
     q.n = scale3(sub3(add3(ends.first_normal, ends.second_normal), ends.mutual_normal), s);
     q.d = dot3(scale3(sub3(ends.second_normal, ends.first_normal), s), h);
-    mul(mul(pair_cost(q, h, freedom), scale_up(half)), scale_up(half))
+    let cost = pair_cost(q, h, freedom);
+    mul(mul(cost, scale_up(half)), scale_up(half))
 }
 
 /// The key of the pair of the half-edge from `u` to `w` in the face whose third corner is `l`.

@@ -73,12 +73,14 @@ pub fn rounds(perturbed: bool) -> impl Iterator<Item = (&'static Round, bool)> {
         flat.truncate(777);
         vec![
             Round::new("sheet", noisy(&shapes::plane(30, 20)), shapes::plane(30, 20).faces),
-            Round::new("torus", noisy(&torus), torus.faces),
+            Round::new("torus", noisy(&torus), torus.faces.clone()),
             Round::new("tetrahedron", noisy(&shapes::tetrahedron()), shapes::tetrahedron().faces),
             Round::new("ties", exact(&shapes::cube(6)), shapes::cube(6).faces),
             Round::new("hubs", noisy(&fan), fan.faces),
             Round::new("points and lines", degenerate(21 * 21), flat.clone()),
             Round::new("poison", poison(21 * 21), flat),
+            Round::new("specks", noisy(&torus).into_iter().map(speck).collect(), torus.faces),
+            Round::new("noise on a flat", flat_noise(31 * 21), shapes::plane(30, 20).faces),
             soup(),
             pages(),
         ]
@@ -128,6 +130,23 @@ fn poison(count: u32) -> Vec<[f32; 3]> {
     let mut random = Random::new();
     let mut coordinate = || COORDINATES[random.below(16) as usize];
     (0..count).map(|_| [coordinate(), coordinate(), coordinate()]).collect()
+}
+
+/// Smaller and smaller along x, down to where squares of areas underflow.
+fn speck([x, y, z]: [f32; 3]) -> [f32; 3] {
+    let scale = 10f32.powf(-5.0 - (x + 4.0));
+    [x * scale, y * scale, z * scale]
+}
+
+/// A grid as a turn by a right angle in double precision leaves it: what should be zero is not.
+fn flat_noise(count: u32) -> Vec<[f32; 3]> {
+    let mut random = Random::new();
+    (0..count)
+        .map(|i| {
+            let magnitude = [1e-16, 1e-20, 1e-30][random.below(3) as usize];
+            [(i % 31) as f32, (i / 31) as f32 + magnitude * random.centered(), magnitude * random.centered()]
+        })
+        .collect()
 }
 
 /// Faces of random corners: edges of many faces, faces over each other.
