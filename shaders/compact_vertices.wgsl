@@ -5,17 +5,17 @@ fn with_hub(flags: u32, faces: u32) -> u32 {
     return select(flags & ~HUB, flags | HUB, faces > HUB_FACES);
 }
 
-fn run(i: u32) {
-    let vertex = load_new_vertex(i);
-    if i == params.count {
-        store_starts_out(vertex, load_new_starts(i));
+fn run(vertex: u32) {
+    let now = load_new_vertex(vertex);
+    if vertex == params.count {
+        store_starts_out(now, load_new_starts(vertex));
         return;
     }
-    if load_new_vertex(i + 1u) != vertex {
-        let faces = load_new_starts(i + 1u) - load_new_starts(i);
-        let position = load_positions(i);
+    if load_new_vertex(vertex + 1u) != now {
+        let faces = load_new_starts(vertex + 1u) - load_new_starts(vertex);
+        let position = load_positions(vertex);
         let flags = with_hub(position.flags, faces);
-        store_positions_out(vertex, Position(position.x, position.y, position.z, flags));
-        store_starts_out(vertex, load_new_starts(i));
+        store_positions_out(now, Position(position.x, position.y, position.z, flags));
+        store_starts_out(now, load_new_starts(vertex));
     }
 }

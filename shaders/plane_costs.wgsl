@@ -1,6 +1,6 @@
 // The cost of every pair by the plane metric. Twin: src/kernel/plane_costs.rs
 
-// Solved at a scale where the trace is about 1.
+// The cost of a pair from −h to h, solved at a scale where the trace is about 1.
 fn plane_cost(first: PlaneQuadric, second: PlaneQuadric, h: vec3f, freedom: Freedom) -> f32 {
     let both = sum_moved(moved(first, h), moved(second, scale3(h, -1.0)));
     let q = PairQuadric(both.a, scale3(both.b, -1.0), both.c, vec3f(0.0, 0.0, 0.0), 0.0);
@@ -8,9 +8,9 @@ fn plane_cost(first: PlaneQuadric, second: PlaneQuadric, h: vec3f, freedom: Free
     if t <= NO_AREA {
         return 0.0;
     }
-    let exponent = half_exponent(t);
-    let cost = pair_cost(scaled(q, scale_down(exponent)), h, freedom);
-    return mul(mul(cost, scale_up(exponent)), scale_up(exponent));
+    let half = half_exponent(t);
+    let cost = pair_cost(scaled(q, scale_down(half)), h, freedom);
+    return mul(mul(cost, scale_up(half)), scale_up(half));
 }
 
 fn plane_key(u: u32, w: u32) -> u32 {

@@ -30,14 +30,14 @@ fn with_border(ends: Ends, first: BorderSum, second: BorderSum, mutual: Sym3, we
     );
 }
 
-// Solved at a scale where the trace is about 1.
+// The cost of a pair from −h to h, solved at a scale where the trace is about 1.
 fn volume_cost(ends: Ends, h: vec3f, freedom: Freedom) -> f32 {
     let t = trace(sym_add(ends.first, ends.second));
     if t <= NO_AREA {
         return 0.0;
     }
-    let exponent = half_exponent(t);
-    let s = scale_down(exponent);
+    let half = half_exponent(t);
+    let s = scale_down(half);
     let s_sq = mul(s, s);
     let first = sym_scale(ends.first, s_sq);
     let second = sym_scale(ends.second, s_sq);
@@ -45,7 +45,8 @@ fn volume_cost(ends: Ends, h: vec3f, freedom: Freedom) -> f32 {
     var q = end_matrices(first, second, mutual, h);
     q.n = scale3(sub3(add3(ends.first_normal, ends.second_normal), ends.mutual_normal), s);
     q.d = dot3(scale3(sub3(ends.second_normal, ends.first_normal), s), h);
-    return mul(mul(pair_cost(q, h, freedom), scale_up(exponent)), scale_up(exponent));
+    let cost = pair_cost(q, h, freedom);
+    return mul(mul(cost, scale_up(half)), scale_up(half));
 }
 
 fn volume_key(u: u32, w: u32, l: u32) -> u32 {

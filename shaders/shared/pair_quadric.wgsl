@@ -13,12 +13,12 @@ fn half_exponent(x: f32) -> u32 {
     return ((bitcast<u32>(x) >> 23u) + 2u) >> 1u;
 }
 
-fn scale_down(half_exponent: u32) -> f32 {
-    return bitcast<f32>((191u - half_exponent) << 23u);
+fn scale_down(half: u32) -> f32 {
+    return bitcast<f32>((191u - half) << 23u);
 }
 
-fn scale_up(half_exponent: u32) -> f32 {
-    return bitcast<f32>((63u + half_exponent) << 23u);
+fn scale_up(half: u32) -> f32 {
+    return bitcast<f32>((63u + half) << 23u);
 }
 
 fn scaled(q: PairQuadric, s: f32) -> PairQuadric {
@@ -26,7 +26,7 @@ fn scaled(q: PairQuadric, s: f32) -> PairQuadric {
     return PairQuadric(sym_scale(q.a, s_sq), scale3(q.b, s_sq), mul(q.c, s_sq), scale3(q.n, s), mul(q.d, s));
 }
 
-// L D Lᵀ of the regularized matrix, which needs no pivots.
+// On the constraint where there is one: L D Lᵀ of the regularized matrix, which needs no pivots.
 fn least(q: PairQuadric, regularization: f32) -> vec3f {
     let r = mul(regularization, trace(q.a));
     let r0 = divide(1.0, add(q.a.xx, r));

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::rows::Face;
 use super::split::{chunk_bounds, split_at_bounds};
-use crate::backend::{Access, Binding, Buffer, Kernel, params};
+use crate::backend::{Access, Binding, Buffer, Kernel};
 
 /// One invocation a face.
 pub struct CompactFaces<'a> {
@@ -21,22 +21,13 @@ pub struct CompactFaces<'a> {
     pub faces_out: &'a mut Buffer<Face>,
 }
 
-params! {
-    /// The uniform block.
-    pub struct Params {
-        count: u32,
-    }
-}
-
 impl Kernel for CompactFaces<'_> {
     const NAME: &'static str = "compact_faces";
     const SOURCE: &'static str = include_str!("../../shaders/compact_faces.wgsl");
-    type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
+    type Params = ();
+    const PARAMS: &'static [(&'static str, &'static str)] = &[];
 
-    fn params(&self) -> Params {
-        Params { count: self.face_count }
-    }
+    fn params(&self) {}
 
     fn bindings(&self) -> Vec<Binding<'_>> {
         vec![

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::rows::PlaneQuadric;
 use super::split::{chunk_bounds, split_at_bounds};
-use crate::backend::{Access, Binding, Buffer, Kernel, params};
+use crate::backend::{Access, Binding, Buffer, Kernel};
 
 /// One invocation a vertex.
 pub struct CompactQuadrics<'a> {
@@ -18,22 +18,13 @@ pub struct CompactQuadrics<'a> {
     pub quadrics_out: &'a mut Buffer<PlaneQuadric>,
 }
 
-params! {
-    /// The uniform block.
-    pub struct Params {
-        count: u32,
-    }
-}
-
 impl Kernel for CompactQuadrics<'_> {
     const NAME: &'static str = "compact_quadrics";
     const SOURCE: &'static str = include_str!("../../shaders/compact_quadrics.wgsl");
-    type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
+    type Params = ();
+    const PARAMS: &'static [(&'static str, &'static str)] = &[];
 
-    fn params(&self) -> Params {
-        Params { count: self.vertex_count }
-    }
+    fn params(&self) {}
 
     fn bindings(&self) -> Vec<Binding<'_>> {
         vec![

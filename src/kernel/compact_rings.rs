@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::contract_vertices::{KEEPS, ROLES, VERTEX};
 use super::split::{chunk_bounds, split_at_bounds};
-use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
 
 /// No face: past the end of a ring.
 const END: u32 = u32::MAX;
@@ -32,23 +32,14 @@ pub struct CompactRings<'a> {
     pub rings_out: &'a mut Buffer<u32>,
 }
 
-params! {
-    /// The uniform block.
-    pub struct Params {
-        count: u32,
-    }
-}
-
 impl Kernel for CompactRings<'_> {
     const NAME: &'static str = "compact_rings";
     const SOURCE: &'static str = include_str!("../../shaders/compact_rings.wgsl");
-    type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
+    type Params = ();
+    const PARAMS: &'static [(&'static str, &'static str)] = &[];
     const CONSTANTS: &'static [(&'static str, Constant)] = ROLES;
 
-    fn params(&self) -> Params {
-        Params { count: self.vertex_count }
-    }
+    fn params(&self) {}
 
     fn bindings(&self) -> Vec<Binding<'_>> {
         vec![

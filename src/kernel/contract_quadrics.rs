@@ -3,7 +3,7 @@
 
 use super::plane_quadric::{moved, sum_moved};
 use super::rows::{Contraction, PlaneQuadric, Position};
-use crate::backend::{Access, Binding, Buffer, Kernel, params};
+use crate::backend::{Access, Binding, Buffer, Kernel};
 use crate::math::Vec3;
 use crate::math::exact::{add, sub3};
 
@@ -17,13 +17,6 @@ pub struct ContractQuadrics<'a> {
     pub positions: &'a Buffer<Position>,
     /// V quadrics, changed in place.
     pub quadrics: &'a mut Buffer<PlaneQuadric>,
-}
-
-params! {
-    /// The uniform block.
-    pub struct Params {
-        count: u32,
-    }
 }
 
 /// The sum of two quadrics, about `x`; `a` and `b` are where they stand.
@@ -49,12 +42,10 @@ impl Kernel for ContractQuadrics<'_> {
     const NAME: &'static str = "contract_quadrics";
     const SOURCE: &'static str = include_str!("../../shaders/contract_quadrics.wgsl");
     const SHARED: &'static [&'static str] = &[include_str!("../../shaders/shared/plane_quadric.wgsl")];
-    type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
+    type Params = ();
+    const PARAMS: &'static [(&'static str, &'static str)] = &[];
 
-    fn params(&self) -> Params {
-        Params { count: self.contraction_count }
-    }
+    fn params(&self) {}
 
     fn bindings(&self) -> Vec<Binding<'_>> {
         vec![

@@ -2,7 +2,7 @@
 //! `shaders/contract_vertices.wgsl`, line for line.
 
 use super::rows::{Contraction, Position};
-use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
 
 /// A vertex that vanished this round: the rest of the word is the vertex it became.
 pub const GONE: u32 = 1 << 30;
@@ -26,23 +26,14 @@ pub struct ContractVertices<'a> {
     pub roles: &'a mut Buffer<u32>,
 }
 
-params! {
-    /// The uniform block.
-    pub struct Params {
-        count: u32,
-    }
-}
-
 impl Kernel for ContractVertices<'_> {
     const NAME: &'static str = "contract_vertices";
     const SOURCE: &'static str = include_str!("../../shaders/contract_vertices.wgsl");
-    type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
+    type Params = ();
+    const PARAMS: &'static [(&'static str, &'static str)] = &[];
     const CONSTANTS: &'static [(&'static str, Constant)] = ROLES;
 
-    fn params(&self) -> Params {
-        Params { count: self.contraction_count }
-    }
+    fn params(&self) {}
 
     fn bindings(&self) -> Vec<Binding<'_>> {
         vec![

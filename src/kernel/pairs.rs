@@ -51,7 +51,10 @@ pub fn owns_pair(u: u32, w: u32, stars: &Stars<'_>) -> bool {
     if u > w && at_u & at_w & BORDER == 0 {
         return false;
     }
-    u < w || opposite(w, u, u, stars) == NO_VERTEX
+    if u < w {
+        return true;
+    }
+    opposite(w, u, u, stars) == NO_VERTEX
 }
 
 /// The corners of a half-edge's face, its start first.

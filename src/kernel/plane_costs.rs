@@ -42,7 +42,6 @@ pub struct PlaneCosts<'a> {
 params! {
     /// The uniform block.
     pub struct Params {
-        count: u32,
         at_endpoints: u32,
         regularization: f32,
     }
@@ -58,7 +57,8 @@ fn plane_cost(first: PlaneQuadric, second: PlaneQuadric, h: Vec3, freedom: Freed
         return 0.0;
     }
     let half = half_exponent(t);
-    mul(mul(pair_cost(scaled(q, scale_down(half)), h, freedom), scale_up(half)), scale_up(half))
+    let cost = pair_cost(scaled(q, scale_down(half)), h, freedom);
+    mul(mul(cost, scale_up(half)), scale_up(half))
 }
 
 /// The key of the pair of the half-edge from `u` to `w`.
@@ -88,11 +88,7 @@ impl Kernel for PlaneCosts<'_> {
     const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;
 
     fn params(&self) -> Params {
-        Params {
-            count: self.pair_count,
-            at_endpoints: u32::from(self.at_endpoints),
-            regularization: PLANE_REGULARIZATION,
-        }
+        Params { at_endpoints: u32::from(self.at_endpoints), regularization: PLANE_REGULARIZATION }
     }
 
     fn bindings(&self) -> Vec<Binding<'_>> {
@@ -113,7 +109,7 @@ impl Kernel for PlaneCosts<'_> {
         let params = self.params();
         let (positions, faces) = (self.positions.host(), self.faces.host());
         let (quadrics, pairs) = (self.quadrics.host(), self.pairs.host());
-        let keys = &mut self.keys.host_mut()[..params.count as usize];
+        let keys = &mut self.keys.host_mut()[..self.pair_count as usize];
         keys.par_iter_mut().zip(pairs).with_min_len(CHUNK).for_each(|(key, &pair)| {
             *key = plane_key(half_edge_corners(pair, faces), positions, quadrics, params);
         });

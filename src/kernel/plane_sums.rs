@@ -37,7 +37,6 @@ pub struct PlaneSums<'a> {
 params! {
     /// The uniform block.
     pub struct Params {
-        count: u32,
         border_weight: f32,
     }
 }
@@ -95,7 +94,7 @@ impl Kernel for PlaneSums<'_> {
     const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;
 
     fn params(&self) -> Params {
-        Params { count: self.vertex_count, border_weight: self.border_weight }
+        Params { border_weight: self.border_weight }
     }
 
     fn bindings(&self) -> Vec<Binding<'_>> {
@@ -120,7 +119,7 @@ impl Kernel for PlaneSums<'_> {
             ring_starts: self.ring_starts.host(),
             ring_faces: self.ring_faces.host(),
         };
-        let quadrics = &mut self.quadrics.host_mut()[..params.count as usize];
+        let quadrics = &mut self.quadrics.host_mut()[..self.vertex_count as usize];
         quadrics.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(vertex, quadric)| {
             *quadric = plane_sum(vertex as u32, &stars, params.border_weight);
         });

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::scan_blocks::SCAN_BLOCK;
-use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
 
 /// One invocation a value.
 pub struct ScanAdd<'a> {
@@ -15,23 +15,14 @@ pub struct ScanAdd<'a> {
     pub count: u32,
 }
 
-params! {
-    /// The uniform block.
-    pub struct Params {
-        count: u32,
-    }
-}
-
 impl Kernel for ScanAdd<'_> {
     const NAME: &'static str = "scan_add";
     const SOURCE: &'static str = include_str!("../../shaders/scan_add.wgsl");
-    type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
+    type Params = ();
+    const PARAMS: &'static [(&'static str, &'static str)] = &[];
     const CONSTANTS: &'static [(&'static str, Constant)] = &[("SCAN_BLOCK", Constant::U32(SCAN_BLOCK))];
 
-    fn params(&self) -> Params {
-        Params { count: self.count }
-    }
+    fn params(&self) {}
 
     fn bindings(&self) -> Vec<Binding<'_>> {
         vec![Binding::new("sums", Access::Read, self.sums), Binding::new("values", Access::Write, self.values)]

@@ -55,7 +55,6 @@ pub struct VolumeCosts<'a> {
 params! {
     /// The uniform block.
     pub struct Params {
-        count: u32,
         at_endpoints: u32,
         border_weight: f32,
         regularization: f32,
@@ -102,7 +101,8 @@ fn volume_cost(ends: Ends, h: Vec3, freedom: Freedom) -> f32 {
     let mut q = end_matrices(first, second, mutual, h);
     q.n = scale3(sub3(add3(ends.first_normal, ends.second_normal), ends.mutual_normal), s);
     q.d = dot3(scale3(sub3(ends.second_normal, ends.first_normal), s), h);
-    mul(mul(pair_cost(q, h, freedom), scale_up(half)), scale_up(half))
+    let cost = pair_cost(q, h, freedom);
+    mul(mul(cost, scale_up(half)), scale_up(half))
 }
 
 /// The key of the pair of the half-edge from `u` to `w` in the face whose third corner is `l`.
@@ -166,7 +166,6 @@ impl Kernel for VolumeCosts<'_> {
 
     fn params(&self) -> Params {
         Params {
-            count: self.pair_count,
             at_endpoints: u32::from(self.at_endpoints),
             border_weight: self.border_weight,
             regularization: VOLUME_REGULARIZATION,
@@ -199,7 +198,7 @@ impl Kernel for VolumeCosts<'_> {
             ring_faces: self.ring_faces.host(),
         };
         let (sums, borders, pairs) = (self.sums.host(), self.borders.host(), self.pairs.host());
-        let keys = &mut self.keys.host_mut()[..params.count as usize];
+        let keys = &mut self.keys.host_mut()[..self.pair_count as usize];
         keys.par_iter_mut().zip(pairs).with_min_len(CHUNK).for_each(|(key, &pair)| {
             *key = volume_key(half_edge_corners(pair, stars.faces), &stars, sums, borders, params);
         });

@@ -34,7 +34,6 @@ pub struct VolumeSums<'a> {
 params! {
     /// The uniform block.
     pub struct Params {
-        count: u32,
         has_border: u32,
     }
 }
@@ -94,7 +93,7 @@ impl Kernel for VolumeSums<'_> {
     const CONSTANTS: &'static [(&'static str, Constant)] = FLAGS;
 
     fn params(&self) -> Params {
-        Params { count: self.vertex_count, has_border: u32::from(self.borders.len() > 1) }
+        Params { has_border: u32::from(self.borders.len() > 1) }
     }
 
     fn bindings(&self) -> Vec<Binding<'_>> {
@@ -120,7 +119,7 @@ impl Kernel for VolumeSums<'_> {
             ring_starts: self.ring_starts.host(),
             ring_faces: self.ring_faces.host(),
         };
-        let sums = &mut self.sums.host_mut()[..params.count as usize];
+        let sums = &mut self.sums.host_mut()[..self.vertex_count as usize];
         sums.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(vertex, sum)| {
             let vertex = vertex as u32;
             *sum = VolumeSum::default();
@@ -129,7 +128,7 @@ impl Kernel for VolumeSums<'_> {
             }
         });
         if params.has_border != 0 {
-            let borders = &mut self.borders.host_mut()[..params.count as usize];
+            let borders = &mut self.borders.host_mut()[..self.vertex_count as usize];
             borders.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(vertex, border)| {
                 let vertex = vertex as u32;
                 *border = BorderSum::default();

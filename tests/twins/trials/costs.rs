@@ -1,0 +1,183 @@
+//! A round's pairs, sums and costs.
+
+use coarsen::Result;
+use coarsen::backend::{Buffer, Queue};
+use coarsen::kernel::count_pairs::CountPairs;
+use coarsen::kernel::gather_pairs::GatherPairs;
+use coarsen::kernel::pairs::{PAIR_BLOCK, half_edge_corners};
+use coarsen::kernel::plane_costs::PlaneCosts;
+use coarsen::kernel::plane_sums::PlaneSums;
+use coarsen::kernel::rows::{Face, LOCKED, Position};
+use coarsen::kernel::volume_costs::{BORDER_FACTOR, VolumeCosts};
+use coarsen::kernel::volume_sums::VolumeSums;
+
+use super::inputs::{Round, flip, rounds, scanned};
+use super::{Seen, Trial};
+
+pub const TRIALS: [Trial; 6] = [
+    Trial { name: "count_pairs", run: count_pairs },
+    Trial { name: "gather_pairs", run: gather_pairs },
+    Trial { name: "volume_sums", run: volume_sums },
+    Trial { name: "volume_costs", run: volume_costs },
+    Trial { name: "plane_sums", run: plane_sums },
+    Trial { name: "plane_costs", run: plane_costs },
+];
+
+/// The live mesh on a queue's device.
+struct Mesh {
+    positions: Buffer<Position>,
+    faces: Buffer<Face>,
+    ring_starts: Buffer<u32>,
+    ring_faces: Buffer<u32>,
+}
+
+impl Mesh {
+    fn new(queue: &mut Queue, round: &Round, positions: Vec<Position>) -> Result<Self> {
+        Ok(Self {
+            positions: queue.buffer_from(positions)?,
+            faces: queue.buffer_from(round.faces.clone())?,
+            ring_starts: queue.buffer_from(round.ring_starts.clone())?,
+            ring_faces: queue.buffer_from(round.ring_faces.clone())?,
+        })
+    }
+}
+
+/// The positions; perturbed, both ends of a pair are locked.
+fn with_a_lock(round: &Round, perturbed: bool) -> Vec<Position> {
+    let mut positions = round.positions.clone();
+    let ends = round.pairs.iter().map(|&pair| half_edge_corners(pair, &round.faces));
+    let locked = |vertex: u32| round.positions[vertex as usize].flags & LOCKED != 0;
+    if let Some([_, free, _]) = ends.into_iter().find(|&[u, w, _]| perturbed && locked(u) && !locked(w)) {
+        positions[free as usize].flags ^= LOCKED;
+    }
+    positions
+}
+
+/// The positions; perturbed, one bit of a coordinate is another.
+fn with_a_shift(round: &Round, perturbed: bool) -> Vec<Position> {
+    let mut positions = round.positions.clone();
+    flip(&mut positions[round.faces[0].a as usize].x, perturbed);
+    positions
+}
+
+/// How many of the pairs the faces of every block own.
+fn pair_counts(round: &Round) -> Vec<u32> {
+    let mut counts = vec![0; round.faces.len().div_ceil(PAIR_BLOCK as usize)];
+    round.pairs.iter().for_each(|pair| counts[(pair / 3 / PAIR_BLOCK) as usize] += 1);
+    counts
+}
+
+fn count_pairs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
+    for (round, perturbed) in rounds(perturbed) {
+        seen.input(round.name);
+        let mesh = Mesh::new(queue, round, with_a_lock(round, perturbed))?;
+        let Mesh { positions, faces, ring_starts, ring_faces } = &mesh;
+        let face_count = round.faces.len() as u32;
+        let counts = &mut queue.buffer(pair_counts(round).len() + 1)?;
+        seen.run(queue, CountPairs { positions, faces, ring_starts, ring_faces, face_count, counts })?;
+        seen.output(queue, "counts", counts)?;
+    }
+    Ok(())
+}
+
+fn gather_pairs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
+    for (round, perturbed) in rounds(perturbed) {
+        seen.input(round.name);
+        let mesh = Mesh::new(queue, round, with_a_lock(round, perturbed))?;
+        let Mesh { positions, faces, ring_starts, ring_faces } = &mesh;
+        let face_count = round.faces.len() as u32;
+        let starts = &queue.buffer_from(scanned(&pair_counts(round)))?;
+        let pairs = &mut queue.buffer(round.pairs.len())?;
+        seen.run(queue, GatherPairs { positions, faces, ring_starts, ring_faces, face_count, starts, pairs })?;
+        seen.output(queue, "pairs", pairs)?;
+    }
+    Ok(())
+}
+
+fn volume_sums(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
+    for (round, perturbed) in rounds(perturbed) {
+        seen.input(round.name);
+        let mesh = Mesh::new(queue, round, with_a_shift(round, perturbed))?;
+        let Mesh { positions, faces, ring_starts, ring_faces } = &mesh;
+        let vertex_count = round.positions.len() as u32;
+        let sums = &mut queue.buffer(round.positions.len())?;
+        let borders = &mut queue.buffer(round.border_sums.len())?;
+        seen.run(queue, VolumeSums { positions, faces, ring_starts, ring_faces, vertex_count, sums, borders })?;
+        seen.output(queue, "sums", sums)?;
+        seen.output(queue, "borders", borders)?;
+    }
+    Ok(())
+}
+
+fn volume_costs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
+    for (round, perturbed) in rounds(perturbed) {
+        seen.input(round.name);
+        let mut sums = round.volume_sums.clone();
+        let [end, ..] = half_edge_corners(round.pairs[0], &round.faces);
+        flip(&mut sums[end as usize].zz, perturbed);
+        let mesh = Mesh::new(queue, round, round.positions.clone())?;
+        let Mesh { positions, faces, ring_starts, ring_faces } = &mesh;
+        let sums = &queue.buffer_from(sums)?;
+        let borders = &queue.buffer_from(round.border_sums.clone())?;
+        let pairs = &queue.buffer_from(round.pairs.clone())?;
+        let pair_count = round.pairs.len() as u32;
+        for at_endpoints in [false, true] {
+            let keys = &mut queue.buffer(round.pairs.len())?;
+            seen.run(
+                queue,
+                VolumeCosts {
+                    positions,
+                    faces,
+                    ring_starts,
+                    ring_faces,
+                    sums,
+                    borders,
+                    pairs,
+                    pair_count,
+                    border_weight: BORDER_FACTOR,
+                    at_endpoints,
+                    keys,
+                },
+            )?;
+            seen.output(queue, "keys", keys)?;
+        }
+    }
+    Ok(())
+}
+
+fn plane_sums(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
+    for (round, perturbed) in rounds(perturbed) {
+        seen.input(round.name);
+        let mesh = Mesh::new(queue, round, with_a_shift(round, perturbed))?;
+        let Mesh { positions, faces, ring_starts, ring_faces } = &mesh;
+        let vertex_count = round.positions.len() as u32;
+        let quadrics = &mut queue.buffer(round.positions.len())?;
+        let border_weight = 0.7;
+        seen.run(
+            queue,
+            PlaneSums { positions, faces, ring_starts, ring_faces, vertex_count, border_weight, quadrics },
+        )?;
+        seen.output(queue, "quadrics", quadrics)?;
+    }
+    Ok(())
+}
+
+fn plane_costs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
+    for (round, perturbed) in rounds(perturbed) {
+        seen.input(round.name);
+        let mut quadrics = round.quadrics.clone();
+        let [end, ..] = half_edge_corners(round.pairs[0], &round.faces);
+        flip(&mut quadrics[end as usize].c, perturbed);
+        let positions = &queue.buffer_from(round.positions.clone())?;
+        let faces = &queue.buffer_from(round.faces.clone())?;
+        let quadrics = &queue.buffer_from(quadrics)?;
+        let pairs = &queue.buffer_from(round.pairs.clone())?;
+        let pair_count = round.pairs.len() as u32;
+        for at_endpoints in [false, true] {
+            let keys = &mut queue.buffer(round.pairs.len())?;
+            seen.run(queue, PlaneCosts { positions, faces, quadrics, pairs, pair_count, at_endpoints, keys })?;
+            seen.output(queue, "keys", keys)?;
+        }
+    }
+    Ok(())
+}
