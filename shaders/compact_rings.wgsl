@@ -1,9 +1,7 @@
 // Writes the new ring of every live vertex: the live faces of its own ring and of the one it took in, under their new
 // numbers, ascending. Twin: src/kernel/compact_rings.rs
 
-// No face: past the end of a ring.
-const END: u32 = 0xffffffffu;
-
+// END past the end of a ring.
 fn head(at: u32, end: u32) -> u32 {
     if at < end {
         return load_ring_faces(at);

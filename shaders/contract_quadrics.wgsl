@@ -3,8 +3,11 @@
 
 fn contracted(first: PlaneQuadric, second: PlaneQuadric, a: vec3f, b: vec3f, x: vec3f) -> PlaneQuadric {
     let q = sum_moved(moved(first, sub3(x, a)), moved(second, sub3(x, b)));
+    let linear = flush3(q.b, LEAST_SUM);
     let weight = add(first.weight, second.weight);
-    return PlaneQuadric(q.a.xx, q.a.xy, q.a.xz, q.a.yy, q.a.yz, q.a.zz, q.b.x, q.b.y, q.b.z, q.c, weight);
+    return PlaneQuadric(
+        q.a.xx, q.a.xy, q.a.xz, q.a.yy, q.a.yz, q.a.zz, linear.x, linear.y, linear.z, flush(q.c, LEAST_SUM), weight,
+    );
 }
 
 fn run(i: u32) {

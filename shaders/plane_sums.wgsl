@@ -24,7 +24,7 @@ fn plane_sum(vertex: u32) -> PlaneQuadric {
                         let e = sub3(xyz(load_positions(other)), xyz(load_positions(vertex)));
                         let e_sq = dot3(e, e);
                         // The plane holds the edge and the normal; |e×n|² = |e|²·n² since they are perpendicular.
-                        let across = cross3(e, n);
+                        let across = flush3(cross3(e, n), LEAST_FACTOR);
                         matrix = sym_add(matrix, sym_scale(outer(across), divide(params.border_weight, n_sq)));
                         weight = add(weight, mul(params.border_weight, e_sq));
                     }

@@ -56,11 +56,11 @@ fn volume_key(u: u32, w: u32, l: u32) -> u32 {
     let a = xyz(pu);
     let e = sub3(xyz(pw), a);
     let h = scale3(e, 0.5);
-    let left = cross3(e, sub3(xyz(load_positions(l)), a));
+    let left = flush3(cross3(e, sub3(xyz(load_positions(l)), a)), LEAST_FACTOR);
     var mutual = outer(left);
     var mutual_normal = left;
     if r != NO_VERTEX {
-        let right = cross3(sub3(xyz(load_positions(r)), a), e);
+        let right = flush3(cross3(sub3(xyz(load_positions(r)), a), e), LEAST_FACTOR);
         mutual = sym_add(mutual, outer(right));
         mutual_normal = add3(mutual_normal, right);
     }

@@ -150,8 +150,6 @@ fn options_out_of_range_are_refused() {
         Options { max_flip_rad: 0.0, ..fine.clone() },
         Options { max_flip_rad: f32::NAN, ..fine.clone() },
         Options { max_flip_rad: 2.0, ..fine.clone() },
-        Options { min_aspect: 1.0, ..fine.clone() },
-        Options { min_aspect: f32::NAN, ..fine.clone() },
         Options { weld: Some(f64::NAN), ..fine.clone() },
         Options { weld: Some(-1.0), ..fine.clone() },
         Options { prune: f64::NAN, ..fine.clone() },

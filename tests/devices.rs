@@ -16,7 +16,7 @@ use support::engine::{METRICS, asked, bytes, contract, contract_on, cpu, gpu, op
 use support::models;
 
 /// Many pages on the smallest sample below: its half-edges fill forty.
-const SMALL_PAGES: GpuOptions = GpuOptions { memory_limit: None, page_rows: Some(4096) };
+const SMALL_PAGES: GpuOptions = GpuOptions { memory_limit: None, page_rows: Some(4096), exactness: None };
 /// Enough for several rounds on the GPU before the CPU takes the rest.
 const SAMPLE_FACES: usize = 50_000;
 const SHARES: [f64; 3] = [0.5, 0.1, 0.01];
@@ -117,7 +117,7 @@ fn options_do_not_part_the_devices() {
                 Options { placement: Placement::Endpoint, ..with.clone() },
                 Options { lock_border: true, ..with.clone() },
                 Options { border_weight: 0.0, ..with.clone() },
-                Options { border_weight: 100.0, min_aspect: 0.1, max_flip_rad: 0.5, ..with },
+                Options { border_weight: 100.0, max_flip_rad: 0.5, ..with },
             ];
             for (budget, options) in
                 [Budget::keep(0.1), Budget::error(1e-3)].iter().flat_map(|b| variants.iter().map(move |o| (b, o)))
@@ -204,7 +204,10 @@ fn too_little_memory_leaves_the_same_bytes() {
         let reference = contract(&mesh, &options(metric), Budget::keep(0.05));
         let mut complete = false;
         for limit in [1_u64, 100_000, 300_000, 600_000, 900_000, 1_200_000, 1_500_000, 2_000_000, 1 << 30] {
-            let Some(device) = gpu(&GpuOptions { memory_limit: Some(limit), page_rows: None }) else { return };
+            let Some(device) = gpu(&GpuOptions { memory_limit: Some(limit), page_rows: None, ..GpuOptions::default() })
+            else {
+                return;
+            };
             let mut outcome = contract_on(&device, &mesh, &options(metric), Budget::keep(0.05));
             complete = outcome.warnings.is_empty();
             assert!(complete || outcome.warnings[0].contains("memory"), "{limit}: {:?}", outcome.warnings);

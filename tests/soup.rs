@@ -121,7 +121,6 @@ fn options(random: &mut Random) -> Options {
         border_weight: pick(random, &[0.0, 1.0, 1e-30, 1e6]),
         lock_border: below(random, 4) == 0,
         max_flip_rad: pick(random, &[1.37, 1e-3, std::f32::consts::FRAC_PI_2]),
-        min_aspect: pick(random, &[0.0, 0.0, 0.1, 0.99]),
         weld: pick(random, &[Some(0.0), Some(0.0), None, Some(1e-3), Some(0.5)]),
         prune: 0.0,
     }

@@ -1,6 +1,7 @@
-// Arithmetic on a device that may fuse, reorder, and divide inexactly. Every result passes `keep`, through which no
-// compiler sees; `divide` and `root` take the device's result as a guess and put it right in wrapping integers, which are
-// exact everywhere.
+// Arithmetic on a device that may fuse, reorder, and divide inexactly. Twin: src/math/exact.rs
+//
+// Every result passes `keep`, through which no compiler sees; `divide` and `root` take the device's result as a guess and
+// put it right in wrapping integers, which are exact everywhere.
 
 fn keep(x: f32) -> f32 {
     return bitcast<f32>(bitcast<u32>(x) ^ params.zero);

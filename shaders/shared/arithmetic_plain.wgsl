@@ -1,4 +1,4 @@
-// Arithmetic on a device that rounds every operation correctly and in order.
+// Arithmetic on a device that rounds every operation correctly and in order. Twin: src/math/exact.rs
 
 fn keep(x: f32) -> f32 {
     return x;

@@ -6,6 +6,8 @@
 // Numbers below LEAST may be flushed by a device: a kernel calls `flush` where an underflow could come up.
 
 const LEAST: f32 = 0x1p-125f;
+const LEAST_FACTOR: f32 = 0x1p-48f;
+const LEAST_SUM: f32 = 0x1p-96f;
 const GREATEST_BITS: u32 = 0x7f7fffffu;
 const IMPLICIT_BIT: u32 = 0x800000u;
 const FRACTION: u32 = 0x7fffffu;

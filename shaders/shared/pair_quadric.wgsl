@@ -72,7 +72,7 @@ fn pair_cost(q: PairQuadric, h: vec3f, freedom: Freedom) -> f32 {
 }
 
 fn cost_key(cost: f32) -> u32 {
-    return bitcast<u32>(min(cost, GREATEST));
+    return bitcast<u32>(flush(min(cost, GREATEST), LEAST));
 }
 
 fn end_matrices(first: Sym3, second: Sym3, mutual: Sym3, h: vec3f) -> PairQuadric {

@@ -10,7 +10,7 @@ fn normal_from(vertex: u32, p0: vec3f, face: Face) -> vec3f {
     }
     let p1 = xyz(load_positions(next.x));
     let p2 = xyz(load_positions(next.y));
-    return cross3(sub3(p1, p0), sub3(p2, p0));
+    return flush3(cross3(sub3(p1, p0), sub3(p2, p0)), LEAST_FACTOR);
 }
 
 fn has(face: Face, vertex: u32) -> bool {

@@ -48,10 +48,7 @@ impl Rules {
                 Metric::Volume => VOLUME_REGULARIZATION,
                 Metric::Plane => PLANE_REGULARIZATION,
             }),
-            limits: ShapeLimits {
-                min_cos: f64::from(options.max_flip_rad).cos(),
-                min_height: MIN_HEIGHT,
-            },
+            limits: ShapeLimits { min_cos: f64::from(options.max_flip_rad).cos(), min_height: MIN_HEIGHT },
             max_deviation,
         }
     }

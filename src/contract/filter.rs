@@ -11,7 +11,30 @@ use super::star::{Marks, Star, StarFace};
 pub enum Rejection {
     /// Both ends lie on a border and the pair does not.
     Border,
-    /// The link condition \[DE99\]: contracting keeps the surface's topology exactly when the links of the ends meet in the
+    /// The link condition.
+    Link,
+    /// A face would turn over.
+    Flip,
+    /// A face would become a sliver.
+    Aspect,
+    /// The error limit.
+    Error,
+}
+
+impl Blocked {
+    /// Counts a rejection.
+    pub fn count(&mut self, rejection: Rejection) {
+        *match rejection {
+            Rejection::Border => &mut self.border,
+            Rejection::Link => &mut self.link,
+            Rejection::Flip => &mut self.flip,
+            Rejection::Aspect => &mut self.aspect,
+            Rejection::Error => &mut self.error,
+        } += 1;
+    }
+}
+
+/// The link condition \[DE99\]: contracting keeps the surface's topology exactly when the links of the ends meet in the
 /// link of the pair, borders coned to a vertex of their own.
 ///
 /// In faces: the common neighbors are the opposite vertices of the one or two shared faces, all different; two border
@@ -107,8 +130,7 @@ mod tests {
         let positions = rows.map(|[x, y]| Position { x, y, z: 0.0, flags: BORDER });
         let faces = [Face { a: 0, b: 1, c: 2 }, Face { a: 0, b: 2, c: 3 }, Face { a: 1, b: 4, c: 2 }];
         let (ring_starts, ring_faces) = ([0, 2, 4, 7, 8, 9], [0, 1, 0, 2, 0, 1, 2, 1, 2]);
-        let stars =
-            Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
+        let stars = Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
         let mut star = Star::default();
         star.gather(0, 1, &stars);
         star.locate(&positions, DVec3::new(0.5, 0.0, 0.0));

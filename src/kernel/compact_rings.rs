@@ -37,7 +37,7 @@ impl Kernel for CompactRings<'_> {
     const SOURCE: &'static str = include_str!("../../shaders/compact_rings.wgsl");
     type Params = ();
     const PARAMS: &'static [(&'static str, &'static str)] = &[];
-    const CONSTANTS: &'static [(&'static str, Constant)] = ROLES;
+    const CONSTANTS: &'static [(&'static str, Constant)] = &[ROLES[0], ROLES[1], ROLES[2], ("END", Constant::U32(END))];
 
     fn params(&self) {}
 

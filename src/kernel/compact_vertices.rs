@@ -1,5 +1,5 @@
-//! Moves live vertices to their new numbers, with the starts of their rings, and tells which are hubs. Twin: `shaders/compact_vertices.wgsl`,
-//! line for line.
+//! Moves live vertices to their new numbers, with the starts of their rings, and tells which are hubs. Twin:
+//! `shaders/compact_vertices.wgsl`, line for line.
 
 use rayon::prelude::*;
 

@@ -5,7 +5,7 @@ use super::plane_quadric::{moved, sum_moved};
 use super::rows::{Contraction, PlaneQuadric, Position};
 use crate::backend::{Access, Binding, Buffer, Kernel};
 use crate::math::Vec3;
-use crate::math::exact::{add, sub3};
+use crate::math::exact::{LEAST_SUM, add, flush, flush3, sub3};
 
 /// One invocation a contraction. Runs before the positions change.
 pub struct ContractQuadrics<'a> {
@@ -23,6 +23,7 @@ pub struct ContractQuadrics<'a> {
 #[inline(always)]
 pub fn contracted(first: PlaneQuadric, second: PlaneQuadric, a: Vec3, b: Vec3, x: Vec3) -> PlaneQuadric {
     let q = sum_moved(moved(first, sub3(x, a)), moved(second, sub3(x, b)));
+    let linear = flush3(q.b, LEAST_SUM);
     PlaneQuadric {
         xx: q.a.xx,
         xy: q.a.xy,
@@ -30,10 +31,10 @@ pub fn contracted(first: PlaneQuadric, second: PlaneQuadric, a: Vec3, b: Vec3, x
         yy: q.a.yy,
         yz: q.a.yz,
         zz: q.a.zz,
-        bx: q.b.x,
-        by: q.b.y,
-        bz: q.b.z,
-        c: q.c,
+        bx: linear.x,
+        by: linear.y,
+        bz: linear.z,
+        c: flush(q.c, LEAST_SUM),
         weight: add(first.weight, second.weight),
     }
 }

@@ -4,7 +4,6 @@
 //! calls and stores, in parallel where the outputs can be split. Single-precision arithmetic goes through
 //! [`crate::math::exact`], so that twin and shader agree bit for bit.
 
-#![expect(clippy::neg_cmp_op_on_partial_ord, reason = "a guard that a NaN must fail reads as in WGSL")]
 
 pub mod compact_faces;
 pub mod compact_quadrics;

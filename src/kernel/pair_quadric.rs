@@ -6,7 +6,7 @@ use super::rows::{BORDER, HUB, LOCKED};
 use crate::backend::Constant;
 use crate::math::Vec3;
 use crate::math::exact::{
-    Sym3, add, add3, divide, dot3, mul, scale3, sub, sym_add, sym_mul, sym_scale, sym_sub, trace,
+    LEAST, Sym3, add, add3, divide, dot3, flush, mul, scale3, sub, sym_add, sym_mul, sym_scale, sym_sub, trace,
 };
 
 /// A placement farther from the midpoint than this many half pairs is not trusted.
@@ -17,6 +17,8 @@ pub const CONSTRAINT: f32 = 1e-3;
 pub const NOISE: f32 = 1e-18;
 /// Traces below this are of faces without area.
 pub const NO_AREA: f32 = 1e-30;
+/// Weights below this are of faces whose costs would underflow.
+pub const NO_WEIGHT: f32 = 1e-11;
 /// Greatest cost: infinity does not exist in WGSL.
 pub const GREATEST: f32 = 3.0e38;
 /// The constants above under their names in WGSL.
@@ -25,6 +27,7 @@ pub const CONSTANTS: &[(&str, Constant)] = &[
     ("CONSTRAINT", Constant::F32(CONSTRAINT)),
     ("NOISE", Constant::F32(NOISE)),
     ("NO_AREA", Constant::F32(NO_AREA)),
+    ("NO_WEIGHT", Constant::F32(NO_WEIGHT)),
     ("GREATEST", Constant::F32(GREATEST)),
     ("NO_VERTEX", Constant::U32(NO_VERTEX)),
     ("HUB", Constant::U32(HUB)),
@@ -146,7 +149,7 @@ pub fn pair_cost(q: PairQuadric, h: Vec3, freedom: Freedom) -> f32 {
 /// The key of a cost: its bits, which order as costs do.
 #[inline(always)]
 pub fn cost_key(cost: f32) -> u32 {
-    cost.min(GREATEST).to_bits()
+    flush(cost.min(GREATEST), LEAST).to_bits()
 }
 
 /// A with the terms of both ends, the mutual ones counted once; b and c from half the pair.

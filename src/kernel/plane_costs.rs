@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 
 use super::pair_quadric::{
-    CONSTANTS, Freedom, NO_AREA, PairQuadric, cost_key, half_exponent, pair_cost, scale_down, scale_up, scaled,
+    CONSTANTS, Freedom, NO_WEIGHT, PairQuadric, cost_key, half_exponent, pair_cost, scale_down, scale_up, scaled,
 };
 use super::pairs::half_edge_corners;
 use super::plane_quadric::{moved, sum_moved};
@@ -53,7 +53,11 @@ fn plane_cost(first: PlaneQuadric, second: PlaneQuadric, h: Vec3, freedom: Freed
     let both = sum_moved(moved(first, h), moved(second, scale3(h, -1.0)));
     let q = PairQuadric { a: both.a, b: scale3(both.b, -1.0), c: both.c, n: Vec3::ZERO, d: 0.0 };
     let t = trace(q.a);
+<<<<<<< HEAD
     if t <= NO_AREA {
+=======
+    if !(t > NO_WEIGHT) {
+>>>>>>> twins
         return 0.0;
     }
     let half = half_exponent(t);

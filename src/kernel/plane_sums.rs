@@ -14,7 +14,9 @@ use super::rows::{BORDER, Face, HUB, PlaneQuadric, Position};
 use super::split::CHUNK;
 use super::stars::{Stars, faces_with, normal_from};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
-use crate::math::exact::{Sym3, add, cross3, divide, dot3, mul, outer, root, sub3, sym_add, sym_scale};
+use crate::math::exact::{
+    LEAST_FACTOR, Sym3, add, cross3, divide, dot3, flush3, mul, outer, root, sub3, sym_add, sym_scale,
+};
 
 /// One invocation a vertex.
 pub struct PlaneSums<'a> {
@@ -62,7 +64,7 @@ fn plane_sum(vertex: u32, stars: &Stars<'_>, border_weight: f32) -> PlaneQuadric
                         let e = sub3(stars.positions[other as usize].xyz(), stars.positions[vertex as usize].xyz());
                         let e_sq = dot3(e, e);
                         // The plane holds the edge and the normal; |e×n|² = |e|²·n² since they are perpendicular.
-                        let across = cross3(e, n);
+                        let across = flush3(cross3(e, n), LEAST_FACTOR);
                         matrix = sym_add(matrix, sym_scale(outer(across), divide(border_weight, n_sq)));
                         weight = add(weight, mul(border_weight, e_sq));
                     }

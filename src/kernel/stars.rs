@@ -2,7 +2,7 @@
 
 use super::rows::{Face, Position};
 use crate::math::Vec3;
-use crate::math::exact::{cross3, sub3};
+use crate::math::exact::{LEAST_FACTOR, cross3, flush3, sub3};
 
 /// The live mesh as kernels see it.
 #[derive(Debug, Clone, Copy)]
@@ -37,7 +37,7 @@ pub fn normal_from(vertex: u32, p0: Vec3, face: Face, stars: &Stars<'_>) -> Vec3
     };
     let p1 = stars.positions[next[0] as usize].xyz();
     let p2 = stars.positions[next[1] as usize].xyz();
-    cross3(sub3(p1, p0), sub3(p2, p0))
+    flush3(cross3(sub3(p1, p0), sub3(p2, p0)), LEAST_FACTOR)
 }
 
 /// Whether a face has this vertex as a corner.

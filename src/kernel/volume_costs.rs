@@ -17,7 +17,9 @@ use super::stars::Stars;
 use super::volume_sums::border_term;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
-use crate::math::exact::{Sym3, add3, cross3, dot3, mul, outer, scale3, sub3, sym_add, sym_scale, trace};
+use crate::math::exact::{
+    LEAST_FACTOR, Sym3, add3, cross3, dot3, flush3, mul, outer, scale3, sub3, sym_add, sym_scale, trace,
+};
 
 /// Border against volume: the paper's volume term counts 1/18, its border term 1/2.
 pub const BORDER_FACTOR: f32 = 9.0;
@@ -119,11 +121,11 @@ fn volume_key(
     let a = pu.xyz();
     let e = sub3(pw.xyz(), a);
     let h = scale3(e, 0.5);
-    let left = cross3(e, sub3(stars.positions[l as usize].xyz(), a));
+    let left = flush3(cross3(e, sub3(stars.positions[l as usize].xyz(), a)), LEAST_FACTOR);
     let mut mutual = outer(left);
     let mut mutual_normal = left;
     if r != NO_VERTEX {
-        let right = cross3(sub3(stars.positions[r as usize].xyz(), a), e);
+        let right = flush3(cross3(sub3(stars.positions[r as usize].xyz(), a), e), LEAST_FACTOR);
         mutual = sym_add(mutual, outer(right));
         mutual_normal = add3(mutual_normal, right);
     }

@@ -11,7 +11,7 @@ use super::split::CHUNK;
 use super::stars::{Stars, faces_with, normal_from};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
-use crate::math::exact::{Sym3, add3, dot3, outer, sub3, sym_add, sym_sub};
+use crate::math::exact::{LEAST_FACTOR, Sym3, add3, dot3, flush3, outer, sub3, sym_add, sym_sub};
 
 /// One invocation a vertex.
 pub struct VolumeSums<'a> {
@@ -40,7 +40,8 @@ params! {
 
 /// |e|²·I − e eᵀ: the squared distance to a line along e, times |e|².
 #[inline(always)]
-pub fn border_term(e: Vec3) -> Sym3 {
+pub fn border_term(edge: Vec3) -> Sym3 {
+    let e = flush3(edge, LEAST_FACTOR);
     let length_sq = dot3(e, e);
     let diagonal = Sym3 { xx: length_sq, xy: 0.0, xz: 0.0, yy: length_sq, yz: 0.0, zz: length_sq };
     sym_sub(diagonal, outer(e))

@@ -6,9 +6,9 @@
 //!
 //! # Underflow
 //! A device may take numbers below 2⁻¹²⁶ for zero. [`divide`] and [`root`] do so on both sides; the rest does not test
-//! for it, to stay fast. A kernel therefore [`flush`]es its inputs and its intermediate results at a bound whose
-//! products stay above [`LEAST`]: coordinates at 2⁻⁴⁰ have cubes above it. Infinities and NaN have no place here: they
-//! end in some number, the same or not.
+//! for it, to stay fast. A kernel therefore [`flush`]es normals and border edges at [`LEAST_FACTOR`] before it squares
+//! them, what it stores of longer sums at [`LEAST_SUM`], and costs at [`LEAST`]. Infinities and NaN have no place
+//! here: they end in some number, the same or not.
 
 #![expect(clippy::inline_always, reason = "each is one to a dozen instructions of a kernel's inner loop")]
 
@@ -19,6 +19,12 @@ use super::Vec3;
 /// The least magnitude that arithmetic keeps: one binary order above the least normal number, so that no device's way
 /// of rounding at the edge shows.
 pub const LEAST: f32 = f32::from_bits(2 << 23);
+
+/// Factors are at least this or zero where their product must not underflow: products of two, and sums of such, are
+/// multiples of 2⁻¹¹⁹.
+pub const LEAST_FACTOR: f32 = f32::from_bits((127 - 48) << 23);
+/// Sums below this are zero where a term may have underflowed: above, such a term is far below the last digit.
+pub const LEAST_SUM: f32 = f32::from_bits((127 - 96) << 23);
 
 /// `x`: the barrier of the shader, of no use on the host.
 #[inline(always)]

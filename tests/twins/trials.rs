@@ -6,7 +6,7 @@ mod inputs;
 mod surface;
 
 use coarsen::Result;
-use coarsen::backend::{Buffer, Device, GpuOptions, Kernel, Queue, Row, Signature};
+use coarsen::backend::{Buffer, Device, Exactness, GpuOptions, Kernel, Queue, Row, Signature};
 use coarsen::kernel::exact_probe::{ExactProbe, RESULTS, hostile_operands};
 
 use crate::{SMALL_PAGE, gpu, open};
@@ -109,6 +109,16 @@ fn can_fail() {
 #[test]
 fn equal_in_small_pages() {
     let Some(device) = open(&GpuOptions { page_rows: Some(SMALL_PAGE), ..GpuOptions::default() }) else { return };
+    let differences: Vec<_> = trials().filter_map(|trial| difference(&trial, &device, false)).collect();
+    assert!(differences.is_empty(), "{differences:#?}");
+}
+
+/// Software may run without the guards that other devices need: here with them.
+#[test]
+fn equal_when_guarded() {
+    let Some(device) = open(&GpuOptions { exactness: Some(Exactness::Guarded), ..GpuOptions::default() }) else {
+        return;
+    };
     let differences: Vec<_> = trials().filter_map(|trial| difference(&trial, &device, false)).collect();
     assert!(differences.is_empty(), "{differences:#?}");
 }

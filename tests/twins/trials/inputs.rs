@@ -8,7 +8,9 @@ use coarsen::kernel::contract_quadrics::contracted;
 use coarsen::kernel::contract_vertices::{GONE, KEEPS};
 use coarsen::kernel::pairs::owns_pair;
 use coarsen::kernel::plane_sums::PlaneSums;
-use coarsen::kernel::rows::{BORDER, BorderSum, Contraction, Face, LOCKED, PlaneQuadric, Position, VolumeSum};
+use coarsen::kernel::rows::{
+    BORDER, BorderSum, Contraction, Face, LOCKED, PlaneQuadric, Position, VolumeSum, with_hub,
+};
 use coarsen::kernel::stars::Stars;
 use coarsen::kernel::volume_sums::VolumeSums;
 use coarsen::mesh::adjacency::Rings;
@@ -256,7 +258,8 @@ fn with_flags(positions: &[[f32; 3]], faces: &[[u32; 3]], rings: &Rings) -> Vec<
     let row = |(vertex, &[x, y, z]): (u32, &[f32; 3])| {
         let on_border = rings.edges_at(faces, vertex, &mut uses).any(|uses| uses.len() == 1);
         let locked = complex[vertex as usize] || random.below(16) == 0;
-        Position { x, y, z, flags: if on_border { BORDER } else { 0 } | if locked { LOCKED } else { 0 } }
+        let flags = if on_border { BORDER } else { 0 } | if locked { LOCKED } else { 0 };
+        Position { x, y, z, flags: with_hub(flags, rings.ring(vertex).len() as u32) }
     };
     (0..).zip(positions).map(row).collect()
 }
