@@ -5,11 +5,7 @@ fn plane_cost(first: PlaneQuadric, second: PlaneQuadric, h: vec3f, freedom: Free
     let both = sum_moved(moved(first, h), moved(second, scale3(h, -1.0)));
     let q = PairQuadric(both.a, scale3(both.b, -1.0), both.c, vec3f(0.0, 0.0, 0.0), 0.0);
     let t = trace(q.a);
-<<<<<<< HEAD
-    if t <= NO_AREA {
-=======
-    if !(t > NO_WEIGHT) {
->>>>>>> twins
+    if t <= NO_WEIGHT {
         return 0.0;
     }
     let half = half_exponent(t);

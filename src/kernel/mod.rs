@@ -4,7 +4,6 @@
 //! calls and stores, in parallel where the outputs can be split. Single-precision arithmetic goes through
 //! [`crate::math::exact`], so that twin and shader agree bit for bit.
 
-
 pub mod compact_faces;
 pub mod compact_quadrics;
 pub mod compact_rings;

@@ -53,11 +53,7 @@ fn plane_cost(first: PlaneQuadric, second: PlaneQuadric, h: Vec3, freedom: Freed
     let both = sum_moved(moved(first, h), moved(second, scale3(h, -1.0)));
     let q = PairQuadric { a: both.a, b: scale3(both.b, -1.0), c: both.c, n: Vec3::ZERO, d: 0.0 };
     let t = trace(q.a);
-<<<<<<< HEAD
-    if t <= NO_AREA {
-=======
-    if !(t > NO_WEIGHT) {
->>>>>>> twins
+    if t <= NO_WEIGHT {
         return 0.0;
     }
     let half = half_exponent(t);
