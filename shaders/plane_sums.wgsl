@@ -23,9 +23,9 @@ fn plane_sum(vertex: u32) -> PlaneQuadric {
                     if other != vertex && faces_with(other, vertex) == 1u {
                         let e = sub3(xyz(load_positions(other)), xyz(load_positions(vertex)));
                         let e_sq = dot3(e, e);
-                        // The plane holds the edge and the normal; |e×n|² = |e|²·n² since they are perpendicular.
-                        let across = flush3(cross3(e, n), LEAST_FACTOR);
-                        matrix = sym_add(matrix, sym_scale(outer(across), divide(params.border_weight, n_sq)));
+                        // The plane holds the edge and the normal; |e×n/|n|| = |e| since they are perpendicular.
+                        let across = flush3(scale3(cross3(e, n), divide(1.0, length)), LEAST_FACTOR);
+                        matrix = sym_add(matrix, sym_scale(outer(across), params.border_weight));
                         weight = add(weight, mul(params.border_weight, e_sq));
                     }
                 }

@@ -179,7 +179,9 @@ pub struct Outcome {
     /// What blocked further reduction, counted in the last round.
     pub blocked: Blocked,
     /// Largest estimated deviation of a contraction, in model units: the root of the area-weighted mean squared
-    /// distance of the new vertex to the planes it stands for. An estimate, not a bound.
+    /// distance of the new vertex to the planes of the input it stands for. With the `volume` metric, where a vertex may
+    /// slide along the surface away from planes it once stood for, at most the sum of its steps off the surface. An
+    /// estimate, not a bound.
     pub error_estimate: f64,
     /// One record a round.
     pub rounds: Vec<RoundRecord>,

@@ -203,7 +203,6 @@ fn method(shape: &args::Shape) -> Method {
             Weld::Within(distance) => Some(distance),
         },
         prune: shape.prune.unwrap_or(defaults.prune),
-        ..defaults
     })
 }
 
@@ -265,7 +264,6 @@ mod tests {
             max_flip_rad: std::f32::consts::FRAC_PI_4,
             weld: None,
             prune: 0.01,
-            ..Options::default()
         };
         assert_eq!(options, expected);
     }

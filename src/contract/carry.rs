@@ -10,14 +10,26 @@ pub struct Carried {
     pub origin: Vec<u32>,
     pub normals: Option<Vec<Vec3>>,
     pub colors: Option<Vec<[f32; 4]>>,
+    /// How far a vertex may have drifted off the surface, step by step, in the normalized frame; empty where the
+    /// accumulated quadrics tell.
+    pub drift: Vec<f32>,
     /// Whether a face was turned over to agree with its neighbors, one a live face.
     pub turned: Option<Vec<bool>>,
 }
 
 impl Carried {
-    /// Interpolates into `keep` at `t` of the way from `first` to `second`.
-    pub fn contract(&mut self, keep: u32, first: u32, second: u32, t: f32) {
+    /// The greater drift of two vertices.
+    pub fn drift(&self, first: u32, second: u32) -> f32 {
+        let of = |v: u32| self.drift.get(v as usize).copied().unwrap_or(0.0);
+        of(first).max(of(second))
+    }
+
+    /// Interpolates into `keep` at `t` of the way between the ends; its drift is given.
+    pub fn contract(&mut self, keep: u32, [first, second]: [u32; 2], t: f32, drift: f32) {
         let (keep, first, second) = (keep as usize, first as usize, second as usize);
+        if let Some(row) = self.drift.get_mut(keep) {
+            *row = drift;
+        }
         self.origin[keep] = match t {
             0.0 => self.origin[first],
             1.0 => self.origin[second],
@@ -36,6 +48,9 @@ impl Carried {
     /// Keeps the rows of what lives: where the next entry of `new_vertex` or `new_face` is greater.
     pub fn compact(&mut self, new_vertex: &[u32], vertex_count: usize, new_face: &[u32], face_count: usize) {
         keep_live(&mut self.origin, new_vertex, vertex_count);
+        if !self.drift.is_empty() {
+            keep_live(&mut self.drift, new_vertex, vertex_count);
+        }
         if let Some(normals) = &mut self.normals {
             keep_live(normals, new_vertex, vertex_count);
         }
@@ -67,11 +82,13 @@ mod tests {
             origin: vec![7, 8, 9],
             normals: None,
             colors: Some(vec![[0.0; 4], [1.0; 4], [0.5; 4]]),
+            drift: vec![0.0; 3],
             turned: None,
         };
-        carried.contract(0, 0, 1, 0.25);
+        carried.contract(0, [0, 1], 0.25, 0.5);
         assert_eq!((carried.origin[0], carried.colors.as_ref().map(|c| c[0])), (MOVED, Some([0.25; 4])));
-        carried.contract(0, 0, 2, 1.0);
+        assert_eq!(carried.drift(0, 1), 0.5);
+        carried.contract(0, [0, 2], 1.0, 0.5);
         assert_eq!(carried.origin[0], 9);
         carried.compact(&[0, 1, 1, 2], 3, &[], 0);
         assert_eq!(carried.origin, [9, 9]);

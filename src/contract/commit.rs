@@ -25,6 +25,11 @@ use super::{Metric, Options, Placement};
 /// contraction lays over;
 const MIN_HEIGHT: f64 = 1e-3;
 
+/// A pair that came to cost more than this many times what it did waits for the next round.
+const OUTDATED: f64 = 2.0;
+/// Costs, in the normalized frame, that are not worth waiting for: 1e-4 of an edge off the planes.
+const NEGLIGIBLE: f64 = 1e-8;
+
 /// What stays the same over all rounds of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Rules {
@@ -73,8 +78,8 @@ pub struct Committer {
     rules: Rules,
     star: Star,
     marks: Marks,
-    /// Greatest estimated deviation of a contraction so far, squared, in the normalized frame.
-    pub deviation_sq: f64,
+    /// Greatest estimated deviation of a contraction so far, in the normalized frame.
+    pub deviation: f32,
 }
 
 /// A legal contraction.
@@ -84,13 +89,14 @@ struct Accepted {
     /// Where x lies between the ends, for what vertices carry.
     t: f32,
     quadric: PlaneQuadric,
-    deviation_sq: f64,
+    drift: f32,
+    deviation: f32,
 }
 
 impl Committer {
     /// For a surface of `vertex_count` vertices.
     pub fn new(rules: Rules, vertex_count: usize) -> Self {
-        Self { rules, star: Star::default(), marks: Marks::new(vertex_count), deviation_sq: 0.0 }
+        Self { rules, star: Star::default(), marks: Marks::new(vertex_count), deviation: 0.0 }
     }
 
     /// Contracts the legal ones among `candidates`, in order, until `most_faces` faces are gone; no vertex twice.
@@ -162,10 +168,10 @@ impl Committer {
         if u == w || roles[u as usize] | roles[w as usize] != 0 {
             return;
         }
-        match self.examine(surface, u, w) {
+        match self.examine(surface, carried, [u, w], f32::from_bits(candidate.key)) {
             Err(rejection) => committed.blocked.count(rejection),
             Ok(accepted) => {
-                self.deviation_sq = self.deviation_sq.max(accepted.deviation_sq);
+                self.deviation = self.deviation.max(accepted.deviation);
                 committed.faces_removed += self.star.shared.len();
                 committed.contractions.push(contract(surface, carried, [u, w], &accepted));
                 committed.greatest_key = committed.greatest_key.max(candidate.key);
@@ -173,8 +179,14 @@ impl Committer {
         }
     }
 
-    /// The contraction of `u` and `w`, if it is legal now.
-    fn examine(&mut self, surface: &Surface, u: u32, w: u32) -> Result<Accepted, Rejection> {
+    /// The contraction of `u` and `w`, which cost `cost` as the round began, if it is legal now.
+    fn examine(
+        &mut self,
+        surface: &Surface,
+        carried: &Carried,
+        [u, w]: [u32; 2],
+        cost: f32,
+    ) -> Result<Accepted, Rejection> {
         let stars = Stars {
             positions: surface.positions.host(),
             faces: surface.faces.host(),
@@ -191,41 +203,37 @@ impl Committer {
         let h = (b - a) * 0.5;
         let middle = a + h;
         self.star.locate(stars.positions, middle);
-        let (x, t) = match (pu.flags & LOCKED, pw.flags & LOCKED, self.rules.placement) {
-            (0, 0, Placement::Optimal) => self.least([u, w], (pu.flags | pw.flags) & BORDER != 0, h, [&qu, &qw]),
-            (0, 0, Placement::Endpoint) => {
-                let on_border = (pu.flags | pw.flags) & BORDER != 0;
-                let quadric = self.quadric([u, w], on_border, h, [&qu, &qw]);
-                if quadric.better_end(h) == h { (h, 1.0) } else { (-h, 0.0) }
-            }
-            (0, _, _) => (h, 1.0),
-            _ => (-h, 0.0),
+        let on_border = (pu.flags | pw.flags) & BORDER != 0;
+        let quadric = self.quadric([u, w], on_border, h, [&qu, &qw]);
+        let x = match (pu.flags & LOCKED, pw.flags & LOCKED, self.rules.placement) {
+            (0, 0, Placement::Optimal) => quadric.least(h, self.rules.regularization),
+            (0, 0, Placement::Endpoint) => quadric.better_end(h),
+            (0, _, _) => h,
+            _ => -h,
         };
+        let value = quadric.value(x).max(0.0);
+        if value > OUTDATED * f64::from(cost) + NEGLIGIBLE {
+            return Err(Rejection::Outdated);
+        }
         let at = (middle + x).as_vec3();
         shapes_hold(&self.star, at.as_dvec3() - middle, self.rules.limits)?;
 
-        let quadric = contracted(qu, qw, pu.xyz(), pw.xyz(), at);
-        let deviation_sq =
-            if quadric.weight > 0.0 { f64::from(quadric.c.max(0.0)) / f64::from(quadric.weight) } else { 0.0 };
-        if deviation_sq.sqrt() > self.rules.max_deviation {
+        let accumulated = contracted(qu, qw, pu.xyz(), pw.xyz(), at);
+        let drift = match self.rules.metric {
+            Metric::Plane => f32::INFINITY,
+            Metric::Volume => carried.drift(u, w) + (value / quadric.weight()).sqrt() as f32,
+        };
+        let deviation = deviation(&accumulated).min(drift);
+        if f64::from(deviation) > self.rules.max_deviation {
             return Err(Rejection::Error);
         }
-        let t = if at == pu.xyz() {
-            0.0
-        } else if at == pw.xyz() {
-            1.0
-        } else {
-            t
+        let t = match at {
+            _ if at == pu.xyz() => 0.0,
+            _ if at == pw.xyz() => 1.0,
+            // Strictly inside: only a placement exactly at an end takes that end's own rows.
+            _ => (((x + h).dot(h) / (2.0 * h.length_squared())) as f32).clamp(f32::EPSILON, 1.0 - f32::EPSILON),
         };
-        Ok(Accepted { x: at, t, quadric, deviation_sq })
-    }
-
-    /// Where the metric is least, about the midpoint, and how far that is along the pair.
-    fn least(&self, pair: [u32; 2], on_border: bool, h: DVec3, quadrics: [&PlaneQuadric; 2]) -> (DVec3, f32) {
-        let x = self.quadric(pair, on_border, h, quadrics).least(h, self.rules.regularization);
-        // Strictly inside: only a placement exactly at an end takes that end's own rows.
-        let t = ((x + h).dot(h) / (2.0 * h.length_squared())) as f32;
-        (x, t.clamp(f32::EPSILON, 1.0 - f32::EPSILON))
+        Ok(Accepted { x: at, t, quadric: accumulated, drift, deviation })
     }
 
     /// The pair's quadric about its midpoint, on the current state.
@@ -253,6 +261,11 @@ impl Committer {
     }
 }
 
+/// The root of the weighted mean squared distance of a quadric's own vertex to its planes.
+fn deviation(quadric: &PlaneQuadric) -> f32 {
+    if quadric.weight > 0.0 { (quadric.c.max(0.0) / quadric.weight).sqrt() } else { 0.0 }
+}
+
 /// Writes an accepted contraction into the surface and what it carries.
 fn contract(surface: &mut Surface, carried: &mut Carried, [u, w]: [u32; 2], accepted: &Accepted) -> Contraction {
     let (keep, gone) = (u.min(w), u.max(w));
@@ -263,7 +276,7 @@ fn contract(surface: &mut Surface, carried: &mut Carried, [u, w]: [u32; 2], acce
     if let Some(quadrics) = &mut surface.quadrics {
         quadrics.host_mut()[keep as usize] = accepted.quadric;
     }
-    carried.contract(keep, u, w, accepted.t);
+    carried.contract(keep, [u, w], accepted.t, accepted.drift);
     let roles = surface.roles.host_mut();
     roles[keep as usize] = KEEPS | gone;
     roles[gone as usize] = GONE | keep;

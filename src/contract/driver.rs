@@ -284,7 +284,7 @@ impl<'a> Run<'a> {
             target,
             stop,
             blocked: self.rounds.last().map(|round| round.blocked).unwrap_or_default(),
-            error_estimate: frame.length_to_model(self.committer.deviation_sq.sqrt()),
+            error_estimate: frame.length_to_model(f64::from(self.committer.deviation)),
             rounds: self.rounds,
             seconds: self.seconds,
             device,

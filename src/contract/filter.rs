@@ -19,18 +19,21 @@ pub enum Rejection {
     Aspect,
     /// The error limit.
     Error,
+    /// No longer as cheap as when the round began: it waits for the next one and blocks nothing.
+    Outdated,
 }
 
 impl Blocked {
     /// Counts a rejection.
     pub fn count(&mut self, rejection: Rejection) {
-        *match rejection {
-            Rejection::Border => &mut self.border,
-            Rejection::Link => &mut self.link,
-            Rejection::Flip => &mut self.flip,
-            Rejection::Aspect => &mut self.aspect,
-            Rejection::Error => &mut self.error,
-        } += 1;
+        match rejection {
+            Rejection::Border => self.border += 1,
+            Rejection::Link => self.link += 1,
+            Rejection::Flip => self.flip += 1,
+            Rejection::Aspect => self.aspect += 1,
+            Rejection::Error => self.error += 1,
+            Rejection::Outdated => {}
+        }
     }
 }
 

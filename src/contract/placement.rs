@@ -64,8 +64,15 @@ impl Quadric {
         self.c += p.dot(a * p) - 2.0 * linear.dot(p) + f64::from(q.c);
     }
 
-    fn value(&self, x: DVec3) -> f64 {
+    /// Its value.
+    pub fn value(&self, x: DVec3) -> f64 {
         x.dot(self.a * x) - 2.0 * self.b.dot(x) + self.c
+    }
+
+    /// The sum of the weights of the squared distances in it: its trace, or 1 where there are none.
+    pub fn weight(&self) -> f64 {
+        let trace = self.a.x_axis.x + self.a.y_axis.y + self.a.z_axis.z;
+        if trace > 0.0 { trace } else { 1.0 }
     }
 
     /// The least point for a pair from −h to h: on the constraint, near the midpoint; otherwise the best of the ends

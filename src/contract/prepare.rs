@@ -11,10 +11,10 @@ use crate::mesh::prune::prune;
 use crate::mesh::topology::complex_vertices;
 use crate::mesh::weld::{Welded, weld};
 
-use super::Options;
 use super::carry::Carried;
 use super::frame::Frame;
 use super::surface::Start;
+use super::{Metric, Options};
 
 /// The start of a run on the host.
 #[derive(Debug)]
@@ -96,12 +96,16 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     if complex > 0 {
         warnings.push(format!("{complex} vertices where the surface is not manifold stay where they are"));
     }
+    let drift = match options.metric {
+        Metric::Volume => vec![0.0; rows.len()],
+        Metric::Plane => Vec::new(),
+    };
     Ok(Prepared {
         frame,
         positions: rows,
         faces: faces.into_iter().map(|[a, b, c]| Face { a, b, c }).collect(),
         rings,
-        carried: Carried { origin: vertex_source, normals, colors, turned },
+        carried: Carried { origin: vertex_source, normals, colors, drift, turned },
         has_border,
         warnings,
         weld_secs,

@@ -15,7 +15,7 @@ use super::split::CHUNK;
 use super::stars::{Stars, faces_with, normal_from};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::exact::{
-    LEAST_FACTOR, Sym3, add, cross3, divide, dot3, flush3, mul, outer, root, sub3, sym_add, sym_scale,
+    LEAST_FACTOR, Sym3, add, cross3, divide, dot3, flush3, mul, outer, root, scale3, sub3, sym_add, sym_scale,
 };
 
 /// One invocation a vertex.
@@ -63,9 +63,9 @@ fn plane_sum(vertex: u32, stars: &Stars<'_>, border_weight: f32) -> PlaneQuadric
                     if other != vertex && faces_with(other, vertex, stars) == 1 {
                         let e = sub3(stars.positions[other as usize].xyz(), stars.positions[vertex as usize].xyz());
                         let e_sq = dot3(e, e);
-                        // The plane holds the edge and the normal; |e×n|² = |e|²·n² since they are perpendicular.
-                        let across = flush3(cross3(e, n), LEAST_FACTOR);
-                        matrix = sym_add(matrix, sym_scale(outer(across), divide(border_weight, n_sq)));
+                        // The plane holds the edge and the normal; |e×n/|n|| = |e| since they are perpendicular.
+                        let across = flush3(scale3(cross3(e, n), divide(1.0, length)), LEAST_FACTOR);
+                        matrix = sym_add(matrix, sym_scale(outer(across), border_weight));
                         weight = add(weight, mul(border_weight, e_sq));
                     }
                 }
