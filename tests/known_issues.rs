@@ -81,7 +81,7 @@ fn slivers_on_flats_fold() {
 #[should_panic(expected = "a coordinate that is not finite")]
 fn meshes_as_large_as_numbers_leave_them() {
     let mut ball = torus(12, 8);
-    ball.positions.iter_mut().for_each(|p| *p = *p * 1.2e308);
+    ball.positions.iter_mut().for_each(|p| *p *= 1.2e308);
     let outcome = contract(&ball, &options(Metric::Volume), Budget::faces(0));
     outcome.mesh.check().unwrap_or_else(|error| panic!("{error}"));
 }
