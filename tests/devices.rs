@@ -134,7 +134,7 @@ fn options_do_not_part_the_devices() {
                 Options { placement: Placement::Endpoint, ..with.clone() },
                 Options { lock_border: true, ..with.clone() },
                 Options { border_weight: 0.0, ..with.clone() },
-                Options { border_weight: 100.0, min_aspect: 0.1, max_flip_rad: 0.5, ..with },
+                Options { border_weight: 100.0, max_flip_rad: 0.5, ..with },
             ];
             for (budget, options) in
                 [Budget::keep(0.1), Budget::error(1e-3)].iter().flat_map(|b| variants.iter().map(move |o| (b, o)))

@@ -27,8 +27,8 @@ const MIN_HEIGHT: f64 = 1e-3;
 
 /// A pair that came to cost more than this many times what it did waits for the next round.
 const OUTDATED: f64 = 2.0;
-/// Costs, in the normalized frame, that are not worth waiting for: 1e-4 of an edge off the planes.
-const NEGLIGIBLE: f64 = 1e-8;
+/// Costs, in the normalized frame, that are not worth waiting for: what rounding leaves on a flat.
+const NEGLIGIBLE: f64 = 1e-12;
 
 /// What stays the same over all rounds of a run.
 #[derive(Debug, Clone, Copy)]
@@ -212,10 +212,16 @@ impl Committer {
             _ => -h,
         };
         let value = quadric.value(x).max(0.0);
-        if value > OUTDATED * f64::from(cost) + NEGLIGIBLE {
+        // Accumulated quadrics are the ends' own: no neighbor changes their cost.
+        if self.rules.metric == Metric::Volume && value > OUTDATED * f64::from(cost) + NEGLIGIBLE {
             return Err(Rejection::Outdated);
         }
-        let at = (middle + x).as_vec3();
+        // To the bit at the ends, whose difference may have been rounded.
+        let at = match x {
+            _ if x == h => pw.xyz(),
+            _ if x == -h => pu.xyz(),
+            _ => (middle + x).as_vec3(),
+        };
         shapes_hold(&self.star, at.as_dvec3() - middle, self.rules.limits)?;
 
         let accumulated = contracted(qu, qw, pu.xyz(), pw.xyz(), at);
