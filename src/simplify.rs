@@ -157,7 +157,7 @@ pub struct Phases {
     pub select: f64,
     /// Filters and contractions.
     pub apply: f64,
-    /// Moving data to and from the device, waiting for it included.
+    /// Moving data to and from the GPU.
     pub transfer: f64,
     /// The whole call.
     pub total: f64,

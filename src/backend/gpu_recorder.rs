@@ -1,7 +1,7 @@
 //! Records kernels, submits them in bounded batches, and moves rows to and from the GPU.
 
 use std::sync::{Arc, mpsc};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::gpu::Gpu;
 use super::gpu_buffer::{GpuBuffer, Piece};
@@ -35,6 +35,7 @@ pub struct Recorder {
     uniforms: Option<wgpu::Buffer>,
     staging: Option<wgpu::Buffer>,
     bytes_moved: u64,
+    time_moving: Duration,
 }
 
 #[derive(Debug)]
@@ -54,6 +55,7 @@ impl Recorder {
             uniforms: None,
             staging: None,
             bytes_moved: 0,
+            time_moving: Duration::ZERO,
         }
     }
 
@@ -65,6 +67,11 @@ impl Recorder {
     /// Bytes moved so far.
     pub fn bytes_moved(&self) -> u64 {
         self.bytes_moved
+    }
+
+    /// Time spent moving them; not the wait for the kernels before.
+    pub fn time_moving(&self) -> Duration {
+        self.time_moving
     }
 
     /// Records a dispatch; none for zero invocations.
@@ -137,6 +144,7 @@ impl Recorder {
     /// Copies `bytes` to the start of `buffer`, after all that was recorded.
     pub fn write(&mut self, buffer: &GpuBuffer, bytes: &[u8]) -> Result<()> {
         self.submit()?;
+        let clock = Instant::now();
         self.bytes_moved += bytes.len() as u64;
         let mut in_flight = std::collections::VecDeque::new();
         for piece in buffer.pieces(0..bytes.len(), PIECE_BYTES) {
@@ -149,12 +157,15 @@ impl Recorder {
             })?;
             in_flight.push_back(submission);
         }
+        self.time_moving += clock.elapsed();
         Ok(())
     }
 
     /// Fills `bytes` from byte `start` of `buffer` on, after all that was recorded.
     pub fn read(&mut self, buffer: &GpuBuffer, start: usize, bytes: &mut [u8]) -> Result<()> {
         self.submit()?;
+        self.gpu.wait(None)?;
+        let clock = Instant::now();
         self.bytes_moved += bytes.len() as u64;
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         let staging = own_buffer(&self.gpu, &mut self.staging, PIECE_BYTES as u64, usage)?;
@@ -166,6 +177,7 @@ impl Recorder {
             // It may be mapped still.
             self.staging = None;
         }
+        self.time_moving += clock.elapsed();
         result
     }
 }

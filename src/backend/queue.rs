@@ -1,6 +1,7 @@
 //! A queue: the one way to make buffers, move rows and run kernels, on the host or on a GPU.
 
 use std::ops::Range;
+use std::time::Duration;
 
 use super::Kernel;
 use super::buffer::{Buffer, Row};
@@ -123,6 +124,11 @@ impl Queue {
     /// [`Error::Device`] when the device was lost.
     pub fn submit(&mut self) -> Result<()> {
         self.gpu.as_mut().map_or(Ok(()), Recorder::submit)
+    }
+
+    /// Time spent moving bytes to and from a GPU so far.
+    pub fn time_moving(&self) -> Duration {
+        self.gpu.as_ref().map_or(Duration::ZERO, Recorder::time_moving)
     }
 
     /// Bytes moved to and from a GPU so far.

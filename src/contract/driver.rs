@@ -169,7 +169,9 @@ impl<'a> Run<'a> {
         if self.evaluator.is_gpu() && faces < self.handover_faces {
             self.take_over()?;
         }
+        let before = self.evaluator.queue.time_moving();
         let pairs = self.evaluate(self.gate(faces - target))?;
+        let moved = self.evaluator.queue.time_moving().saturating_sub(before).as_secs_f64();
         let on_gpu = self.evaluator.is_gpu();
         let evaluated = clock.elapsed().as_secs_f64();
         self.selector.sort(&mut self.candidates);
@@ -187,11 +189,14 @@ impl<'a> Run<'a> {
         self.committer.commit(&mut self.host, carried, &self.candidates, to_remove, may_overshoot, &mut committed);
         let vertices_left = self.host.vertex_count - committed.contractions.len();
         let faces_left = faces - committed.faces_removed;
+        let mut moved_up = 0.0;
         if !committed.contractions.is_empty() {
+            let before = self.evaluator.queue.time_moving();
             if let Err(reason) = self.evaluator.follow(&committed.contractions, vertices_left, faces_left) {
                 self.warnings.push(fallback(&reason));
                 self.evaluator.copy = None;
             }
+            moved_up = self.evaluator.queue.time_moving().saturating_sub(before).as_secs_f64();
             let vertices = self.host.vertex_count;
             self.host.compact(&mut self.host_queue, vertices_left, faces_left)?;
             self.prepared.carried.compact(self.host.new_vertex(), vertices, self.host.new_face(), faces);
@@ -199,9 +204,10 @@ impl<'a> Run<'a> {
                 self.take_over()?;
             }
         }
-        self.seconds.cost += evaluated;
+        self.seconds.cost += evaluated - moved;
+        self.seconds.transfer += moved + moved_up;
         self.seconds.select += sorted - evaluated;
-        self.seconds.apply += clock.elapsed().as_secs_f64() - sorted;
+        self.seconds.apply += clock.elapsed().as_secs_f64() - sorted - moved_up;
         self.rounds.push(RoundRecord {
             faces: faces as u64,
             pairs: pairs as u64,
