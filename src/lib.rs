@@ -1,4 +1,51 @@
 //! Triangle-mesh simplification on the GPU and the CPU, with the same bytes on both.
+//!
+//! Quadric pair contraction in rounds: compute kernels sum quadrics and cost every edge in parallel, the CPU contracts
+//! an independent set of the cheapest and validates topology. Without a GPU the kernels' twins do the same work on the
+//! CPU and the result is the same, byte for byte.
+//!
+//! # Tour
+//!
+//! ```
+//! use coarsen::contract::{Metric, Options};
+//! use coarsen::{Budget, Device, Method, Result, StopReason, formats, mesh, simplify};
+//!
+//! # fn main() -> Result<()> {
+//! // Read a mesh, or make one: `formats::read("scan.ply".as_ref())?`.
+//! let scan = mesh::sample("statue", Some(20_000))?;
+//!
+//! // Open a device once and use it for many meshes. `Device::open(&Selector::Auto, 0)` takes a GPU where there is one.
+//! let device = Device::cpu(0)?;
+//!
+//! // Simplify to a face count; `Budget::keep`, `Budget::error` and others stop elsewhere.
+//! let outcome = simplify(&scan, &Method::default(), &Budget::faces(2_000), &device, None)?;
+//! assert_eq!(outcome.mesh.faces.len(), 2_000);
+//! assert_eq!(outcome.stop, StopReason::FacesReached);
+//!
+//! // How far off it is by estimate, and what every round did.
+//! assert!(outcome.error_estimate < 0.01 * scan.diagonal());
+//! assert!(outcome.rounds.iter().all(|round| round.contracted <= round.candidates));
+//!
+//! // Methods are data: another metric, vertices only at input vertices, and so on.
+//! let method = Method::Contract(Options { metric: Metric::Plane, ..Options::default() });
+//! let fine = simplify(&scan, &method, &Budget::error(0.001), &device, None)?;
+//!
+//! // The topology is kept: closed stays closed, parts stay parts.
+//! assert_eq!(mesh::topology(&fine.mesh).border_edges, 0);
+//!
+//! // Write it; the file appears whole or not at all.
+//! let path = std::env::temp_dir().join(format!("coarsen-tour-{}.ply", std::process::id()));
+//! formats::write(&outcome.mesh, &path, &formats::WriteOptions::default())?;
+//! # std::fs::remove_file(path).ok();
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Where to read on
+//! - [`simplify()`]: the one entry; [`Budget`], [`Method`], [`Outcome`].
+//! - [`contract`]: the engine and its options.
+//! - [`kernel`]: what runs on a GPU, each kernel beside its twin; [`backend`]: who runs it.
+//! - [`mesh`]: welding, topology, validation, shapes and samples; [`formats`]: files.
 
 pub mod backend;
 pub mod contract;

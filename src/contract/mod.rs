@@ -1,4 +1,13 @@
-//! Pair contraction in rounds.
+//! Pair contraction in rounds: evaluate every pair, let the cheapest through a gate, contract an independent set of them.
+//!
+//! The loop is in `driver`; its verbs are `evaluate` (on a device), `select`, `commit` (with `filter` and `placement`) and
+//! `surface` (what a round leaves, without gaps).
+//!
+//! # Invariants
+//! - Decisions are made on the CPU, from keys that are the same bits on every device.
+//! - Between rounds every face lives, and every ring lists its faces in ascending order (`surface`).
+//! - A contraction passes the link condition on the state that those before it left: manifold in, manifold out; Euler
+//!   characteristic, borders and parts are kept. [`crate::mesh::validate()`] checks a result.
 
 mod carry;
 mod commit;
