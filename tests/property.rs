@@ -101,10 +101,6 @@ fn surfaces_keep_their_topology_and_meet_the_count() {
         let closed = topology(&mesh).border_edges == 0;
         for metric in METRICS {
             for (share, placement) in [(2, Placement::Optimal), (10, Placement::Optimal), (10, Placement::Endpoint)] {
-                if placement == Placement::Endpoint && name.starts_with("cube") {
-                    // Flat lattices leave faces without area: `known_issues.rs`.
-                    continue;
-                }
                 let target = mesh.faces.len() / share / 2 * 2;
                 let options = Options { placement, ..options(metric) };
                 let name = format!("{name} {metric:?} {placement:?} {} → {target}", mesh.faces.len());

@@ -2,10 +2,11 @@
 
 mod support;
 
-use coarsen::contract::{Metric, Options, Placement};
-use coarsen::mesh::{sample, shapes};
-use coarsen::{Budget, Mesh};
+use coarsen::Budget;
+use coarsen::contract::Metric;
+use coarsen::mesh::sample;
 use support::deviation::deviation;
+<<<<<<<< HEAD:tests/regression.rs
 use support::engine::{METRICS, assert_kept, contract, defects, options};
 use support::shapes::{cube, grid, mesh, torus};
 
@@ -78,6 +79,9 @@ fn meshes_as_large_as_numbers_leave_them() {
     let outcome = contract(&ball, &options(Metric::Volume), Budget::faces(0));
     outcome.mesh.check().unwrap_or_else(|error| panic!("{error}"));
 }
+========
+use support::engine::{contract, options};
+>>>>>>>> d073d28 (tests: move what is mended to the regressions, hold rubbish to more):tests/known_issues.rs
 
 /// Half of the part's faces lie in flats and could go for nothing, as they do with `Plane`. A contraction is placed on the
 /// state its neighbors left, but never costed there: one that has become a hundred times dearer should wait for the
