@@ -10,7 +10,7 @@ fn value(q: PairQuadric, x: vec3f) -> f32 {
 
 // k + 64 for a positive normal number in [2²ᵏ⁻¹, 2²ᵏ⁺¹).
 fn half_exponent(x: f32) -> u32 {
-    return ((bitcast<u32>(x) >> 23u) + 2u) >> 1u;
+    return (((bitcast<u32>(x) >> 23u) & 0xffu) + 2u) >> 1u;
 }
 
 fn scale_down(half: u32) -> f32 {

@@ -5,6 +5,9 @@
 use crate::kernel::rows::Position;
 use crate::math::DVec3;
 
+/// Farthest that an unused vertex may lie out; a corner of a face lies within the number of its faces.
+const FARTHEST: DVec3 = DVec3::splat((1_u64 << 40) as f64);
+
 /// Between model units and the normalized frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
@@ -16,8 +19,10 @@ pub struct Frame {
 impl Frame {
     /// The frame of a mesh.
     pub fn new(positions: &[DVec3], faces: &[[u32; 3]]) -> Self {
-        let Some(&first) = positions.first() else { return Self { center: DVec3::ZERO, scale: 1.0 } };
-        let (low, high) = positions.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p)));
+        // Of the faces' corners: an unused vertex may lie anywhere.
+        let corners = faces.iter().flatten().map(|&v| positions[v as usize]);
+        let Some(first) = corners.clone().next() else { return Self { center: DVec3::ZERO, scale: 1.0 } };
+        let (low, high) = corners.fold((first, first), |(low, high), p| (low.min(p), high.max(p)));
         // Halves first: the sum of two finite numbers may not be.
         let center = low * 0.5 + high * 0.5;
         let half = ((high - center).max(center - low)).max_element();
@@ -36,7 +41,7 @@ impl Frame {
 
     /// A position in the frame, rounded to single precision.
     pub fn to_rows(self, position: DVec3, flags: u32) -> Position {
-        let p = ((position - self.center) * self.scale).as_vec3();
+        let p = ((position - self.center) * self.scale).clamp(-FARTHEST, FARTHEST).as_vec3();
         Position { x: p.x, y: p.y, z: p.z, flags }
     }
 

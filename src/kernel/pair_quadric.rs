@@ -73,7 +73,7 @@ pub fn value(q: PairQuadric, x: Vec3) -> f32 {
 /// k + 64 for a positive normal number in [2²ᵏ⁻¹, 2²ᵏ⁺¹).
 #[inline(always)]
 pub fn half_exponent(x: f32) -> u32 {
-    ((x.to_bits() >> 23) + 2) >> 1
+    (((x.to_bits() >> 23) & 0xff) + 2) >> 1
 }
 
 /// 2⁻ᵏ for a half exponent: multiplying by it rounds nothing.
