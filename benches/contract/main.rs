@@ -29,7 +29,7 @@ fn groups(criterion: &mut Criterion, cases: &[Case], contenders: &[Contender]) {
         for percent in KEEP_PERCENT {
             let mut group = criterion.benchmark_group(format!("contract/statue-{}-to-{percent}", case.name));
             group.sampling_mode(SamplingMode::Flat).sample_size(10);
-            group.warm_up_time(Duration::from_millis(1)).measurement_time(Duration::from_millis(100));
+            group.warm_up_time(Duration::from_millis(1)).measurement_time(Duration::from_secs(1));
             group.throughput(Throughput::Elements(case.mesh.faces.len() as u64));
             for contender in contenders {
                 group.bench_function(contender.name, |bencher| {
