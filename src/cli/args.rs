@@ -66,7 +66,8 @@ pub enum Verb {
 /// least one target is needed; with several the run ends at the first that is reached. The result is the same, byte for
 /// byte, on every device and with any number of threads.
 #[derive(Debug, Args)]
-#[command(after_help = SIMPLIFY_EXAMPLES, after_long_help = SIMPLIFY_NOTES)]
+// A negative number reaches the option's own parser, which says what is wanted.
+#[command(allow_negative_numbers = true, after_help = SIMPLIFY_EXAMPLES, after_long_help = SIMPLIFY_NOTES)]
 pub struct Simplify {
     /// Mesh to read: a file, '-', or sample:NAME[@FACES]
     ///

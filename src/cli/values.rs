@@ -2,6 +2,9 @@
 
 /// A count: `20000`, `20_000`, `20k`, `1.5M`, `2G`.
 pub fn count(text: &str) -> Result<usize, String> {
+    if text.ends_with('%') {
+        return Err(format!("it is a percentage: write --ratio {text} for a share of the faces"));
+    }
     let (digits, factor) = match text.char_indices().last() {
         Some((end, 'k' | 'K')) => (&text[..end], 1e3),
         Some((end, 'm' | 'M')) => (&text[..end], 1e6),
@@ -107,7 +110,8 @@ mod tests {
         {
             assert_eq!(count(text), Ok(expected), "{text}");
         }
-        for text in ["", "k", "0", "-5", "1.5", "1.2345k", "20%", "inf", "NaN", "1e300", "1e400", "é", "+4"] {
+        assert_eq!(count("20%"), Err("it is a percentage: write --ratio 20% for a share of the faces".into()));
+        for text in ["", "k", "0", "-5", "1.5", "1.2345k", "inf", "NaN", "1e300", "1e400", "é", "+4"] {
             assert!(count(text).is_err(), "{text}");
         }
     }

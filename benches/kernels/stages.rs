@@ -1,0 +1,202 @@
+//! The kernels in the order of a round, each with what it reads and writes in the scene.
+
+use coarsen::Result;
+use coarsen::backend::Queue;
+use coarsen::kernel::compact_faces::CompactFaces;
+use coarsen::kernel::compact_quadrics::CompactQuadrics;
+use coarsen::kernel::compact_rings::CompactRings;
+use coarsen::kernel::compact_vertices::CompactVertices;
+use coarsen::kernel::contract_faces::ContractFaces;
+use coarsen::kernel::contract_quadrics::ContractQuadrics;
+use coarsen::kernel::contract_vertices::ContractVertices;
+use coarsen::kernel::cost_histogram::CostHistogram;
+use coarsen::kernel::count_candidates::CountCandidates;
+use coarsen::kernel::count_pairs::CountPairs;
+use coarsen::kernel::gather_candidates::GatherCandidates;
+use coarsen::kernel::gather_pairs::GatherPairs;
+use coarsen::kernel::live_vertices::LiveVertices;
+use coarsen::kernel::plane_costs::PlaneCosts;
+use coarsen::kernel::plane_sums::PlaneSums;
+use coarsen::kernel::scan_add::ScanAdd;
+use coarsen::kernel::scan_blocks::ScanBlocks;
+use coarsen::kernel::volume_costs::{BORDER_FACTOR, VolumeCosts};
+use coarsen::kernel::volume_sums::VolumeSums;
+
+use crate::scene::Scene;
+
+/// A kernel on a scene.
+pub struct Stage {
+    /// The kernel's name.
+    pub name: &'static str,
+    /// Rows it works through.
+    pub rows: fn(&Scene) -> u64,
+    /// Issues it.
+    pub run: fn(&mut Scene, &mut Queue) -> Result<()>,
+}
+
+fn vertices(scene: &Scene) -> u64 {
+    scene.vertex_count.into()
+}
+
+fn faces(scene: &Scene) -> u64 {
+    scene.face_count.into()
+}
+
+fn pairs(scene: &Scene) -> u64 {
+    scene.pair_count.into()
+}
+
+fn contractions(scene: &Scene) -> u64 {
+    scene.contraction_count.into()
+}
+
+/// A [`Stage`] that issues one kernel.
+macro_rules! stage {
+    ($name:literal, $rows:ident, |$scene:ident| $kernel:expr) => {
+        Stage { name: $name, rows: $rows, run: |$scene, queue| queue.run($kernel) }
+    };
+}
+
+/// All kernels of a round.
+pub const STAGES: &[Stage] = &[
+    stage!("volume_sums", vertices, |s| VolumeSums {
+        positions: &s.positions,
+        faces: &s.faces,
+        ring_starts: &s.ring_starts,
+        ring_faces: &s.ring_faces,
+        vertex_count: s.vertex_count,
+        sums: &mut s.sums,
+        borders: &mut s.borders,
+    }),
+    stage!("plane_sums", vertices, |s| PlaneSums {
+        positions: &s.positions,
+        faces: &s.faces,
+        ring_starts: &s.ring_starts,
+        ring_faces: &s.ring_faces,
+        vertex_count: s.vertex_count,
+        border_weight: 1.0,
+        quadrics: &mut s.quadrics,
+    }),
+    stage!("count_pairs", faces, |s| CountPairs {
+        positions: &s.positions,
+        faces: &s.faces,
+        ring_starts: &s.ring_starts,
+        ring_faces: &s.ring_faces,
+        face_count: s.face_count,
+        counts: &mut s.pair_counts,
+    }),
+    stage!("scan_blocks", faces, |s| ScanBlocks {
+        values: &mut s.values,
+        count: s.face_count + 1,
+        sums: &mut s.block_sums,
+    }),
+    stage!("scan_add", faces, |s| ScanAdd { sums: &s.block_sums, values: &mut s.values, count: s.face_count + 1 }),
+    stage!("gather_pairs", faces, |s| GatherPairs {
+        positions: &s.positions,
+        faces: &s.faces,
+        ring_starts: &s.ring_starts,
+        ring_faces: &s.ring_faces,
+        face_count: s.face_count,
+        starts: &s.pair_starts,
+        pairs: &mut s.pairs,
+    }),
+    stage!("volume_costs", pairs, |s| VolumeCosts {
+        positions: &s.positions,
+        faces: &s.faces,
+        ring_starts: &s.ring_starts,
+        ring_faces: &s.ring_faces,
+        sums: &s.sums,
+        borders: &s.borders,
+        pairs: &s.pairs,
+        pair_count: s.pair_count,
+        border_weight: BORDER_FACTOR,
+        at_endpoints: false,
+        keys: &mut s.keys,
+    }),
+    stage!("plane_costs", pairs, |s| PlaneCosts {
+        positions: &s.positions,
+        faces: &s.faces,
+        quadrics: &s.quadrics,
+        pairs: &s.pairs,
+        pair_count: s.pair_count,
+        at_endpoints: false,
+        keys: &mut s.plane_keys,
+    }),
+    stage!("cost_histogram", pairs, |s| CostHistogram {
+        keys: &s.keys,
+        key_count: s.pair_count,
+        buckets: &mut s.buckets,
+    }),
+    stage!("count_candidates", pairs, |s| CountCandidates {
+        keys: &s.keys,
+        key_count: s.pair_count,
+        threshold: s.threshold,
+        counts: &mut s.candidate_counts,
+    }),
+    stage!("gather_candidates", pairs, |s| GatherCandidates {
+        keys: &s.keys,
+        pairs: &s.pairs,
+        key_count: s.pair_count,
+        threshold: s.threshold,
+        starts: &s.candidate_starts,
+        candidates: &mut s.candidates,
+    }),
+    stage!("contract_quadrics", contractions, |s| ContractQuadrics {
+        contractions: &s.contractions,
+        contraction_count: s.contraction_count,
+        positions: &s.positions,
+        quadrics: &mut s.moved_quadrics,
+    }),
+    stage!("contract_vertices", contractions, |s| ContractVertices {
+        contractions: &s.contractions,
+        contraction_count: s.contraction_count,
+        positions: &mut s.moved_positions,
+        roles: &mut s.moved_roles,
+    }),
+    stage!("contract_faces", faces, |s| ContractFaces {
+        roles: &s.roles,
+        faces: &mut s.renamed_faces,
+        face_count: s.face_count,
+        live: &mut s.face_live,
+    }),
+    stage!("live_vertices", vertices, |s| LiveVertices {
+        roles: &s.roles,
+        ring_starts: &s.ring_starts,
+        ring_faces: &s.ring_faces,
+        face_live: &s.face_live,
+        vertex_count: s.vertex_count,
+        live: &mut s.vertex_live,
+        ring_lengths: &mut s.ring_lengths,
+    }),
+    stage!("compact_vertices", vertices, |s| CompactVertices {
+        new_vertex: &s.new_vertex,
+        new_starts: &s.new_starts,
+        positions: &s.positions,
+        vertex_count: s.vertex_count,
+        positions_out: &mut s.positions_out,
+        starts_out: &mut s.starts_out,
+    }),
+    stage!("compact_rings", vertices, |s| CompactRings {
+        roles: &s.roles,
+        ring_starts: &s.ring_starts,
+        ring_faces: &s.ring_faces,
+        new_face: &s.new_face,
+        new_vertex: &s.new_vertex,
+        new_starts: &s.new_starts,
+        vertex_count: s.vertex_count,
+        rings_out: &mut s.rings_out,
+    }),
+    stage!("compact_faces", faces, |s| CompactFaces {
+        new_face: &s.new_face,
+        new_vertex: &s.new_vertex,
+        faces: &s.renamed_faces,
+        face_count: s.face_count,
+        faces_out: &mut s.faces_out,
+    }),
+    stage!("compact_quadrics", vertices, |s| CompactQuadrics {
+        new_vertex: &s.new_vertex,
+        quadrics: &s.quadrics,
+        vertex_count: s.vertex_count,
+        quadrics_out: &mut s.quadrics_out,
+    }),
+];
