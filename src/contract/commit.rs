@@ -59,6 +59,23 @@ impl Rules {
     }
 }
 
+/// The live mesh on the host.
+#[derive(Debug)]
+pub struct Live<'a> {
+    pub surface: &'a mut Surface,
+    pub carried: &'a mut Carried,
+}
+
+/// How many faces a round may remove.
+///
+/// Interior pairs remove two and border pairs one. Where one is left to remove, only a border pair will do, unless the
+/// quota may be overshot by one face because no border pair did.
+#[derive(Debug, Clone, Copy)]
+pub struct Quota {
+    pub faces: usize,
+    pub may_overshoot: bool,
+}
+
 /// What a round's commit did.
 #[derive(Debug, Default)]
 pub struct Committed {
@@ -99,94 +116,59 @@ impl Committer {
         Self { rules, star: Star::default(), marks: Marks::new(vertex_count), deviation: 0.0 }
     }
 
-    /// Contracts the legal ones among `candidates`, in order, until `most_faces` faces are gone; no vertex twice.
-    ///
-    /// Interior pairs remove two faces and border pairs one. Where one face is left to remove, only a border pair will
-    /// do; with `may_overshoot` an interior one takes one face more than asked if no border pair did.
-    pub fn commit(
-        &mut self,
-        surface: &mut Surface,
-        carried: &mut Carried,
-        candidates: &[Candidate],
-        most_faces: usize,
-        may_overshoot: bool,
-        committed: &mut Committed,
-    ) {
+    /// Contracts the legal ones among `candidates`, in order, until the quota is used up; no vertex twice.
+    pub fn commit(&mut self, live: &mut Live<'_>, candidates: &[Candidate], quota: Quota, committed: &mut Committed) {
         let mut overshooting = None;
         for (i, candidate) in candidates.iter().enumerate() {
-            let left = most_faces.saturating_sub(committed.faces_removed);
+            let left = quota.faces.saturating_sub(committed.faces_removed);
             if left == 0 {
                 return;
             }
-            if left == 1 && !self.removes_one(surface, *candidate) {
+            if left == 1 && !removes_one(live.surface, *candidate) {
                 overshooting = overshooting.or(Some(i));
                 continue;
             }
-            self.attempt(surface, carried, *candidate, committed);
+            self.attempt(live, *candidate, committed);
         }
-        if let Some(first) = overshooting.filter(|_| may_overshoot) {
+        if let Some(first) = overshooting.filter(|_| quota.may_overshoot) {
             for candidate in &candidates[first..] {
-                if committed.faces_removed >= most_faces {
+                if committed.faces_removed >= quota.faces {
                     break;
                 }
-                self.attempt(surface, carried, *candidate, committed);
+                self.attempt(live, *candidate, committed);
             }
         }
     }
 
-    /// Contracts the legal ones among `selected`, all of which fit the budget and no two of which share an end.
-    ///
-    /// Does not count refusals: [`Committer::commit`] meets them again.
-    pub fn commit_all(
-        &mut self,
-        surface: &mut Surface,
-        carried: &mut Carried,
-        selected: &[Candidate],
-        committed: &mut Committed,
-    ) {
+    /// Contracts the legal ones among `selected`, all of which fit the quota and no two of which share an end. Does not
+    /// count refusals: [`Committer::commit`] meets them again.
+    pub fn commit_all(&mut self, live: &mut Live<'_>, selected: &[Candidate], committed: &mut Committed) {
         for &candidate in selected {
-            self.attempt(surface, carried, candidate, committed);
+            self.attempt(live, candidate, committed);
         }
         committed.blocked = Blocked::default();
     }
 
-    fn removes_one(&self, surface: &Surface, candidate: Candidate) -> bool {
-        let positions = surface.positions.host();
-        let [u, w, _] = half_edge_corners(candidate.half_edge, surface.faces.host());
-        positions[u as usize].flags & positions[w as usize].flags & BORDER != 0
-    }
-
-    fn attempt(
-        &mut self,
-        surface: &mut Surface,
-        carried: &mut Carried,
-        candidate: Candidate,
-        committed: &mut Committed,
-    ) {
-        let [u, w, _] = half_edge_corners(candidate.half_edge, surface.faces.host());
-        let roles = surface.roles.host();
+    fn attempt(&mut self, live: &mut Live<'_>, candidate: Candidate, committed: &mut Committed) {
+        let [u, w, _] = half_edge_corners(candidate.half_edge, live.surface.faces.host());
+        let roles = live.surface.roles.host();
         if u == w || roles[u as usize] | roles[w as usize] != 0 {
             return;
         }
-        match self.examine(surface, carried, [u, w], f32::from_bits(candidate.key)) {
+        match self.examine(live, [u, w], f32::from_bits(candidate.key)) {
             Err(rejection) => committed.blocked.count(rejection),
             Ok(accepted) => {
                 self.deviation = self.deviation.max(accepted.deviation);
                 committed.faces_removed += self.star.shared.len();
-                committed.contractions.push(contract(surface, carried, [u, w], &accepted));
+                committed.contractions.push(contract(live, [u, w], &accepted));
                 committed.greatest_key = committed.greatest_key.max(candidate.key);
             }
         }
     }
 
     /// The contraction of `u` and `w`, which cost `cost` as the round began, if it is legal now.
-    fn examine(
-        &mut self,
-        surface: &Surface,
-        carried: &Carried,
-        [u, w]: [u32; 2],
-        cost: f32,
-    ) -> Result<Accepted, Rejection> {
+    fn examine(&mut self, live: &Live<'_>, [u, w]: [u32; 2], cost: f32) -> Result<Accepted, Rejection> {
+        let surface = &*live.surface;
         let stars = Stars {
             positions: surface.positions.host(),
             faces: surface.faces.host(),
@@ -227,7 +209,7 @@ impl Committer {
         let accumulated = contracted(qu, qw, pu.xyz(), pw.xyz(), at);
         let drift = match self.rules.metric {
             Metric::Plane => f32::INFINITY,
-            Metric::Volume => carried.drift(u, w) + (value / quadric.weight()).sqrt() as f32,
+            Metric::Volume => live.carried.drift(u, w) + (value / quadric.weight()).sqrt() as f32,
         };
         let deviation = deviation(&accumulated).min(drift);
         if f64::from(deviation) > self.rules.max_deviation {
@@ -267,13 +249,21 @@ impl Committer {
     }
 }
 
+/// Whether a candidate may be a border pair, which removes one face.
+fn removes_one(surface: &Surface, candidate: Candidate) -> bool {
+    let positions = surface.positions.host();
+    let [u, w, _] = half_edge_corners(candidate.half_edge, surface.faces.host());
+    positions[u as usize].flags & positions[w as usize].flags & BORDER != 0
+}
+
 /// The root of the weighted mean squared distance of a quadric's own vertex to its planes.
 fn deviation(quadric: &PlaneQuadric) -> f32 {
     if quadric.weight > 0.0 { (quadric.c.max(0.0) / quadric.weight).sqrt() } else { 0.0 }
 }
 
 /// Writes an accepted contraction into the surface and what it carries.
-fn contract(surface: &mut Surface, carried: &mut Carried, [u, w]: [u32; 2], accepted: &Accepted) -> Contraction {
+fn contract(live: &mut Live<'_>, [u, w]: [u32; 2], accepted: &Accepted) -> Contraction {
+    let Live { surface, carried } = live;
     let (keep, gone) = (u.min(w), u.max(w));
     let positions = surface.positions.host_mut();
     let flags = positions[u as usize].flags | positions[w as usize].flags;

@@ -8,7 +8,7 @@ use crate::kernel::rows::{Candidate, Contraction};
 use crate::mesh::Mesh;
 use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord, StopReason};
 
-use super::commit::{Committed, Committer, Rules};
+use super::commit::{Committed, Committer, Live, Quota, Rules};
 use super::evaluate::{Evaluation, Gate, plane_sums};
 use super::prepare::{Prepared, prepare};
 use super::select::Selector;
@@ -25,8 +25,8 @@ const PLANE_SHARE: f64 = 0.15;
 const CANDIDATES_EACH: f64 = 1.5;
 /// A round that contracts less than this share of its candidates widens the gate of the next.
 const MEAGER: f64 = 0.05;
-/// Live faces from which a round first contracts its selection in the order of memory and only then what refusals left
-/// free: below, the mesh is in the cache and the order of cost is a little more accurate.
+/// Live faces from which a round contracts its selection in the order of memory, and what refusals left free only where
+/// they are many: below, the mesh is in the cache and the order of cost is a little more accurate.
 const PLACE_ORDER_FACES: usize = 100_000;
 
 /// Where rounds are evaluated: on the host's own surface, or on a GPU's copy of it.
@@ -174,19 +174,10 @@ impl<'a> Run<'a> {
         let moved = self.evaluator.queue.time_moving().saturating_sub(before).as_secs_f64();
         let on_gpu = self.evaluator.is_gpu();
         let evaluated = clock.elapsed().as_secs_f64();
-        self.selector.sort(&mut self.candidates);
         let to_remove = faces - target;
-        let mut committed = Committed::default();
-        let carried = &mut self.prepared.carried;
-        if faces >= PLACE_ORDER_FACES {
-            self.selector.select(&self.candidates, self.host.faces.host(), to_remove / 2, &mut self.selected);
-        }
+        self.select(to_remove);
         let sorted = clock.elapsed().as_secs_f64();
-        if faces >= PLACE_ORDER_FACES {
-            self.committer.commit_all(&mut self.host, carried, &self.selected, &mut committed);
-        }
-        let may_overshoot = self.widening >= FULL || !self.prepared.has_border;
-        self.committer.commit(&mut self.host, carried, &self.candidates, to_remove, may_overshoot, &mut committed);
+        let committed = self.commit(to_remove);
         let vertices_left = self.host.vertex_count - committed.contractions.len();
         let faces_left = faces - committed.faces_removed;
         let mut moved_up = 0.0;
@@ -218,6 +209,27 @@ impl<'a> Run<'a> {
             on_gpu,
         });
         Ok((pairs, committed))
+    }
+
+    /// Sorts the candidates by cost; of a large surface, also selects those that are contracted in the order of memory.
+    fn select(&mut self, to_remove: usize) {
+        self.selector.sort(&mut self.candidates);
+        self.selected.clear();
+        if self.host.face_count >= PLACE_ORDER_FACES {
+            // An interior contraction removes two faces: all that are selected fit.
+            self.selector.select(&self.candidates, self.host.faces.host(), to_remove / 2, &mut self.selected);
+        }
+    }
+
+    fn commit(&mut self, to_remove: usize) -> Committed {
+        let mut committed = Committed::default();
+        let mut live = Live { surface: &mut self.host, carried: &mut self.prepared.carried };
+        self.committer.commit_all(&mut live, &self.selected, &mut committed);
+        // Refusals have freed their ends for the next in cost; without those, half as many rounds more are needed.
+        let may_overshoot = self.widening >= FULL || !self.prepared.has_border;
+        let quota = Quota { faces: to_remove, may_overshoot };
+        self.committer.commit(&mut live, &self.candidates, quota, &mut committed);
+        committed
     }
 
     /// Fills the candidates; a device that fails gives way to the host.

@@ -82,12 +82,13 @@ fn leaves_an_edge(star: &Star, tip: u32) -> bool {
     matches!((first.min(second), first.max(second)), (0, 1) | (1, _))
 }
 
-/// Least cosine between a face's normals before and after, and least height over longest side.
+/// How far a contraction may turn and flatten a face.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShapeLimits {
     /// Least cosine between a face's old and new normal.
     pub min_cos: f64,
-    /// Least height of a face over its longest side, unless it was worse.
+    /// Least area of a face, doubled, over the sum of the squares of its two sides at the moved corner, unless it was
+    /// worse: about its height over its length.
     pub min_height: f64,
 }
 
@@ -97,7 +98,7 @@ const NO_AREA_SQ: f64 = 1e-24;
 /// Whether every surviving face keeps its side and its shape when the ends move to `x`, about the pair's midpoint.
 pub fn shapes_hold(star: &Star, x: DVec3, limits: ShapeLimits) -> Result<(), Rejection> {
     for face in star.first.iter().chain(&star.second) {
-        let [p0, p1, p2] = face.points;
+        let [_, p1, p2] = face.points;
         let (before, after) = (face.normal, (p1 - x).cross(p2 - x));
         let before_sq = before.length_squared();
         if before_sq <= NO_AREA_SQ {
@@ -108,17 +109,13 @@ pub fn shapes_hold(star: &Star, x: DVec3, limits: ShapeLimits) -> Result<(), Rej
         if turns {
             return Err(Rejection::Flip);
         }
-        let height = |normal_sq: f64, p0: DVec3| normal_sq.sqrt() / longest_sq([p0, p1, p2]);
-        let flat_sq = limits.min_height * longest_sq([x, p1, p2]);
-        if after_sq < flat_sq * flat_sq && height(after_sq, x) < height(before_sq, p0) {
+        let sides_sq = |p: DVec3| (p1 - p).length_squared() + (p2 - p).length_squared();
+        let least = limits.min_height * sides_sq(x);
+        if after_sq < least * least && after_sq.sqrt() / sides_sq(x) < before_sq.sqrt() / sides_sq(face.points[0]) {
             return Err(Rejection::Aspect);
         }
     }
     Ok(())
-}
-
-fn longest_sq([p, q, r]: [DVec3; 3]) -> f64 {
-    (q - r).length_squared().max((r - p).length_squared()).max((p - q).length_squared())
 }
 
 #[cfg(test)]

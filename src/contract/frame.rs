@@ -2,8 +2,13 @@
 //!
 //! Not the unit box: costs of the `volume` metric grow with the sixth power of length and would underflow there.
 
+use rayon::prelude::*;
+
 use crate::kernel::rows::Position;
 use crate::math::DVec3;
+
+/// Faces summed by one thread at a time.
+const CHUNK: usize = 1 << 14;
 
 /// Farthest that an unused vertex may lie out; a corner of a face lies within the number of its faces.
 const FARTHEST: DVec3 = DVec3::splat((1_u64 << 40) as f64);
@@ -20,20 +25,26 @@ impl Frame {
     /// The frame of a mesh.
     pub fn new(positions: &[DVec3], faces: &[[u32; 3]]) -> Self {
         // Of the faces' corners: an unused vertex may lie anywhere.
-        let corners = faces.iter().flatten().map(|&v| positions[v as usize]);
-        let Some(first) = corners.clone().next() else { return Self { center: DVec3::ZERO, scale: 1.0 } };
-        let (low, high) = corners.fold((first, first), |(low, high), p| (low.min(p), high.max(p)));
+        let corners = |face: &[u32; 3]| face.map(|v| positions[v as usize]);
+        let Some([first, ..]) = faces.first().map(corners) else { return Self { center: DVec3::ZERO, scale: 1.0 } };
+        let within =
+            |(low, high): (DVec3, DVec3), [a, b, c]: [DVec3; 3]| (low.min(a).min(b).min(c), high.max(a).max(b).max(c));
+        let (low, high) = (faces.par_iter().with_min_len(CHUNK).map(corners))
+            .fold(|| (first, first), within)
+            .reduce(|| (first, first), |(a, b), (c, d)| (a.min(c), b.max(d)));
         // Halves first: the sum of two finite numbers may not be.
         let center = low * 0.5 + high * 0.5;
         let half = ((high - center).max(center - low)).max_element();
         // In units of the box, where squares neither overflow nor vanish.
         let unit = if half > 0.0 { 1.0 / half } else { 1.0 };
         let unit = if unit.is_finite() { unit } else { 1.0 };
-        let mut sum = 0.0;
-        for face in faces {
-            let [a, b, c] = face.map(|v| (positions[v as usize] - center) * unit);
-            sum += (b - a).length() + (c - b).length() + (a - c).length();
-        }
+        let perimeter = |face| {
+            let [a, b, c] = corners(face).map(|p| (p - center) * unit);
+            (b - a).length() + (c - b).length() + (a - c).length()
+        };
+        // Chunks of equal length, summed in order: the same number for any count of threads.
+        let sums: Vec<f64> = faces.par_chunks(CHUNK).map(|faces| faces.iter().map(perimeter).sum()).collect();
+        let sum: f64 = sums.iter().sum();
         let mean = sum / (3.0 * faces.len() as f64) / unit;
         let exponent = if mean > 0.0 && mean.is_finite() { -mean.log2().round() } else { 0.0 };
         Self { center, scale: exponent.clamp(-1000.0, 1000.0).exp2() }
