@@ -17,6 +17,8 @@ use super::{Metric, Options};
 
 /// Live faces below which a GPU hands over to the CPU: a round there costs more than its work.
 const HANDOVER_FACES: usize = 20_000;
+/// The same for software, which shares the CPU's cores and never gains: it does the bulk and leaves the many small rounds.
+const SOFTWARE_HANDOVER_FACES: usize = 250_000;
 /// Share of the live pairs that the `volume` metric lets through the gate. 15 % loses nothing but rounds.
 const VOLUME_SHARE: f64 = 0.5;
 /// The same for `plane`, whose accumulated costs grow as neighbors contract.
@@ -148,7 +150,7 @@ impl<'a> Run<'a> {
             committer: Committer::new(Rules::new(options, max_deviation), host.vertex_count),
             selected: Vec::new(),
             selector: Selector::new(host.vertex_count),
-            handover_faces: HANDOVER_FACES.min(host.face_count / 4),
+            handover_faces: handover_faces(device).min(host.face_count / 4),
             used_gpu: evaluator.is_gpu(),
             seconds: Phases { weld: prepared.weld_secs, ..Phases::default() },
             prepared,
@@ -309,6 +311,10 @@ impl<'a> Run<'a> {
             warnings: self.warnings,
         })
     }
+}
+
+fn handover_faces(device: &Device) -> usize {
+    if device.is_software() { SOFTWARE_HANDOVER_FACES } else { HANDOVER_FACES }
 }
 
 fn fallback(reason: &Error) -> String {
