@@ -47,6 +47,10 @@
 //! - [`kernel`]: what runs on a GPU, each kernel beside its twin; [`backend`]: who runs it.
 //! - [`mesh`]: welding, topology, validation, shapes and samples; [`formats`]: files.
 
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 pub mod backend;
 pub mod contract;
 pub mod error;

@@ -98,7 +98,7 @@ impl Budget {
 pub enum StopReason {
     /// The face count was reached.
     FacesReached,
-    /// Every further contraction would pass the error limit.
+    /// No contraction is left that is legal and within the error limit.
     ErrorReached,
     /// Every pair that is left is refused; [`Outcome::blocked`] counts the reasons.
     Stuck,
@@ -106,14 +106,14 @@ pub enum StopReason {
     Cancelled,
 }
 
-/// How many pairs were refused, by reason, in the last full round: what blocks further reduction.
+/// How many pairs were refused in a round, by reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 pub struct Blocked {
     /// Would join two borders or pull a border into the surface.
     pub border: u64,
-    /// Both ends are locked.
+    /// Both ends are locked, or one is a hub of hundreds of faces; counted when a run is stuck.
     pub lock: u64,
-    /// An attribute seam would tear.
+    /// An attribute seam would tear; always 0 until seams are carried.
     pub seam: u64,
     /// The link condition fails: the surface would change its topology or lose manifoldness.
     pub link: u64,
@@ -216,7 +216,8 @@ pub type OnProgress<'a> = dyn FnMut(Progress) -> ControlFlow<()> + Send + 'a;
 /// ([`StopReason::Stuck`]), not an error.
 ///
 /// # Errors
-/// [`Error::Mesh`] for an invalid mesh or one without faces, [`Error::Parameter`] for a budget or option out of range.
+/// [`Error::Mesh`] for an invalid mesh or one without faces, [`Error::Parameter`] for a budget or option out of range,
+/// [`Error::Limit`] for more vertices or faces than indices hold.
 /// A device that is lost on the way is no error: the CPU finishes, and a warning says so.
 pub fn simplify(
     mesh: &Mesh,

@@ -12,6 +12,9 @@ command -v cargo >/dev/null || fail "no cargo: install Rust, see https://rustup.
 cargo fmt --version >/dev/null 2>&1 || fail "no rustfmt: run 'rustup component add rustfmt'"
 cargo clippy --version >/dev/null 2>&1 || fail "no clippy: run 'rustup component add clippy'"
 
+as_root=
+[ "$(id -u)" -eq 0 ] || as_root=sudo
+
 # A Vulkan driver announces itself by a file.
 has_vulkan() {
     [ -n "${VK_DRIVER_FILES:-}${VK_ICD_FILENAMES:-}" ] && return
@@ -23,13 +26,15 @@ has_vulkan() {
 
 if [ "$(uname)" = Linux ] && ! has_vulkan; then
     command -v apt-get >/dev/null || fail "no Vulkan driver and no apt-get: install Mesa's software Vulkan (lavapipe)"
-    as_root=
-    if [ "$(id -u)" -ne 0 ]; then
-        command -v sudo >/dev/null || fail "no Vulkan driver and no sudo: install mesa-vulkan-drivers"
-        as_root=sudo
-    fi
+    [ -z "$as_root" ] || command -v sudo >/dev/null || fail "no Vulkan driver and no sudo: install mesa-vulkan-drivers"
     $as_root apt-get update
     $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends mesa-vulkan-drivers libvulkan1
+fi
+
+# The benches compare with meshoptimizer, which is C++.
+if ! command -v c++ >/dev/null && command -v apt-get >/dev/null; then
+    $as_root apt-get update
+    $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends g++
 fi
 
 # A test that finds no adapter fails instead of skipping.

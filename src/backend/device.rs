@@ -45,6 +45,7 @@ pub struct GpuOptions {
 pub struct Device {
     threads: Arc<rayon::ThreadPool>,
     gpu: Option<Arc<Gpu>>,
+    is_auto: bool,
     notes: Vec<String>,
 }
 
@@ -58,7 +59,7 @@ impl Device {
             .num_threads(threads)
             .build()
             .map_err(|e| Error::Device(format!("cannot start the threads: {e}")))?;
-        Ok(Self { threads: Arc::new(threads), gpu: None, notes: Vec::new() })
+        Ok(Self { threads: Arc::new(threads), gpu: None, is_auto: false, notes: Vec::new() })
     }
 
     /// The adapter that `selector` names, not yet tested; for [`Selector::Cpu`] the CPU.
@@ -70,13 +71,18 @@ impl Device {
             Selector::Cpu => None,
             _ => Some(Arc::new(Gpu::open(selector, options)?)),
         };
-        Ok(Self { gpu, ..Self::cpu(threads)? })
+        Ok(Self { gpu, is_auto: *selector == Selector::Auto, ..Self::cpu(threads)? })
     }
 
     /// This device with one more note.
     pub(crate) fn with_note(mut self, note: String) -> Self {
         self.notes.push(note);
         self
+    }
+
+    /// Whether the GPU was taken by itself and is to be used only where it gains.
+    pub(crate) fn is_auto(&self) -> bool {
+        self.is_auto
     }
 
     /// Whether kernels run on software that stands in for a GPU.

@@ -160,6 +160,7 @@ fn limits(own: &wgpu::Limits) -> wgpu::Limits {
         max_storage_buffers_per_shader_stage: own.max_storage_buffers_per_shader_stage,
         max_buffers_and_acceleration_structures_per_shader_stage: own
             .max_buffers_and_acceleration_structures_per_shader_stage,
+        max_compute_workgroup_storage_size: own.max_compute_workgroup_storage_size,
         max_compute_workgroups_per_dimension: own.max_compute_workgroups_per_dimension,
         min_uniform_buffer_offset_alignment: own.min_uniform_buffer_offset_alignment,
         ..wgpu::Limits::downlevel_defaults()

@@ -21,8 +21,8 @@ use super::star::{Marks, Star};
 use super::surface::Surface;
 use super::{Metric, Options, Placement};
 
-/// Least height of a changed face over its longest side. Thinner faces have normals of rounding noise, which the next
-/// contraction lays over;
+/// Least height of a changed face over its length. Thinner faces have normals of rounding noise, which the next
+/// contraction lays over.
 const MIN_HEIGHT: f64 = 1e-3;
 
 /// A pair that came to cost more than this many times what it did waits for the next round.
@@ -53,7 +53,7 @@ impl Rules {
                 Metric::Volume => VOLUME_REGULARIZATION,
                 Metric::Plane => PLANE_REGULARIZATION,
             }),
-            limits: ShapeLimits { min_cos: f64::from(options.max_flip_rad).cos(), min_height: MIN_HEIGHT },
+            limits: ShapeLimits { min_cos: options.min_cos(), min_height: MIN_HEIGHT },
             max_deviation,
         }
     }
@@ -95,6 +95,8 @@ pub struct Committer {
     rules: Rules,
     star: Star,
     marks: Marks,
+    /// Whether a pair that became dear may wait for another round.
+    pub may_wait: bool,
     /// Greatest estimated deviation of a contraction so far, in the normalized frame.
     pub deviation: f32,
 }
@@ -113,7 +115,7 @@ struct Accepted {
 impl Committer {
     /// For a surface of `vertex_count` vertices.
     pub fn new(rules: Rules, vertex_count: usize) -> Self {
-        Self { rules, star: Star::default(), marks: Marks::new(vertex_count), deviation: 0.0 }
+        Self { rules, star: Star::default(), marks: Marks::new(vertex_count), may_wait: true, deviation: 0.0 }
     }
 
     /// Contracts the legal ones among `candidates`, in order, until the quota is used up; no vertex twice.
@@ -195,7 +197,7 @@ impl Committer {
         };
         let value = quadric.value(x).max(0.0);
         // Accumulated quadrics are the ends' own: no neighbor changes their cost.
-        if self.rules.metric == Metric::Volume && value > OUTDATED * f64::from(cost) + NEGLIGIBLE {
+        if self.may_wait && self.rules.metric == Metric::Volume && value > OUTDATED * f64::from(cost) + NEGLIGIBLE {
             return Err(Rejection::Outdated);
         }
         // To the bit at the ends, whose difference may have been rounded.

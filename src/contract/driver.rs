@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::backend::{Buffer, Device, Queue};
 use crate::error::{Error, Result};
-use crate::kernel::rows::{Candidate, Contraction};
+use crate::kernel::rows::{Candidate, Contraction, HUB, LOCKED};
 use crate::mesh::Mesh;
 use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord, StopReason};
 
@@ -19,6 +19,8 @@ use super::{Metric, Options};
 const HANDOVER_FACES: usize = 20_000;
 /// The same for software, which shares the CPU's cores and never gains: it does the bulk and leaves the many small rounds.
 const SOFTWARE_HANDOVER_FACES: usize = 250_000;
+/// Faces from which a GPU that was taken by itself is used: below, its kernels are not even loaded when the CPU is done.
+const AUTO_FACES: usize = 100_000;
 /// Share of the live pairs that the `volume` metric lets through the gate. 15 % loses nothing but rounds.
 const VOLUME_SHARE: f64 = 0.5;
 /// The same for `plane`, whose accumulated costs grow as neighbors contract.
@@ -27,6 +29,8 @@ const PLANE_SHARE: f64 = 0.15;
 const CANDIDATES_EACH: f64 = 1.5;
 /// A round that contracts less than this share of its candidates widens the gate of the next.
 const MEAGER: f64 = 0.05;
+/// A gate this many times wider than usual lets every pair through.
+const FULL: f64 = 64.0;
 /// Live faces from which a round contracts its selection in the order of memory, and what refusals left free only where
 /// they are many: below, the mesh is in the cache and the order of cost is a little more accurate.
 const PLACE_ORDER_FACES: usize = 100_000;
@@ -40,8 +44,7 @@ struct Evaluator {
 }
 
 impl Evaluator {
-    fn on_host(queue: Queue, host: &Surface, options: &Options, has_border: bool) -> Result<Self> {
-        let mut queue = queue;
+    fn on_host(mut queue: Queue, host: &Surface, options: &Options, has_border: bool) -> Result<Self> {
         let evaluation = Evaluation::new(&mut queue, host, options, has_border)?;
         Ok(Self { queue, copy: None, evaluation })
     }
@@ -68,7 +71,9 @@ impl Evaluator {
         let Some((surface, list)) = &mut self.copy else { return Ok(()) };
         self.queue.write(list, contractions)?;
         surface.replay(&mut self.queue, list, contractions.len())?;
-        surface.compact(&mut self.queue, vertices_left, faces_left)
+        surface.compact(&mut self.queue, vertices_left, faces_left)?;
+        // Now, so that it works while the host compacts.
+        self.queue.submit()
     }
 }
 
@@ -94,6 +99,7 @@ pub fn run(
         let (pairs, committed) = run.round(target)?;
         if committed.contractions.is_empty() && run.widening >= FULL {
             let limited = committed.blocked.error > 0;
+            run.count_locked();
             break if limited { StopReason::ErrorReached } else { StopReason::Stuck };
         }
         run.adapt(&committed);
@@ -104,9 +110,6 @@ pub fn run(
     };
     run.finish(mesh, target, stop, clock)
 }
-
-/// A gate this many times wider than usual lets every pair through.
-const FULL: f64 = 64.0;
 
 /// The state of a run between rounds.
 struct Run<'a> {
@@ -123,7 +126,6 @@ struct Run<'a> {
     selector: Selector,
     /// How many times wider than usual the gate is.
     widening: f64,
-    used_gpu: bool,
     rounds: Vec<RoundRecord>,
     seconds: Phases,
     warnings: Vec<String>,
@@ -135,7 +137,11 @@ impl<'a> Run<'a> {
         let mut host = Surface::new(&mut host_queue, prepared.take_start(), true)?;
         plane_sums(&mut host_queue, &mut host, options.border_weight)?;
         let mut warnings = std::mem::take(&mut prepared.warnings);
-        let on_gpu = device.gpu_queue().map(|queue| Evaluator::on_gpu(queue, &host, options, prepared.has_border));
+        let gains = !device.is_auto() || host.face_count >= AUTO_FACES;
+        let on_gpu = device
+            .gpu_queue()
+            .filter(|_| gains)
+            .map(|queue| Evaluator::on_gpu(queue, &host, options, prepared.has_border));
         let evaluator = match on_gpu {
             Some(Ok(evaluator)) => evaluator,
             Some(Err(reason)) => {
@@ -151,7 +157,6 @@ impl<'a> Run<'a> {
             selected: Vec::new(),
             selector: Selector::new(host.vertex_count),
             handover_faces: handover_faces(device).min(host.face_count / 4),
-            used_gpu: evaluator.is_gpu(),
             seconds: Phases { weld: prepared.weld_secs, ..Phases::default() },
             prepared,
             host,
@@ -225,6 +230,8 @@ impl<'a> Run<'a> {
 
     fn commit(&mut self, to_remove: usize) -> Committed {
         let mut committed = Committed::default();
+        // With every pair let through and nothing contracted, there is no later round to wait for.
+        self.committer.may_wait = self.widening < FULL;
         let mut live = Live { surface: &mut self.host, carried: &mut self.prepared.carried };
         self.committer.commit_all(&mut live, &self.selected, &mut committed);
         // Refusals have freed their ends for the next in cost; without those, half as many rounds more are needed.
@@ -232,6 +239,22 @@ impl<'a> Run<'a> {
         let quota = Quota { faces: to_remove, may_overshoot };
         self.committer.commit(&mut live, &self.candidates, quota, &mut committed);
         committed
+    }
+
+    /// Adds to the last round's refusals the edges that were no pairs: between locked vertices, and at hubs.
+    fn count_locked(&mut self) {
+        let positions = self.host.positions.host();
+        let is_held = |[a, b]: [u32; 2]| {
+            let (a, b) = (positions[a as usize].flags, positions[b as usize].flags);
+            a & b & LOCKED != 0 || (a | b) & HUB != 0
+        };
+        let faces = &self.host.faces.host()[..self.host.face_count];
+        let sides = faces.iter().map(|f| [[f.a, f.b], [f.b, f.c], [f.c, f.a]].map(&is_held));
+        let held: usize = sides.map(|sides| sides.into_iter().filter(|&held| held).count()).sum();
+        if let Some(round) = self.rounds.last_mut() {
+            // An edge is a side of two faces.
+            round.blocked.lock = held.div_ceil(2) as u64;
+        }
     }
 
     /// Fills the candidates; a device that fails gives way to the host.
@@ -294,7 +317,7 @@ impl<'a> Run<'a> {
             .collect();
         self.seconds.total = clock.elapsed().as_secs_f64();
         let mut device = self.device.description();
-        if self.device.is_gpu() && !self.used_gpu {
+        if self.device.is_gpu() && !self.rounds.iter().any(|round| round.on_gpu) {
             device = self.device.cpu_description();
         }
         Ok(Outcome {

@@ -1,7 +1,7 @@
 //! Evaluating a round on one device: sums, the cost of every pair, the gate.
 
 use crate::backend::{Buffer, Queue, Row};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::kernel::cost_histogram::{BUCKET_SHIFT, BUCKETS, CostHistogram};
 use crate::kernel::count_candidates::{CountCandidates, GATE_BLOCK};
 use crate::kernel::count_pairs::CountPairs;
@@ -99,6 +99,10 @@ impl Evaluation {
             candidates: &mut self.candidates,
         })?;
         queue.read(&self.candidates, 0..count, candidates)?;
+        let half_edges = 3 * surface.face_count as u32;
+        if candidates.iter().any(|candidate| candidate.half_edge >= half_edges) {
+            return Err(Error::Device("it returned pairs that do not exist".into()));
+        }
         Ok(pairs)
     }
 
@@ -113,6 +117,9 @@ impl Evaluation {
         let mut total = Vec::new();
         queue.read(&self.counts, blocks..blocks + 1, &mut total)?;
         let pairs = total.iter().sum::<u32>() as usize;
+        if pairs > 3 * surface.face_count {
+            return Err(Error::Device(format!("it counted {pairs} pairs on {} faces", surface.face_count)));
+        }
         grow(queue, &mut self.pairs, pairs)?;
         grow(queue, &mut self.keys, pairs)?;
         let starts = &self.counts;

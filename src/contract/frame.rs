@@ -46,8 +46,9 @@ impl Frame {
         let sums: Vec<f64> = faces.par_chunks(CHUNK).map(|faces| faces.iter().map(perimeter).sum()).collect();
         let sum: f64 = sums.iter().sum();
         let mean = sum / (3.0 * faces.len() as f64) / unit;
-        let exponent = if mean > 0.0 && mean.is_finite() { -mean.log2().round() } else { 0.0 };
-        Self { center, scale: exponent.clamp(-1000.0, 1000.0).exp2() }
+        // From the bits: no logarithm, whose last digit differs between platforms.
+        let exponent = if mean.is_normal() { (mean.to_bits() >> 52 & 0x7ff) as i64 - 1023 } else { 0 };
+        Self { center, scale: f64::from_bits(((1023 - exponent.clamp(-1000, 1000)) as u64) << 52) }
     }
 
     /// A position in the frame, rounded to single precision.

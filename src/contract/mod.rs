@@ -73,14 +73,22 @@ impl Default for Options {
             placement: Placement::Optimal,
             border_weight: 1.0,
             lock_border: false,
-            max_flip_rad: 1.369_438_4,
+            max_flip_rad: MAX_FLIP_RAD,
             weld: Some(0.0),
             prune: 0.0,
         }
     }
 }
 
+/// Default greatest turn of a normal, acos 0.2 or 78°. 90° folds thin parts, 60° leaves them dense.
+const MAX_FLIP_RAD: f32 = 1.369_438_4;
+
 impl Options {
+    /// The cosine of the greatest turn; the default's is exact, for cosines differ between platforms.
+    fn min_cos(&self) -> f64 {
+        if self.max_flip_rad == MAX_FLIP_RAD { 0.2 } else { f64::from(self.max_flip_rad).cos() }
+    }
+
     fn check(&self) -> Result<()> {
         let positive = |x: f32| x >= 0.0 && x.is_finite();
         if !positive(self.border_weight) || self.border_weight > 1e6 {

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::kernel::contract_vertices::VERTEX;
 use crate::kernel::rows::{BORDER, Face, LOCKED, Position, with_hub};
 use crate::mesh::Mesh;
 use crate::mesh::adjacency::{EdgeUse, Rings};
@@ -63,6 +64,10 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
             "all its faces are degenerate: two corners of each lie at one point"
         };
         return Err(Error::Mesh(reason.into()));
+    }
+    if welded.mesh.positions.len() > VERTEX as usize {
+        let count = welded.mesh.positions.len();
+        return Err(Error::Limit(format!("{count} vertices, more than the {VERTEX} that a run can number")));
     }
     let mut warnings = weld_warnings(&welded);
     if pruned > 0 {

@@ -59,7 +59,7 @@ impl Mesh {
     /// Checks the invariants of this module.
     ///
     /// # Errors
-    /// [`Error::Mesh`] names the first face or vertex that breaks one.
+    /// [`Error::Mesh`] names the first face or vertex that breaks one; [`Error::Limit`] for more than indices hold.
     pub fn check(&self) -> Result<()> {
         let vertex_count = self.positions.len();
         if vertex_count > u32::MAX as usize / 2 || self.faces.len() > u32::MAX as usize / 3 {
