@@ -8,9 +8,10 @@ use coarsen::contract::Options;
 use coarsen::math::DVec3;
 use coarsen::mesh::shapes;
 use coarsen::simplify::Progress;
-use coarsen::{Budget, Error, Mesh, Method, StopReason, simplify};
+use coarsen::{Budget, Error, Mesh, Method, StopReason, formats, simplify};
 use support::engine::{METRICS, assert_kept, assert_rounds_add_up, contract, cpu, options};
 use support::independent::topology;
+use support::models;
 use support::shapes::{bumpy, grid, sphere};
 
 fn try_contract(mesh: &Mesh, options: Options, budget: Budget) -> coarsen::Result<coarsen::Outcome> {
@@ -224,6 +225,20 @@ fn the_records_of_the_rounds_add_up() {
             assert_eq!(contracted, vertices_lost as u64, "{name} {metric:?}: a contraction takes one vertex");
             assert!(outcome.rounds.iter().all(|round| !round.on_gpu && round.greatest_cost.is_finite()), "{name}");
             assert!(outcome.seconds.total > 0.0 && outcome.device == "CPU, 1 thread", "{name}: {}", outcome.device);
+        }
+    }
+}
+
+/// The counts of the survey's table; the cow is closed, but one of its vertices joins two fans.
+#[test]
+fn the_cow_reaches_its_papers_counts() {
+    let Some(path) = models::model("papers/cow.obj") else { return };
+    let cow = formats::read(&path).expect("a readable model");
+    assert_eq!(cow.faces.len(), 5804);
+    for metric in METRICS {
+        for faces in [2636, 366, 326] {
+            let outcome = contract(&cow, &options(metric), Budget::faces(faces));
+            assert_eq!((outcome.stop, outcome.mesh.faces.len()), (StopReason::FacesReached, faces), "{metric:?}");
         }
     }
 }
