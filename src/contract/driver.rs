@@ -23,6 +23,10 @@ const SOFTWARE_HANDOVER_FACES: usize = 250_000;
 const AUTO_FACES: usize = 100_000;
 /// Share of the live pairs that the `volume` metric lets through the gate. 15 % loses nothing but rounds.
 const VOLUME_SHARE: f64 = 0.5;
+/// Live faces from which that share holds. Below it falls with them, to a fifth: rounds are cheap there, and with few
+/// faces left every contraction counts (fandisk at 128: 5.5 % above the serial order without, 2.4 % with).
+const WIDE_FACES: f64 = 20_000.0;
+const LEAST_SHARE: f64 = 0.2;
 /// The same for `plane`, whose accumulated costs grow as neighbors contract.
 const PLANE_SHARE: f64 = 0.15;
 /// Candidates for every contraction still needed.
@@ -283,7 +287,7 @@ impl<'a> Run<'a> {
             return Gate { share: 1.0, most: usize::MAX };
         }
         let share = match self.options.metric {
-            Metric::Volume => VOLUME_SHARE,
+            Metric::Volume => VOLUME_SHARE * (self.host.face_count as f64 / WIDE_FACES).clamp(LEAST_SHARE, 1.0),
             Metric::Plane => PLANE_SHARE,
         };
         // An interior contraction removes two faces.
