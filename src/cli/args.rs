@@ -211,7 +211,7 @@ pub struct Device {
 
     /// Refuse jobs that need more memory: 8GiB
     ///
-    /// Refuses the job with code 6, before the work starts, when it is estimated to need more memory than this. The
+    /// Refuses the job with code 6, once the input is read, when it is estimated to need more memory than this. The
     /// estimate is 64 MiB and 288 bytes for every face of the input, 512 on an adapter.
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
     pub memory_limit: Option<u64>,
@@ -223,7 +223,7 @@ pub struct Writing {
     /// Replace the output if it exists
     ///
     /// Replaces a file that is already there, in one step when the new one is complete. Without it an existing file is
-    /// refused before the work starts.
+    /// refused once it is read.
     #[arg(short = 'w', long)]
     pub overwrite: bool,
 
