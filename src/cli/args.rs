@@ -223,7 +223,7 @@ pub struct Writing {
     /// Replace the output if it exists
     ///
     /// Replaces a file that is already there, in one step when the new one is complete. Without it an existing file is
-    /// refused once it is read.
+    /// refused before the work starts.
     #[arg(short = 'w', long)]
     pub overwrite: bool,
 
