@@ -171,12 +171,7 @@ impl Committer {
     /// The contraction of `u` and `w`, which cost `cost` as the round began, if it is legal now.
     fn examine(&mut self, live: &Live<'_>, [u, w]: [u32; 2], cost: f32) -> Result<Accepted, Rejection> {
         let surface = &*live.surface;
-        let stars = Stars {
-            positions: surface.positions.host(),
-            faces: surface.faces.host(),
-            ring_starts: surface.ring_starts.host(),
-            ring_faces: surface.ring_faces.host(),
-        };
+        let stars = Stars::on_host(&surface.positions, &surface.faces, &surface.ring_starts, &surface.ring_faces);
         let (pu, pw) = (stars.positions[u as usize], stars.positions[w as usize]);
         self.star.gather(u, w, &stars);
         link_condition(&self.star, [u, w], [pu.flags, pw.flags], &mut self.marks)?;

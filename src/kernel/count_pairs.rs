@@ -73,12 +73,7 @@ impl Kernel for CountPairs<'_> {
     fn run_cpu(&mut self) {
         let face_count = self.face_count;
         let blocks = face_count.div_ceil(PAIR_BLOCK) as usize;
-        let stars = Stars {
-            positions: self.positions.host(),
-            faces: self.faces.host(),
-            ring_starts: self.ring_starts.host(),
-            ring_faces: self.ring_faces.host(),
-        };
+        let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
         let counts = &mut self.counts.host_mut()[..=blocks];
         counts[blocks] = 0;
         counts[..blocks].par_iter_mut().enumerate().with_min_len(64).for_each(|(block, count)| {

@@ -66,12 +66,7 @@ impl Kernel for GatherPairs<'_> {
     }
 
     fn run_cpu(&mut self) {
-        let stars = Stars {
-            positions: self.positions.host(),
-            faces: self.faces.host(),
-            ring_starts: self.ring_starts.host(),
-            ring_faces: self.ring_faces.host(),
-        };
+        let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
         let blocks = self.face_count.div_ceil(PAIR_BLOCK) as usize;
         let starts = self.starts.host();
         let splits: Vec<u32> = (0..blocks).step_by(BLOCKS_EACH).chain([blocks]).map(|block| starts[block]).collect();

@@ -115,12 +115,7 @@ impl Kernel for PlaneSums<'_> {
 
     fn run_cpu(&mut self) {
         let params = self.params();
-        let stars = Stars {
-            positions: self.positions.host(),
-            faces: self.faces.host(),
-            ring_starts: self.ring_starts.host(),
-            ring_faces: self.ring_faces.host(),
-        };
+        let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
         let quadrics = &mut self.quadrics.host_mut()[..self.vertex_count as usize];
         quadrics.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(vertex, quadric)| {
             *quadric = plane_sum(vertex as u32, &stars, params.border_weight);

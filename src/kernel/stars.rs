@@ -1,6 +1,7 @@
 //! The faces around a vertex and their normals. In WGSL: `shaders/shared/stars.wgsl`.
 
 use super::rows::{Face, Position};
+use crate::backend::Buffer;
 use crate::math::Vec3;
 use crate::math::exact::{LEAST_FACTOR, cross3, flush3, sub3};
 
@@ -18,6 +19,21 @@ pub struct Stars<'a> {
 }
 
 impl<'a> Stars<'a> {
+    /// The mesh in these buffers of the host.
+    pub fn on_host(
+        positions: &'a Buffer<Position>,
+        faces: &'a Buffer<Face>,
+        ring_starts: &'a Buffer<u32>,
+        ring_faces: &'a Buffer<u32>,
+    ) -> Self {
+        Self {
+            positions: positions.host(),
+            faces: faces.host(),
+            ring_starts: ring_starts.host(),
+            ring_faces: ring_faces.host(),
+        }
+    }
+
     /// The faces around a vertex.
     #[inline(always)]
     pub fn ring(&self, vertex: u32) -> &'a [u32] {

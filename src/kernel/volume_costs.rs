@@ -193,12 +193,7 @@ impl Kernel for VolumeCosts<'_> {
 
     fn run_cpu(&mut self) {
         let params = self.params();
-        let stars = Stars {
-            positions: self.positions.host(),
-            faces: self.faces.host(),
-            ring_starts: self.ring_starts.host(),
-            ring_faces: self.ring_faces.host(),
-        };
+        let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
         let (sums, borders, pairs) = (self.sums.host(), self.borders.host(), self.pairs.host());
         let keys = &mut self.keys.host_mut()[..self.pair_count as usize];
         keys.par_iter_mut().zip(pairs).with_min_len(CHUNK).for_each(|(key, &pair)| {

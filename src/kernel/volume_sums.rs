@@ -114,12 +114,7 @@ impl Kernel for VolumeSums<'_> {
 
     fn run_cpu(&mut self) {
         let params = self.params();
-        let stars = Stars {
-            positions: self.positions.host(),
-            faces: self.faces.host(),
-            ring_starts: self.ring_starts.host(),
-            ring_faces: self.ring_faces.host(),
-        };
+        let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
         let sums = &mut self.sums.host_mut()[..self.vertex_count as usize];
         sums.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(vertex, sum)| {
             let vertex = vertex as u32;
