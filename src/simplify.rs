@@ -155,7 +155,9 @@ pub struct Phases {
     pub cost: f64,
     /// Gate and ordering.
     pub select: f64,
-    /// Filters and contractions.
+    /// Filters and placements; an estimate from one attempt in sixteen, since they alternate with contractions.
+    pub filter: f64,
+    /// Contractions and compaction.
     pub apply: f64,
     /// Moving data to and from the GPU.
     pub transfer: f64,

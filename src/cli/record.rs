@@ -56,6 +56,7 @@ struct Seconds {
     build: f64,
     cost: f64,
     select: f64,
+    filter: f64,
     apply: f64,
     transfer: f64,
     write: f64,
@@ -80,7 +81,7 @@ impl Record {
         };
         let diagonal = input.diagonal();
         let estimate = outcome.error_estimate;
-        let Phases { weld, build, cost, select, apply, transfer, .. } = outcome.seconds;
+        let Phases { weld, build, cost, select, filter, apply, transfer, .. } = outcome.seconds;
         Self {
             schema: 1,
             input: job.source.to_string(),
@@ -107,6 +108,7 @@ impl Record {
                 build,
                 cost,
                 select,
+                filter,
                 apply,
                 transfer,
                 write: clocks.write,

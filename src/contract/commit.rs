@@ -4,6 +4,8 @@
 //! - No vertex is an end of two contractions of a round; rings of unused ends are therefore those of its start.
 //! - Faces are renamed in place; a face with two equal corners is dead.
 
+use std::time::{Duration, Instant};
+
 use crate::kernel::contract_quadrics::contracted;
 use crate::kernel::contract_vertices::{GONE, KEEPS};
 use crate::kernel::pairs::half_edge_corners;
@@ -29,6 +31,9 @@ const MIN_HEIGHT: f64 = 1e-3;
 const OUTDATED: f64 = 2.0;
 /// Costs, in the normalized frame, that are not worth waiting for: what rounding leaves on a flat.
 const NEGLIGIBLE: f64 = 1e-12;
+
+/// One attempt in this many is timed: a clock takes as long as a tenth of an attempt.
+const TIMED: u64 = 16;
 
 /// What stays the same over all rounds of a run.
 #[derive(Debug, Clone, Copy)]
@@ -99,6 +104,10 @@ pub struct Committer {
     pub may_wait: bool,
     /// Greatest estimated deviation of a contraction so far, in the normalized frame.
     pub deviation: f32,
+    /// Attempts so far.
+    attempts: u64,
+    /// Time that every [`TIMED`]th of them spent in the filters.
+    timed: Duration,
 }
 
 /// A legal contraction.
@@ -115,7 +124,20 @@ struct Accepted {
 impl Committer {
     /// For a surface of `vertex_count` vertices.
     pub fn new(rules: Rules, vertex_count: usize) -> Self {
-        Self { rules, star: Star::default(), marks: Marks::new(vertex_count), may_wait: true, deviation: 0.0 }
+        Self {
+            rules,
+            star: Star::default(),
+            marks: Marks::new(vertex_count),
+            may_wait: true,
+            deviation: 0.0,
+            attempts: 0,
+            timed: Duration::ZERO,
+        }
+    }
+
+    /// Seconds spent in filters and placements so far, by the attempts that were timed.
+    pub fn filter_secs(&self) -> f64 {
+        self.timed.as_secs_f64() * TIMED as f64
     }
 
     /// Contracts the legal ones among `candidates`, in order, until the quota is used up; no vertex twice.
@@ -157,7 +179,11 @@ impl Committer {
         if u == w || roles[u as usize] | roles[w as usize] != 0 {
             return;
         }
-        match self.examine(live, [u, w], f32::from_bits(candidate.key)) {
+        let clock = self.attempts.is_multiple_of(TIMED).then(Instant::now);
+        self.attempts += 1;
+        let examined = self.examine(live, [u, w], f32::from_bits(candidate.key));
+        self.timed += clock.map_or(Duration::ZERO, |clock| clock.elapsed());
+        match examined {
             Err(rejection) => committed.blocked.count(rejection),
             Ok(accepted) => {
                 self.deviation = self.deviation.max(accepted.deviation);

@@ -189,6 +189,7 @@ impl<'a> Run<'a> {
         self.select(to_remove);
         let sorted = clock.elapsed().as_secs_f64();
         let committed = self.commit(to_remove);
+        let committed_at = clock.elapsed().as_secs_f64();
         let vertices_left = self.host.vertex_count - committed.contractions.len();
         let faces_left = faces - committed.faces_removed;
         let mut moved_up = 0.0;
@@ -209,7 +210,9 @@ impl<'a> Run<'a> {
         self.seconds.cost += evaluated - moved;
         self.seconds.transfer += moved + moved_up;
         self.seconds.select += sorted - evaluated;
-        self.seconds.apply += clock.elapsed().as_secs_f64() - sorted - moved_up;
+        let filtered = (self.committer.filter_secs() - self.seconds.filter).min(committed_at - sorted);
+        self.seconds.filter += filtered;
+        self.seconds.apply += clock.elapsed().as_secs_f64() - sorted - moved_up - filtered;
         self.rounds.push(RoundRecord {
             faces: faces as u64,
             pairs: pairs as u64,
