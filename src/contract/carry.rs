@@ -18,30 +18,13 @@ pub struct Carried {
 }
 
 impl Carried {
-    /// The greater drift of two vertices.
-    pub fn drift(&self, first: u32, second: u32) -> f32 {
-        let of = |v: u32| self.drift.get(v as usize).copied().unwrap_or(0.0);
-        of(first).max(of(second))
-    }
-
-    /// Interpolates into `keep` at `t` of the way between the ends; its drift is given.
-    pub fn contract(&mut self, keep: u32, [first, second]: [u32; 2], t: f32, drift: f32) {
-        let (keep, first, second) = (keep as usize, first as usize, second as usize);
-        if let Some(row) = self.drift.get_mut(keep) {
-            *row = drift;
-        }
-        self.origin[keep] = match t {
-            0.0 => self.origin[first],
-            1.0 => self.origin[second],
-            _ => MOVED,
-        };
-        if let Some(normals) = &mut self.normals {
-            let sum = normals[first] * (1.0 - t) + normals[second] * t;
-            normals[keep] = sum.try_normalize().unwrap_or(normals[first]);
-        }
-        if let Some(colors) = &mut self.colors {
-            let (a, b) = (colors[first], colors[second]);
-            colors[keep] = std::array::from_fn(|i| a[i] * (1.0 - t) + b[i] * t);
+    /// The rows of all vertices, to change.
+    pub fn rows(&mut self) -> CarriedRows<'_> {
+        CarriedRows {
+            origin: &mut self.origin,
+            normals: self.normals.as_deref_mut().unwrap_or_default(),
+            colors: self.colors.as_deref_mut().unwrap_or_default(),
+            drift: &mut self.drift,
         }
     }
 
@@ -61,6 +44,60 @@ impl Carried {
             keep_live(turned, new_face, face_count);
         }
     }
+}
+
+/// The rows of consecutive vertices; empty where nothing of the kind is carried.
+#[derive(Debug)]
+pub struct CarriedRows<'a> {
+    origin: &'a mut [u32],
+    normals: &'a mut [Vec3],
+    colors: &'a mut [[f32; 4]],
+    drift: &'a mut [f32],
+}
+
+impl CarriedRows<'_> {
+    /// The greater drift of two vertices.
+    pub fn drift(&self, first: usize, second: usize) -> f32 {
+        let of = |v: usize| self.drift.get(v).copied().unwrap_or(0.0);
+        of(first).max(of(second))
+    }
+
+    /// Interpolates into `keep` at `t` of the way between the ends; its drift is given.
+    pub fn contract(&mut self, keep: usize, [first, second]: [usize; 2], t: f32, drift: f32) {
+        if let Some(row) = self.drift.get_mut(keep) {
+            *row = drift;
+        }
+        self.origin[keep] = match t {
+            0.0 => self.origin[first],
+            1.0 => self.origin[second],
+            _ => MOVED,
+        };
+        if !self.normals.is_empty() {
+            let sum = self.normals[first] * (1.0 - t) + self.normals[second] * t;
+            self.normals[keep] = sum.try_normalize().unwrap_or(self.normals[first]);
+        }
+        if !self.colors.is_empty() {
+            let (a, b) = (self.colors[first], self.colors[second]);
+            self.colors[keep] = std::array::from_fn(|i| a[i] * (1.0 - t) + b[i] * t);
+        }
+    }
+}
+
+impl<'a> CarriedRows<'a> {
+    /// The first `size` rows and the others.
+    pub fn split_at(self, size: usize) -> (Self, Self) {
+        let (origin, other_origin) = self.origin.split_at_mut(size);
+        let (normals, other_normals) = split(self.normals, size);
+        let (colors, other_colors) = split(self.colors, size);
+        let (drift, other_drift) = split(self.drift, size);
+        let others = Self { origin: other_origin, normals: other_normals, colors: other_colors, drift: other_drift };
+        (Self { origin, normals, colors, drift }, others)
+    }
+}
+
+/// Splits rows that may not be there.
+fn split<T>(rows: &mut [T], size: usize) -> (&mut [T], &mut [T]) {
+    rows.split_at_mut(size.min(rows.len()))
 }
 
 fn keep_live<T>(rows: &mut Vec<T>, new_number: &[u32], count: usize) {
@@ -85,10 +122,10 @@ mod tests {
             drift: vec![0.0; 3],
             turned: None,
         };
-        carried.contract(0, [0, 1], 0.25, 0.5);
+        carried.rows().contract(0, [0, 1], 0.25, 0.5);
         assert_eq!((carried.origin[0], carried.colors.as_ref().map(|c| c[0])), (MOVED, Some([0.25; 4])));
-        assert_eq!(carried.drift(0, 1), 0.5);
-        carried.contract(0, [0, 2], 1.0, 0.5);
+        assert_eq!(carried.rows().drift(0, 1), 0.5);
+        carried.rows().contract(0, [0, 2], 1.0, 0.5);
         assert_eq!(carried.origin[0], 9);
         carried.compact(&[0, 1, 1, 2], 3, &[], 0);
         assert_eq!(carried.origin, [9, 9]);

@@ -8,10 +8,10 @@ use crate::kernel::rows::{Candidate, Contraction, HUB, LOCKED};
 use crate::mesh::Mesh;
 use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord, StopReason};
 
-use super::commit::{Committed, Committer, Live, Quota, Rules};
+use super::commit::{Committed, Committer, Quota, Spent};
 use super::evaluate::{Evaluation, Gate, plane_sums};
+use super::examine::Rules;
 use super::prepare::{Prepared, prepare};
-use super::select::Selector;
 use super::surface::Surface;
 use super::{Metric, Options};
 
@@ -35,10 +35,6 @@ const CANDIDATES_EACH: f64 = 1.5;
 const MEAGER: f64 = 0.05;
 /// A gate this many times wider than usual lets every pair through.
 const FULL: f64 = 64.0;
-/// Live faces from which a round contracts its selection in the order of memory, and what refusals left free only where
-/// they are many: below, the mesh is in the cache and the order of cost is a little more accurate.
-const PLACE_ORDER_FACES: usize = 100_000;
-
 /// Where rounds are evaluated: on the host's own surface, or on a GPU's copy of it.
 struct Evaluator {
     queue: Queue,
@@ -126,10 +122,10 @@ struct Run<'a> {
     committer: Committer,
     handover_faces: usize,
     candidates: Vec<Candidate>,
-    selected: Vec<Candidate>,
-    selector: Selector,
     /// How many times wider than usual the gate is.
     widening: f64,
+    /// Greatest estimated deviation of a contraction so far, in the normalized frame.
+    deviation: f32,
     rounds: Vec<RoundRecord>,
     seconds: Phases,
     warnings: Vec<String>,
@@ -157,9 +153,7 @@ impl<'a> Run<'a> {
         Ok(Self {
             options,
             device,
-            committer: Committer::new(Rules::new(options, max_deviation), host.vertex_count),
-            selected: Vec::new(),
-            selector: Selector::new(host.vertex_count),
+            committer: Committer::new(Rules::new(options, max_deviation)),
             handover_faces: handover_faces(device).min(host.face_count / 4),
             seconds: Phases { weld: prepared.weld_secs, ..Phases::default() },
             prepared,
@@ -168,6 +162,7 @@ impl<'a> Run<'a> {
             evaluator,
             candidates: Vec::new(),
             widening: 1.0,
+            deviation: 0.0,
             rounds: Vec::new(),
             warnings,
         })
@@ -185,10 +180,8 @@ impl<'a> Run<'a> {
         let moved = self.evaluator.queue.time_moving().saturating_sub(before).as_secs_f64();
         let on_gpu = self.evaluator.is_gpu();
         let evaluated = clock.elapsed().as_secs_f64();
-        let to_remove = faces - target;
-        self.select(to_remove);
-        let sorted = clock.elapsed().as_secs_f64();
-        let committed = self.commit(to_remove);
+        let candidates = self.candidates.len();
+        let (committed, spent) = self.commit(faces - target);
         let committed_at = clock.elapsed().as_secs_f64();
         let vertices_left = self.host.vertex_count - committed.contractions.len();
         let faces_left = faces - committed.faces_removed;
@@ -209,14 +202,15 @@ impl<'a> Run<'a> {
         }
         self.seconds.cost += evaluated - moved;
         self.seconds.transfer += moved + moved_up;
-        self.seconds.select += sorted - evaluated;
-        let filtered = (self.committer.filter_secs() - self.seconds.filter).min(committed_at - sorted);
-        self.seconds.filter += filtered;
-        self.seconds.apply += clock.elapsed().as_secs_f64() - sorted - moved_up - filtered;
+        let [select, filter, apply] = shares(spent, committed_at - evaluated);
+        self.seconds.select += select;
+        self.seconds.filter += filter;
+        self.seconds.apply += apply + clock.elapsed().as_secs_f64() - committed_at - moved_up;
+        self.deviation = self.deviation.max(committed.deviation);
         self.rounds.push(RoundRecord {
             faces: faces as u64,
             pairs: pairs as u64,
-            candidates: self.candidates.len() as u64,
+            candidates: candidates as u64,
             contracted: committed.contractions.len() as u64,
             blocked: committed.blocked,
             greatest_cost: f32::from_bits(committed.greatest_key),
@@ -225,27 +219,12 @@ impl<'a> Run<'a> {
         Ok((pairs, committed))
     }
 
-    /// Sorts the candidates by cost; of a large surface, also selects those that are contracted in the order of memory.
-    fn select(&mut self, to_remove: usize) {
-        self.selector.sort(&mut self.candidates);
-        self.selected.clear();
-        if self.host.face_count >= PLACE_ORDER_FACES {
-            // An interior contraction removes two faces: all that are selected fit.
-            self.selector.select(&self.candidates, self.host.faces.host(), to_remove / 2, &mut self.selected);
-        }
-    }
-
-    fn commit(&mut self, to_remove: usize) -> Committed {
-        let mut committed = Committed::default();
+    fn commit(&mut self, to_remove: usize) -> (Committed, Spent) {
         // With every pair let through and nothing contracted, there is no later round to wait for.
-        self.committer.may_wait = self.widening < FULL;
-        let mut live = Live { surface: &mut self.host, carried: &mut self.prepared.carried };
-        self.committer.commit_all(&mut live, &self.selected, &mut committed);
-        // Refusals have freed their ends for the next in cost; without those, half as many rounds more are needed.
+        let may_wait = self.widening < FULL;
         let may_overshoot = self.widening >= FULL || !self.prepared.has_border;
         let quota = Quota { faces: to_remove, may_overshoot };
-        self.committer.commit(&mut live, &self.candidates, quota, &mut committed);
-        committed
+        self.committer.commit(&mut self.host, &mut self.prepared.carried, &mut self.candidates, quota, may_wait)
     }
 
     /// Adds to the last round's refusals the edges that were no pairs: between locked vertices, and at hubs.
@@ -305,7 +284,9 @@ impl<'a> Run<'a> {
     fn adapt(&mut self, committed: &Committed) {
         if committed.contractions.is_empty() {
             self.widening = FULL;
-        } else if (committed.contractions.len() as f64) < MEAGER * self.candidates.len() as f64 {
+        } else if (committed.contractions.len() as f64)
+            < MEAGER * self.rounds.last().map_or(0.0, |round| round.candidates as f64)
+        {
             self.widening = (self.widening * 4.0).min(FULL);
         } else {
             self.widening = (self.widening / 4.0).max(1.0);
@@ -334,13 +315,21 @@ impl<'a> Run<'a> {
             target,
             stop,
             blocked: self.rounds.last().map(|round| round.blocked).unwrap_or_default(),
-            error_estimate: frame.length_to_model(f64::from(self.committer.deviation)),
+            error_estimate: frame.length_to_model(f64::from(self.deviation)),
             rounds: self.rounds,
             seconds: self.seconds,
             device,
             warnings: self.warnings,
         })
     }
+}
+
+/// The wall-clock seconds of a commit split as its tasks spent theirs: ordering, examining, contracting.
+fn shares(spent: Spent, secs: f64) -> [f64; 3] {
+    let total = spent.total.as_secs_f64().max(f64::MIN_POSITIVE);
+    let share = |part: std::time::Duration| (part.as_secs_f64() / total).min(1.0) * secs;
+    let (select, filter) = (share(spent.sorting), share(spent.examining));
+    [select, filter, (secs - select - filter).max(0.0)]
 }
 
 fn handover_faces(device: &Device) -> usize {

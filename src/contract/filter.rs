@@ -4,6 +4,7 @@ use crate::kernel::rows::{BORDER, LOCKED};
 use crate::math::DVec3;
 use crate::simplify::Blocked;
 
+use super::patch::Patch;
 use super::star::{Marks, Star, StarFace};
 
 /// Why a pair was refused.
@@ -35,6 +36,18 @@ impl Blocked {
             Rejection::Outdated => {}
         }
     }
+
+    /// Adds the counts of another part of the round.
+    pub fn add(&mut self, other: Self) {
+        let Self { border, lock, seam, link, flip, aspect, error } = other;
+        self.border += border;
+        self.lock += lock;
+        self.seam += seam;
+        self.link += link;
+        self.flip += flip;
+        self.aspect += aspect;
+        self.error += error;
+    }
 }
 
 /// The link condition \[DE99\]: contracting keeps the surface's topology exactly when the links of the ends meet in the
@@ -44,12 +57,21 @@ impl Blocked {
 /// vertices contract only along the border; no tetrahedron closes flat; and at every opposite vertex the two edges that
 /// become one leave an edge of as many faces as either had beside the shared one. A locked end may hide a border or an
 /// edge of many faces, so a border vertex contracts onto it only along a border.
-pub fn link_condition(star: &Star, [u, w]: [u32; 2], flags: [u32; 2], marks: &mut Marks) -> Result<(), Rejection> {
+pub fn link_condition(
+    star: &Star,
+    w: u32,
+    flags: [u32; 2],
+    marks: &mut Marks,
+    patch: &Patch<'_>,
+) -> Result<(), Rejection> {
     let (border, held) = (BORDER, BORDER | LOCKED);
     let along_border = flags[0] & flags[1] & BORDER != 0;
     match &star.shared[..] {
         [k] => {
-            if !along_border || marks.common_neighbors(star, u, w) != 1 || !leaves_an_edge(star, Star::opposite(k, w)) {
+            if !along_border
+                || marks.common_neighbors(star, w, patch) != 1
+                || !leaves_an_edge(star, Star::opposite(k, w))
+            {
                 return Err(Rejection::Link);
             }
         }
@@ -60,11 +82,14 @@ pub fn link_condition(star: &Star, [u, w]: [u32; 2], flags: [u32; 2], marks: &mu
                 return Err(Rejection::Border);
             }
             let (k, l) = (Star::opposite(k, w), Star::opposite(l, w));
-            if k == l || marks.common_neighbors(star, u, w) != 2 || !leaves_an_edge(star, k) || !leaves_an_edge(star, l)
+            if k == l
+                || marks.common_neighbors(star, w, patch) != 2
+                || !leaves_an_edge(star, k)
+                || !leaves_an_edge(star, l)
             {
                 return Err(Rejection::Link);
             }
-            let joins = |face: &StarFace| face.corners.contains(&k) && face.corners.contains(&l);
+            let joins = |face: &StarFace| face.others.contains(&k) && face.others.contains(&l);
             if star.first.iter().any(joins) && star.second.iter().any(joins) {
                 return Err(Rejection::Link);
             }
@@ -77,7 +102,7 @@ pub fn link_condition(star: &Star, [u, w]: [u32; 2], flags: [u32; 2], marks: &mu
 /// Whether the edges from both ends to `tip`, an opposite vertex, become one edge of the same kind as either: not one
 /// without a face, nor one that loses a third.
 fn leaves_an_edge(star: &Star, tip: u32) -> bool {
-    let faces_with_tip = |faces: &[StarFace]| faces.iter().filter(|face| face.corners.contains(&tip)).count();
+    let faces_with_tip = |faces: &[StarFace]| faces.iter().filter(|face| face.others.contains(&tip)).count();
     let (first, second) = (faces_with_tip(&star.first), faces_with_tip(&star.second));
     matches!((first.min(second), first.max(second)), (0, 1) | (1, _))
 }
@@ -97,22 +122,25 @@ const NO_AREA_SQ: f64 = 1e-24;
 
 /// Whether every surviving face keeps its side and its shape when the ends move to `x`, about the pair's midpoint.
 pub fn shapes_hold(star: &Star, x: DVec3, limits: ShapeLimits) -> Result<(), Rejection> {
-    for face in star.first.iter().chain(&star.second) {
-        let [_, p1, p2] = face.points;
-        let (before, after) = (face.normal, (p1 - x).cross(p2 - x));
-        let before_sq = before.length_squared();
-        if before_sq <= NO_AREA_SQ {
-            continue;
-        }
-        let (dot, after_sq) = (before.dot(after), after.length_squared());
-        let turns = dot.is_nan() || dot <= 0.0 || dot * dot <= limits.min_cos * limits.min_cos * before_sq * after_sq;
-        if turns {
-            return Err(Rejection::Flip);
-        }
-        let sides_sq = |p: DVec3| (p1 - p).length_squared() + (p2 - p).length_squared();
-        let least = limits.min_height * sides_sq(x);
-        if after_sq < least * least && after_sq.sqrt() / sides_sq(x) < before_sq.sqrt() / sides_sq(face.points[0]) {
-            return Err(Rejection::Aspect);
+    for (faces, p0) in [(&star.first, -star.h), (&star.second, star.h)] {
+        for face in faces {
+            let [p1, p2] = face.points;
+            let (before, after) = (face.normal, (p1 - x).cross(p2 - x));
+            let before_sq = before.length_squared();
+            if before_sq <= NO_AREA_SQ {
+                continue;
+            }
+            let (dot, after_sq) = (before.dot(after), after.length_squared());
+            let turns =
+                dot.is_nan() || dot <= 0.0 || dot * dot <= limits.min_cos * limits.min_cos * before_sq * after_sq;
+            if turns {
+                return Err(Rejection::Flip);
+            }
+            let sides_sq = |p: DVec3| (p1 - p).length_squared() + (p2 - p).length_squared();
+            let least = limits.min_height * sides_sq(x);
+            if after_sq < least * least && after_sq.sqrt() / sides_sq(x) < before_sq.sqrt() / sides_sq(p0) {
+                return Err(Rejection::Aspect);
+            }
         }
     }
     Ok(())
@@ -121,26 +149,30 @@ pub fn shapes_hold(star: &Star, x: DVec3, limits: ShapeLimits) -> Result<(), Rej
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernel::rows::{Face, Position};
-    use crate::kernel::stars::Stars;
 
-    /// The fan of `faces` around 0, whose pair with 1 lies along x: what the filters say of moving both to `x`.
+    /// The fan of two faces around the first end of a pair along x and one around the second: what the filters say of
+    /// moving both ends to `x`, about the midpoint.
     fn moving_to(x: [f64; 3]) -> Result<(), Rejection> {
-        let rows = [[0.0, 0.0], [1.0, 0.0], [0.5, 1.0], [-1.0, 0.5], [2.0, 0.5]];
-        let positions = rows.map(|[x, y]| Position { x, y, z: 0.0, flags: BORDER });
-        let faces = [Face { a: 0, b: 1, c: 2 }, Face { a: 0, b: 2, c: 3 }, Face { a: 1, b: 4, c: 2 }];
-        let (ring_starts, ring_faces) = ([0, 2, 4, 7, 8, 9], [0, 1, 0, 2, 0, 1, 2, 1, 2]);
-        let stars = Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
-        let mut star = Star::default();
-        star.gather(0, 1, &stars);
-        star.locate(&positions, DVec3::new(0.5, 0.0, 0.0));
+        let at = |x: f64, y: f64| DVec3::new(x - 0.5, y, 0.0);
+        let face = |p0: DVec3, p1: DVec3, p2: DVec3| StarFace {
+            others: [2, 3],
+            points: [p1, p2],
+            normal: (p1 - p0).cross(p2 - p0),
+        };
+        let (u, w, tip) = (at(0.0, 0.0), at(1.0, 0.0), at(0.5, 1.0));
+        let star = Star {
+            h: w,
+            first: vec![face(u, tip, at(-1.0, 0.5))],
+            second: vec![face(w, at(2.0, 0.5), tip)],
+            shared: vec![face(u, w, tip)],
+        };
         shapes_hold(&star, DVec3::from_array(x), ShapeLimits { min_cos: 0.2, min_height: 1e-2 })
     }
 
     #[test]
     fn faces_may_not_turn_over_nor_flatten() {
         assert_eq!(moving_to([0.0, 0.0, 0.0]), Ok(()));
-        // Beyond the line from 2 to 3 the second face turns over, almost on it it is a sliver.
+        // Beyond the line from the tip to (-1, 0.5) the first face turns over, almost on it it is a sliver.
         assert_eq!(moving_to([0.0, 2.0, 0.0]), Err(Rejection::Flip));
         assert_eq!(moving_to([-0.75, 0.746, 0.0]), Err(Rejection::Aspect));
     }

@@ -11,10 +11,13 @@
 
 mod carry;
 mod commit;
+mod deal;
 mod driver;
 mod evaluate;
+mod examine;
 mod filter;
 mod frame;
+mod patch;
 mod placement;
 mod prepare;
 mod scan;

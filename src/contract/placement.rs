@@ -5,44 +5,128 @@
 
 use crate::kernel::pair_quadric::{CONSTRAINT, REACH};
 use crate::kernel::rows::PlaneQuadric;
-use crate::math::{DMat3, DVec3};
+use crate::math::DVec3;
+
+use super::star::{Star, StarFace};
+
+/// A symmetric 3×3 matrix.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Sym3 {
+    xx: f64,
+    xy: f64,
+    xz: f64,
+    yy: f64,
+    yz: f64,
+    zz: f64,
+}
+
+impl Sym3 {
+    #[inline(always)]
+    fn outer(n: DVec3) -> Self {
+        Self { xx: n.x * n.x, xy: n.x * n.y, xz: n.x * n.z, yy: n.y * n.y, yz: n.y * n.z, zz: n.z * n.z }
+    }
+
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        Self {
+            xx: self.xx + other.xx,
+            xy: self.xy + other.xy,
+            xz: self.xz + other.xz,
+            yy: self.yy + other.yy,
+            yz: self.yz + other.yz,
+            zz: self.zz + other.zz,
+        }
+    }
+
+    #[inline(always)]
+    fn times(self, v: DVec3) -> DVec3 {
+        DVec3::new(
+            self.xx * v.x + self.xy * v.y + self.xz * v.z,
+            self.xy * v.x + self.yy * v.y + self.yz * v.z,
+            self.xz * v.x + self.yz * v.y + self.zz * v.z,
+        )
+    }
+
+    fn trace(self) -> f64 {
+        self.xx + self.yy + self.zz
+    }
+}
+
+/// L D Lᵀ of a matrix with `r` added to its diagonal, which needs no pivots: what [`crate::kernel::pair_quadric::least`]
+/// does in single precision.
+#[derive(Debug, Clone, Copy)]
+struct Factors {
+    r: DVec3,
+    l1: f64,
+    l2: f64,
+    l3: f64,
+}
+
+impl Factors {
+    fn new(a: Sym3, r: f64) -> Self {
+        let r0 = 1.0 / (a.xx + r);
+        let (l1, l2) = (a.xy * r0, a.xz * r0);
+        let r1 = 1.0 / (a.yy + r - l1 * a.xy);
+        let m = a.yz - l2 * a.xy;
+        let l3 = m * r1;
+        let r2 = 1.0 / (a.zz + r - l2 * a.xz - l3 * m);
+        Self { r: DVec3::new(r0, r1, r2), l1, l2, l3 }
+    }
+
+    fn solve(&self, b: DVec3) -> DVec3 {
+        let b1 = b.y - self.l1 * b.x;
+        let b2 = b.z - self.l2 * b.x - self.l3 * b1;
+        let z = b2 * self.r.z;
+        let y = b1 * self.r.y - self.l3 * z;
+        DVec3::new(b.x * self.r.x - self.l1 * y - self.l2 * z, y, z)
+    }
+}
 
 /// xᵀA x − 2 b·x + c about the pair's midpoint, and the plane n·x = d on which the volume is kept (none when n is 0).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Quadric {
-    a: DMat3,
+    a: Sym3,
     b: DVec3,
     c: f64,
     n: DVec3,
     d: f64,
 }
 
-impl Default for Quadric {
-    fn default() -> Self {
-        Self { a: DMat3::ZERO, b: DVec3::ZERO, c: 0.0, n: DVec3::ZERO, d: 0.0 }
-    }
-}
-
-fn outer(n: DVec3) -> DMat3 {
-    DMat3::from_cols(n * n.x, n * n.y, n * n.z)
-}
-
 impl Quadric {
-    /// Adds (n·x − d)² of a face with normal n through p, about the midpoint.
-    pub fn add_face(&mut self, n: DVec3, p: DVec3) {
-        let d = n.dot(p);
-        self.a += outer(n);
-        self.b += n * d;
-        self.c += d * d;
-        self.n += n;
-        self.d += d;
+    /// The sum of (n·x − d)² over the faces of a star.
+    ///
+    /// About the midpoint every plane of the first end has d = −n·h, every one of the second d = n·h, and the shared ones
+    /// hold both ends.
+    pub fn of_star(star: &Star) -> Self {
+        let sums = |faces: &[StarFace]| {
+            let zero = (Sym3::default(), DVec3::ZERO);
+            faces.iter().fold(zero, |(a, n), face| (a.plus(Sym3::outer(face.normal)), n + face.normal))
+        };
+        let ((first, n1), (second, n2), (shared, n)) = (sums(&star.first), sums(&star.second), sums(&star.shared));
+        let (first_h, second_h) = (first.times(star.h), second.times(star.h));
+        Self {
+            a: first.plus(second).plus(shared),
+            b: second_h - first_h,
+            c: star.h.dot(first_h + second_h),
+            n: n1 + n2 + n,
+            d: (n2 - n1).dot(star.h),
+        }
     }
 
-    /// Adds `weight`·|e×(x − p)|² of a border edge e through p, about the midpoint.
+    /// Adds `weight`·|e×(x − p)|² of a border edge e through p.
     pub fn add_border(&mut self, e: DVec3, p: DVec3, weight: f64) {
-        let m = (DMat3::from_diagonal(DVec3::splat(e.length_squared())) - outer(e)) * weight;
-        let mp = m * p;
-        self.a += m;
+        let along = Sym3::outer(e);
+        let sq = along.trace();
+        let m = Sym3 {
+            xx: (sq - along.xx) * weight,
+            xy: -along.xy * weight,
+            xz: -along.xz * weight,
+            yy: (sq - along.yy) * weight,
+            yz: -along.yz * weight,
+            zz: (sq - along.zz) * weight,
+        };
+        let mp = m.times(p);
+        self.a = self.a.plus(m);
         self.b += mp;
         self.c += p.dot(mp);
     }
@@ -52,41 +136,41 @@ impl Quadric {
         (self.n, self.d) = (DVec3::ZERO, 0.0);
     }
 
-    /// Adds an accumulated quadric that stands at `p` about the midpoint.
+    /// Adds an accumulated quadric that stands at `p`.
     pub fn add_plane_quadric(&mut self, quadric: &PlaneQuadric, p: DVec3) {
         let q = quadric;
         let [xx, xy, xz, yy, yz, zz] = [q.xx, q.xy, q.xz, q.yy, q.yz, q.zz].map(f64::from);
-        let a = DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
+        let a = Sym3 { xx, xy, xz, yy, yz, zz };
         let linear = q.linear().as_dvec3();
+        let ap = a.times(p);
         // y = x − p in q(y) = yᵀA y + 2 l·y + c.
-        self.a += a;
-        self.b += a * p - linear;
-        self.c += p.dot(a * p) - 2.0 * linear.dot(p) + f64::from(q.c);
+        self.a = self.a.plus(a);
+        self.b += ap - linear;
+        self.c += p.dot(ap) - 2.0 * linear.dot(p) + f64::from(q.c);
     }
 
     /// Its value.
     pub fn value(&self, x: DVec3) -> f64 {
-        x.dot(self.a * x) - 2.0 * self.b.dot(x) + self.c
+        x.dot(self.a.times(x)) - 2.0 * self.b.dot(x) + self.c
     }
 
     /// The sum of the weights of the squared distances in it: its trace, or 1 where there are none.
     pub fn weight(&self) -> f64 {
-        let trace = self.a.x_axis.x + self.a.y_axis.y + self.a.z_axis.z;
+        let trace = self.a.trace();
         if trace > 0.0 { trace } else { 1.0 }
     }
 
     /// The least point for a pair from −h to h: on the constraint, near the midpoint; otherwise the best of the ends
     /// and the midpoint.
     pub fn least(&self, h: DVec3, regularization: f64) -> DVec3 {
-        let trace = self.a.x_axis.x + self.a.y_axis.y + self.a.z_axis.z;
+        let trace = self.a.trace();
         if trace.is_nan() || trace <= 0.0 {
             return DVec3::ZERO;
         }
-        let r = regularization * trace;
-        let inverse = (self.a + DMat3::from_diagonal(DVec3::splat(r))).inverse();
-        let mut x = inverse * self.b;
+        let factors = Factors::new(self.a, regularization * trace);
+        let mut x = factors.solve(self.b);
         if self.n.length_squared() > f64::from(CONSTRAINT) * trace {
-            let z = inverse * self.n;
+            let z = factors.solve(self.n);
             x += z * ((self.d - self.n.dot(x)) / self.n.dot(z));
         }
         let reach = f64::from(REACH);
@@ -107,24 +191,56 @@ impl Quadric {
 mod tests {
     use super::*;
 
+    /// (n·x − d)² of a plane with normal n through p.
+    fn plane(n: DVec3, p: DVec3) -> Quadric {
+        let d = n.dot(p);
+        Quadric { a: Sym3::outer(n), b: n * d, c: d * d, ..Quadric::default() }
+    }
+
     #[test]
     fn three_faces_meet_at_their_corner() {
-        let mut q = Quadric::default();
         let corner = DVec3::new(0.2, -0.1, 0.3);
-        for (u, v) in [(DVec3::X, DVec3::Y), (DVec3::Y, DVec3::Z), (DVec3::Z, DVec3::X)] {
-            q.add_face(u.cross(v), corner);
-        }
-        q.free_volume();
+        let planes = [DVec3::Z, DVec3::X, DVec3::Y].map(|n| plane(n, corner));
+        let q = planes.into_iter().fold(Quadric::default(), |sum, q| Quadric {
+            a: sum.a.plus(q.a),
+            b: sum.b + q.b,
+            c: sum.c + q.c,
+            ..sum
+        });
         assert!((q.least(DVec3::X, 1e-4) - corner).length() < 1e-3);
         assert!(q.value(corner).abs() < 1e-12);
     }
 
     #[test]
     fn far_placements_fall_back_to_the_best_of_three() {
-        let mut q = Quadric::default();
-        q.add_face(DVec3::Z, DVec3::Z * 9.0);
-        q.free_volume();
+        let q = plane(DVec3::Z, DVec3::Z * 9.0);
         assert_eq!(q.least(DVec3::new(0.0, 0.0, 0.1), 1e-4), DVec3::new(0.0, 0.0, 0.1));
+    }
+
+    #[test]
+    fn the_star_of_a_roof_keeps_its_volume() {
+        // Two ends at height 1 over four faces that slope to height 0: the least point keeps Σ n·x = Σ d.
+        let face = |p0: DVec3, p1: DVec3, p2: DVec3| StarFace {
+            others: [0, 0],
+            points: [p1, p2],
+            normal: (p1 - p0).cross(p2 - p0),
+        };
+        let (h, down) = (DVec3::X * 0.5, DVec3::NEG_Z);
+        let (left, right) = (DVec3::Y + down, DVec3::NEG_Y + down);
+        let star = Star {
+            h,
+            first: vec![face(-h, left, DVec3::NEG_X * 2.0 + down), face(-h, DVec3::NEG_X * 2.0 + down, right)],
+            second: vec![face(h, right, DVec3::X * 2.0 + down), face(h, DVec3::X * 2.0 + down, left)],
+            shared: vec![face(-h, h, left), face(-h, right, h)],
+        };
+        let q = Quadric::of_star(&star);
+        let x = q.least(h, 1e-5);
+        assert!(q.n.z > 0.0 && (q.n.dot(x) - q.d).abs() < 1e-9 * q.n.length(), "{x}");
+        let by_hand: f64 = (star.first.iter().map(|f| (f, -h)).chain(star.second.iter().map(|f| (f, h))))
+            .chain(star.shared.iter().map(|f| (f, h)))
+            .map(|(f, p)| f.normal.dot(x - p).powi(2))
+            .sum();
+        assert!((q.value(x) - by_hand).abs() < 1e-12);
     }
 
     #[test]

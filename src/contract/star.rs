@@ -10,44 +10,37 @@
 //!        l
 //! ```
 
-use crate::kernel::rows::{Face, Position};
-use crate::kernel::stars::Stars;
 use crate::math::DVec3;
 
-/// A live face of a star, turned so that its end comes first; `u` for shared faces.
+use super::patch::Patch;
+
+/// A live face of a star. Shared faces are seen from `u`.
 #[derive(Debug, Clone, Copy)]
 pub struct StarFace {
-    /// The end and the other two corners in order.
-    pub corners: [u32; 3],
-    /// The same about the pair's midpoint; set by [`Star::locate`].
-    pub points: [DVec3; 3],
-    /// (p1−p0)×(p2−p0): twice the area, along the normal; set by [`Star::locate`].
+    /// The corners after the end, in order.
+    pub others: [u32; 2],
+    /// The same about the pair's midpoint.
+    pub points: [DVec3; 2],
+    /// (p1−p0)×(p2−p0): twice the area, along the normal.
     pub normal: DVec3,
 }
 
 impl StarFace {
     #[inline(always)]
-    fn new(face: Face, end: u32) -> Self {
-        let [a, b, c] = face.corners();
-        let corners = if a == end {
-            [a, b, c]
-        } else if b == end {
-            [b, c, a]
-        } else {
-            [c, a, b]
-        };
-        Self { corners, points: [DVec3::ZERO; 3], normal: DVec3::ZERO }
-    }
-
-    #[inline(always)]
     fn has(&self, vertex: u32) -> bool {
-        self.corners[1] == vertex || self.corners[2] == vertex
+        self.others[0] == vertex || self.others[1] == vertex
     }
 }
+
+/// Part of a star lies outside of the patch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Outside;
 
 /// The live faces around both ends of a pair.
 #[derive(Debug, Default)]
 pub struct Star {
+    /// From the midpoint to `w`, half the pair.
+    pub h: DVec3,
     /// Faces with `u` alone.
     pub first: Vec<StarFace>,
     /// Faces with `w` alone.
@@ -57,74 +50,78 @@ pub struct Star {
 }
 
 impl Star {
-    /// Gathers the star of the pair `u`, `w`. Both are untouched this round, so their rings are those of its start.
-    pub fn gather(&mut self, u: u32, w: u32, stars: &Stars<'_>) {
+    /// Gathers the star of the pair `u`, `w` about `middle`, which is `h` before `w`. Both took part in no contraction of
+    /// this round, so their rings are those of its start.
+    #[inline]
+    pub fn gather(&mut self, [u, w]: [u32; 2], middle: DVec3, h: DVec3, patch: &Patch<'_>) -> Result<(), Outside> {
+        self.h = h;
         self.first.clear();
         self.second.clear();
         self.shared.clear();
-        for &f in stars.ring(u) {
-            let face = stars.faces[f as usize];
-            if face.is_live() {
-                let face = StarFace::new(face, u);
+        for &f in patch.connectivity.ring(u) {
+            if let Some(face) = located(f, u, -h, middle, patch)? {
                 if face.has(w) { self.shared.push(face) } else { self.first.push(face) }
             }
         }
-        for &f in stars.ring(w) {
-            let face = stars.faces[f as usize];
-            if face.is_live() {
-                let face = StarFace::new(face, w);
-                if !face.has(u) {
-                    self.second.push(face);
-                }
+        for &f in patch.connectivity.ring(w) {
+            let corners = patch.connectivity.faces[f as usize].corners();
+            if !corners.contains(&u)
+                && let Some(face) = located(f, w, h, middle, patch)?
+            {
+                self.second.push(face);
             }
         }
-    }
-
-    /// Looks up the points of all faces about `middle`, and their normals.
-    pub fn locate(&mut self, positions: &[Position], middle: DVec3) {
-        for face in self.first.iter_mut().chain(&mut self.second).chain(&mut self.shared) {
-            face.points = face.corners.map(|v| positions[v as usize].xyz().as_dvec3() - middle);
-            let [p0, p1, p2] = face.points;
-            face.normal = (p1 - p0).cross(p2 - p0);
-        }
-    }
-
-    /// All faces, each once.
-    pub fn faces(&self) -> impl Iterator<Item = &StarFace> {
-        self.first.iter().chain(&self.second).chain(&self.shared)
+        Ok(())
     }
 
     /// The corner of a shared face that is neither end; `w` is the second.
+    #[inline(always)]
     pub fn opposite(face: &StarFace, w: u32) -> u32 {
-        if face.corners[1] == w { face.corners[2] } else { face.corners[1] }
+        if face.others[0] == w { face.others[1] } else { face.others[0] }
     }
 
-    /// The other ends of the border edges at either end of the pair, and the pair itself where it is one; from, to.
-    pub fn border_edges(&self, [u, w]: [u32; 2]) -> Vec<[DVec3; 2]> {
-        let mut edges = Vec::new();
-        if let [face] = &self.shared[..] {
-            let at_second = if face.corners[1] == w { 1 } else { 2 };
-            edges.push([face.points[0], face.points[at_second]]);
+    /// Tells the border edges at either end of the pair, and the pair itself where it is one; from, to.
+    pub fn for_each_border_edge(&self, [u, w]: [u32; 2], mut tell: impl FnMut(DVec3, DVec3)) {
+        if self.shared.len() == 1 {
+            tell(-self.h, self.h);
         }
-        for (end, other, own) in [(u, w, &self.first), (w, u, &self.second)] {
-            let uses = |v: u32| {
-                let by_shared = self.shared.iter().filter(|f| f.has(v) || f.corners[0] == v).count();
-                own.iter().filter(|f| f.has(v)).count() + by_shared
+        for (end, other, at, own) in [(u, w, -self.h, &self.first), (w, u, self.h, &self.second)] {
+            let is_border = |v: u32| {
+                let by_shared = self.shared.iter().filter(|face| face.has(v)).count();
+                own.iter().filter(|face| face.has(v)).count() + by_shared == 1
             };
             for face in own.iter().chain(&self.shared) {
-                let Some(at_end) = face.corners.iter().position(|&v| v == end) else { continue };
-                for (&v, &point) in face.corners.iter().zip(&face.points) {
-                    if v != end && v != other && uses(v) == 1 {
-                        edges.push([face.points[at_end], point]);
+                for (&v, &point) in face.others.iter().zip(&face.points) {
+                    if v != end && v != other && is_border(v) {
+                        tell(at, point);
                     }
                 }
             }
         }
-        edges
     }
 }
 
-/// Marks on vertices that are cleared by moving on to the next number.
+/// Face `f` turned so that `end`, which stands at `at`, comes first; `None` for one that died this round.
+#[inline(always)]
+fn located(f: u32, end: u32, at: DVec3, middle: DVec3, patch: &Patch<'_>) -> Result<Option<StarFace>, Outside> {
+    let [a, b, c] = patch.connectivity.faces[f as usize].corners();
+    let after = if a == end {
+        [b, c]
+    } else if b == end {
+        [c, a]
+    } else {
+        [a, b]
+    };
+    let (Some(v1), Some(v2)) = (patch.current(after[0]), patch.current(after[1])) else { return Err(Outside) };
+    if v1 == v2 {
+        return Ok(None);
+    }
+    let points = [v1, v2].map(|v| patch.position(v).xyz().as_dvec3() - middle);
+    let normal = (points[0] - at).cross(points[1] - at);
+    Ok(Some(StarFace { others: [v1, v2], points, normal }))
+}
+
+/// Marks on the vertices of a patch that are cleared by moving on to the next number.
 #[derive(Debug)]
 pub struct Marks {
     marks: Vec<u32>,
@@ -146,18 +143,17 @@ impl Marks {
         self.now
     }
 
-    /// How many vertices other than the ends are joined by an edge to both ends of a pair.
-    pub fn common_neighbors(&mut self, star: &Star, u: u32, w: u32) -> usize {
+    /// How many vertices other than the ends are joined by an edge to both ends of a pair; `w` is the second.
+    pub fn common_neighbors(&mut self, star: &Star, w: u32, patch: &Patch<'_>) -> usize {
         let of_first = self.next();
-        for face in star.first.iter().chain(&star.shared) {
-            self.marks[face.corners[1] as usize] = of_first;
-            self.marks[face.corners[2] as usize] = of_first;
+        for v in star.first.iter().chain(&star.shared).flat_map(|face| face.others) {
+            self.marks[patch.local(v)] = of_first;
         }
         let of_both = self.next();
         let mut count = 0;
-        for v in star.second.iter().chain(&star.shared).flat_map(|face| face.corners) {
-            let mark = &mut self.marks[v as usize];
-            if *mark == of_first && v != u && v != w {
+        for v in star.second.iter().chain(&star.shared).flat_map(|face| face.others) {
+            let mark = &mut self.marks[patch.local(v)];
+            if *mark == of_first && v != w {
                 *mark = of_both;
                 count += 1;
             }

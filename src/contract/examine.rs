@@ -1,0 +1,171 @@
+//! One candidate on the current state: is it legal, and where does its vertex go.
+
+use crate::kernel::contract_quadrics::contracted;
+use crate::kernel::plane_costs::PLANE_REGULARIZATION;
+use crate::kernel::rows::{BORDER, LOCKED, PlaneQuadric};
+use crate::kernel::volume_costs::{BORDER_FACTOR, VOLUME_REGULARIZATION};
+use crate::math::DVec3;
+
+use super::filter::{Rejection, ShapeLimits, link_condition, shapes_hold};
+use super::patch::{Patch, Placed};
+use super::placement::Quadric;
+use super::star::{Marks, Star};
+use super::{Metric, Options, Placement};
+
+/// Least height of a changed face over its length. Thinner faces have normals of rounding noise, which the next
+/// contraction lays over.
+const MIN_HEIGHT: f64 = 1e-3;
+
+/// A pair that came to cost more than this many times what it did waits for the next round.
+const OUTDATED: f64 = 2.0;
+/// Costs, in the normalized frame, that are not worth waiting for: what rounding leaves on a flat.
+const NEGLIGIBLE: f64 = 1e-12;
+
+/// What stays the same over all rounds of a run.
+#[derive(Debug, Clone, Copy)]
+pub struct Rules {
+    metric: Metric,
+    placement: Placement,
+    border_weight: f64,
+    regularization: f64,
+    limits: ShapeLimits,
+    /// Greatest estimated deviation, in the normalized frame.
+    max_deviation: f64,
+}
+
+impl Rules {
+    /// The rules that `options` set, with an error limit in the normalized frame.
+    pub fn new(options: &Options, max_deviation: f64) -> Self {
+        Self {
+            metric: options.metric,
+            placement: options.placement,
+            border_weight: f64::from(BORDER_FACTOR * options.border_weight),
+            regularization: f64::from(match options.metric {
+                Metric::Volume => VOLUME_REGULARIZATION,
+                Metric::Plane => PLANE_REGULARIZATION,
+            }),
+            limits: ShapeLimits { min_cos: options.min_cos(), min_height: MIN_HEIGHT },
+            max_deviation,
+        }
+    }
+}
+
+/// What became of a candidate.
+#[derive(Debug, Clone, Copy)]
+pub enum Verdict {
+    Accepted(Accepted),
+    Rejected(Rejection),
+    /// Its faces reach out of the patch.
+    Outside,
+}
+
+/// A legal contraction.
+#[derive(Debug, Clone, Copy)]
+pub struct Accepted {
+    pub placed: Placed,
+    pub deviation: f32,
+    pub faces_removed: usize,
+}
+
+/// Examines candidates, with scratch that outlives each.
+#[derive(Debug)]
+pub struct Examiner {
+    rules: Rules,
+    star: Star,
+    marks: Marks,
+    /// Whether a pair that became dear may wait for another round.
+    may_wait: bool,
+}
+
+impl Examiner {
+    /// For a patch of `vertex_count` vertices.
+    pub fn new(rules: Rules, may_wait: bool, vertex_count: usize) -> Self {
+        Self { rules, star: Star::default(), marks: Marks::new(vertex_count), may_wait }
+    }
+
+    /// The contraction of `u` and `w`, both free and in the patch, which cost `cost` as the round began.
+    pub fn examine(&mut self, patch: &Patch<'_>, pair: [u32; 2], cost: f32) -> Verdict {
+        let [pu, pw] = pair.map(|v| patch.position(v).xyz().as_dvec3());
+        let h = (pw - pu) * 0.5;
+        let middle = pu + h;
+        if self.star.gather(pair, middle, h, patch).is_err() {
+            return Verdict::Outside;
+        }
+        match self.judge(patch, pair, middle, cost) {
+            Ok(accepted) => Verdict::Accepted(accepted),
+            Err(rejection) => Verdict::Rejected(rejection),
+        }
+    }
+
+    fn judge(&mut self, patch: &Patch<'_>, [u, w]: [u32; 2], middle: DVec3, cost: f32) -> Result<Accepted, Rejection> {
+        let (pu, pw) = (patch.position(u), patch.position(w));
+        link_condition(&self.star, w, [pu.flags, pw.flags], &mut self.marks, patch)?;
+
+        let h = self.star.h;
+        let (qu, qw) = (patch.quadric(u), patch.quadric(w));
+        let on_border = (pu.flags | pw.flags) & BORDER != 0;
+        let quadric = self.quadric([u, w], on_border, [qu, qw]);
+        let x = match (pu.flags & LOCKED, pw.flags & LOCKED, self.rules.placement) {
+            (0, 0, Placement::Optimal) => quadric.least(h, self.rules.regularization),
+            (0, 0, Placement::Endpoint) => quadric.better_end(h),
+            (0, _, _) => h,
+            _ => -h,
+        };
+        let value = quadric.value(x).max(0.0);
+        // Accumulated quadrics are the ends' own: no neighbor changes their cost.
+        if self.may_wait && self.rules.metric == Metric::Volume && value > OUTDATED * f64::from(cost) + NEGLIGIBLE {
+            return Err(Rejection::Outdated);
+        }
+        // To the bit at the ends, whose difference may have been rounded.
+        let at = match x {
+            _ if x == h => pw.xyz(),
+            _ if x == -h => pu.xyz(),
+            _ => (middle + x).as_vec3(),
+        };
+        shapes_hold(&self.star, at.as_dvec3() - middle, self.rules.limits)?;
+
+        let accumulated = contracted(*qu, *qw, pu.xyz(), pw.xyz(), at);
+        let drift = match self.rules.metric {
+            Metric::Plane => f32::INFINITY,
+            Metric::Volume => patch.drift(u, w) + (value / quadric.weight()).sqrt() as f32,
+        };
+        let deviation = deviation(&accumulated).min(drift);
+        if f64::from(deviation) > self.rules.max_deviation {
+            return Err(Rejection::Error);
+        }
+        let t = match at {
+            _ if at == pu.xyz() => 0.0,
+            _ if at == pw.xyz() => 1.0,
+            // Strictly inside: only a placement exactly at an end takes that end's own rows.
+            _ => (((x + h).dot(h) / (2.0 * h.length_squared())) as f32).clamp(f32::EPSILON, 1.0 - f32::EPSILON),
+        };
+        let placed = Placed { x: at, t, quadric: accumulated, drift };
+        Ok(Accepted { placed, deviation, faces_removed: self.star.shared.len() })
+    }
+
+    /// The pair's quadric about its midpoint, on the current state.
+    fn quadric(&self, pair: [u32; 2], on_border: bool, quadrics: [&PlaneQuadric; 2]) -> Quadric {
+        match self.rules.metric {
+            Metric::Plane => {
+                let mut quadric = Quadric::default();
+                quadric.add_plane_quadric(quadrics[0], -self.star.h);
+                quadric.add_plane_quadric(quadrics[1], self.star.h);
+                quadric
+            }
+            Metric::Volume => {
+                let mut quadric = Quadric::of_star(&self.star);
+                if on_border {
+                    quadric.free_volume();
+                    let weight = self.rules.border_weight * 4.0 * self.star.h.length_squared();
+                    self.star.for_each_border_edge(pair, |from, to| quadric.add_border(to - from, from, weight));
+                }
+                quadric
+            }
+        }
+    }
+}
+
+/// The root of the weighted mean squared distance of a quadric's own vertex to its planes.
+fn deviation(quadric: &PlaneQuadric) -> f32 {
+    if quadric.weight > 0.0 { (quadric.c.max(0.0) / quadric.weight).sqrt() } else { 0.0 }
+}

@@ -1,0 +1,159 @@
+//! A run of consecutive vertices whose rows one task may change, with the connectivity that nothing changes in a round.
+//!
+//! # Invariants
+//! - Faces keep the corners that they had as the round began; a corner that vanished since is renamed on reading, by the
+//!   roles. A vertex takes part in one contraction a round at most, so one renaming is enough, and the ring of a vertex
+//!   without a role is that of the start.
+//! - Patches that are worked on at the same time share no vertex. A contraction whose faces reach out of its patch is
+//!   left for a larger one.
+
+use crate::kernel::contract_faces::renamed;
+use crate::kernel::contract_vertices::{GONE, KEEPS};
+use crate::kernel::rows::{Contraction, Face, PlaneQuadric, Position};
+use crate::math::Vec3;
+
+use super::carry::{Carried, CarriedRows};
+use super::surface::Surface;
+
+/// Faces and rings as the round began.
+#[derive(Debug, Clone, Copy)]
+pub struct Connectivity<'a> {
+    pub faces: &'a [Face],
+    ring_starts: &'a [u32],
+    ring_faces: &'a [u32],
+}
+
+impl<'a> Connectivity<'a> {
+    /// The faces around a vertex, ascending.
+    #[inline(always)]
+    pub fn ring(&self, vertex: u32) -> &'a [u32] {
+        let (start, end) = (self.ring_starts[vertex as usize], self.ring_starts[vertex as usize + 1]);
+        &self.ring_faces[start as usize..end as usize]
+    }
+}
+
+/// The rows of the vertices from `first` on.
+#[derive(Debug)]
+pub struct Patch<'a> {
+    pub connectivity: Connectivity<'a>,
+    first: u32,
+    positions: &'a mut [Position],
+    quadrics: &'a mut [PlaneQuadric],
+    roles: &'a mut [u32],
+    carried: CarriedRows<'a>,
+}
+
+/// What a contraction writes.
+#[derive(Debug, Clone, Copy)]
+pub struct Placed {
+    pub x: Vec3,
+    /// Where x lies between the ends, for what vertices carry.
+    pub t: f32,
+    pub quadric: PlaneQuadric,
+    pub drift: f32,
+}
+
+impl<'a> Patch<'a> {
+    /// All vertices of a surface on the host.
+    pub fn whole(surface: &'a mut Surface, carried: &'a mut Carried) -> Self {
+        let vertices = surface.vertex_count;
+        Self {
+            connectivity: Connectivity {
+                faces: &surface.faces.host()[..surface.face_count],
+                ring_starts: surface.ring_starts.host(),
+                ring_faces: surface.ring_faces.host(),
+            },
+            first: 0,
+            positions: &mut surface.positions.host_mut()[..vertices],
+            quadrics: surface.quadrics.as_mut().map_or(&mut [], |quadrics| &mut quadrics.host_mut()[..vertices]),
+            roles: &mut surface.roles.host_mut()[..vertices],
+            carried: carried.rows(),
+        }
+    }
+
+    /// Patches of `size` vertices each, the last may have fewer.
+    pub fn split(self, size: usize) -> Vec<Self> {
+        let mut patches = Vec::with_capacity(self.len().div_ceil(size));
+        let mut rest = self;
+        while rest.len() > size {
+            let (patch, others) = rest.split_at(size);
+            patches.push(patch);
+            rest = others;
+        }
+        patches.push(rest);
+        patches
+    }
+
+    fn split_at(self, size: usize) -> (Self, Self) {
+        let Self { connectivity, first, positions, quadrics, roles, carried } = self;
+        let (positions, other_positions) = positions.split_at_mut(size);
+        let (quadrics, other_quadrics) = quadrics.split_at_mut(size);
+        let (roles, other_roles) = roles.split_at_mut(size);
+        let (carried, other_carried) = carried.split_at(size);
+        let others = Self {
+            connectivity,
+            first: first + size as u32,
+            positions: other_positions,
+            quadrics: other_quadrics,
+            roles: other_roles,
+            carried: other_carried,
+        };
+        (Self { connectivity, first, positions, quadrics, roles, carried }, others)
+    }
+
+    /// How many vertices it has.
+    pub fn len(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// The number of a vertex within the patch; out of its range for any other.
+    #[inline(always)]
+    pub fn local(&self, vertex: u32) -> usize {
+        vertex.wrapping_sub(self.first) as usize
+    }
+
+    /// What `vertex` is now, or `None` if it lies outside.
+    #[inline(always)]
+    pub fn current(&self, vertex: u32) -> Option<u32> {
+        self.roles.get(self.local(vertex)).map(|&role| renamed(vertex, role))
+    }
+
+    /// Whether a vertex of the patch took part in no contraction of this round.
+    #[inline(always)]
+    pub fn is_free(&self, vertex: u32) -> bool {
+        self.roles.get(self.local(vertex)).is_some_and(|&role| role == 0)
+    }
+
+    /// The position of a vertex of the patch.
+    #[inline(always)]
+    pub fn position(&self, vertex: u32) -> Position {
+        self.positions[self.local(vertex)]
+    }
+
+    /// The accumulated quadric of a vertex of the patch.
+    #[inline(always)]
+    pub fn quadric(&self, vertex: u32) -> &PlaneQuadric {
+        &self.quadrics[self.local(vertex)]
+    }
+
+    /// The greater drift of two vertices of the patch.
+    pub fn drift(&self, first: u32, second: u32) -> f32 {
+        self.carried.drift(self.local(first), self.local(second))
+    }
+
+    /// Writes an accepted contraction.
+    pub fn contract(&mut self, [u, w]: [u32; 2], placed: &Placed) -> Contraction {
+        let (keep, gone) = (u.min(w), u.max(w));
+        let flags = self.position(u).flags | self.position(w).flags;
+        let Vec3 { x, y, z } = placed.x;
+        let (kept, vanished) = (self.local(keep), self.local(gone));
+        self.positions[kept] = Position { x, y, z, flags };
+        if let Some(quadric) = self.quadrics.get_mut(kept) {
+            *quadric = placed.quadric;
+        }
+        self.carried.contract(kept, [self.local(u), self.local(w)], placed.t, placed.drift);
+        self.roles[kept] = KEEPS | gone;
+        self.roles[vanished] = GONE | keep;
+        Contraction { keep, gone, x, y, z, flags }
+    }
+}
