@@ -1,4 +1,4 @@
-//! Which half-edges own a pair, and what is opposite. In WGSL: `shaders/shared/pairs.wgsl`.
+//! Which half-edges own a pair, and what is across. In WGSL: `shaders/shared/pairs.wgsl`.
 //!
 //! A pair is an edge. Of its two half-edges the one that starts at the lower vertex owns it; on a border there is one.
 
@@ -6,37 +6,30 @@ use super::rows::{BORDER, Face, HUB, LOCKED};
 use super::stars::Stars;
 use crate::backend::Constant;
 
-/// No vertex: what is opposite across a border.
-pub const NO_VERTEX: u32 = u32::MAX;
+/// No face: what is across a border.
+pub const NO_FACE: u32 = u32::MAX;
 /// Faces whose pairs one invocation counts and gathers.
 pub const PAIR_BLOCK: u32 = 16;
 
 /// The constants of pairs under their names in WGSL.
 pub const CONSTANTS: &[(&str, Constant)] = &[
-    ("NO_VERTEX", Constant::U32(NO_VERTEX)),
+    ("NO_FACE", Constant::U32(NO_FACE)),
     ("PAIR_BLOCK", Constant::U32(PAIR_BLOCK)),
     ("BORDER", Constant::U32(BORDER)),
     ("LOCKED", Constant::U32(LOCKED)),
     ("HUB", Constant::U32(HUB)),
 ];
 
-/// The vertex opposite the half-edge from `a` to `b` in the first face of the ring of `around` that has it, or
-/// [`NO_VERTEX`].
+/// The first face of the ring of `around` that has the half-edge from `a` to `b`, or [`NO_FACE`].
 #[inline(always)]
-pub fn opposite(a: u32, b: u32, around: u32, stars: &Stars<'_>) -> u32 {
+pub fn face_with(a: u32, b: u32, around: u32, stars: &Stars<'_>) -> u32 {
     for &f in stars.ring(around) {
         let face = stars.faces[f as usize];
-        if face.a == a && face.b == b {
-            return face.c;
-        }
-        if face.b == a && face.c == b {
-            return face.a;
-        }
-        if face.c == a && face.a == b {
-            return face.b;
+        if (face.a == a && face.b == b) || (face.b == a && face.c == b) || (face.c == a && face.a == b) {
+            return f;
         }
     }
-    NO_VERTEX
+    NO_FACE
 }
 
 /// Whether the half-edge from `u` to `w` owns a pair that may be contracted.
@@ -54,7 +47,7 @@ pub fn owns_pair(u: u32, w: u32, stars: &Stars<'_>) -> bool {
     if u < w {
         return true;
     }
-    opposite(w, u, u, stars) == NO_VERTEX
+    face_with(w, u, u, stars) == NO_FACE
 }
 
 /// The corners of a half-edge's face, its start first.

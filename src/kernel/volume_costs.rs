@@ -5,21 +5,21 @@
 //! Σ(n·x − d)² subject to (Σn)·x = Σd, which keeps the volume. Departs: one regularized solve instead of a choice of
 //! independent constraints; a pair at a border drops the volume constraint and adds the border term of its ends.
 
+use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::pair_quadric::{
     CONSTANTS, Freedom, NO_AREA, cost_key, end_matrices, half_exponent, pair_cost, scale_down, scale_up,
 };
-use super::pairs::{NO_VERTEX, half_edge_corners, opposite};
-use super::rows::{BORDER, BorderSum, Face, LOCKED, Position, VolumeSum};
+use super::pairs::{NO_FACE, face_with, half_edge_corners};
+use super::rows::{BORDER, BorderSum, Face, LOCKED, Normal, Position, VolumeSum};
 use super::split::CHUNK;
 use super::stars::Stars;
 use super::volume_sums::border_term;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
-use crate::math::exact::{
-    LEAST_FACTOR, Sym3, add3, cross3, dot3, flush3, mul, outer, scale3, sub3, sym_add, sym_scale, trace,
-};
+use crate::math::exact::{Sym3, add3, dot3, mul, outer, scale3, sub3, sym_add, sym_scale, trace};
+use crate::math::lanes::{self, Columns, LANES, Lane};
 
 /// Border against volume: the paper's volume term counts 1/18, its border term 1/2.
 pub const BORDER_FACTOR: f32 = 9.0;
@@ -38,6 +38,8 @@ pub struct VolumeCosts<'a> {
     pub ring_starts: &'a Buffer<u32>,
     /// The faces around every vertex, ascending.
     pub ring_faces: &'a Buffer<u32>,
+    /// F normals.
+    pub normals: &'a Buffer<Normal>,
     /// V sums.
     pub sums: &'a Buffer<VolumeSum>,
     /// V border terms where the mesh has a border.
@@ -107,49 +109,118 @@ fn volume_cost(ends: Ends, h: Vec3, freedom: Freedom) -> f32 {
     mul(mul(cost, scale_up(half)), scale_up(half))
 }
 
-/// The key of the pair of the half-edge from `u` to `w` in the face whose third corner is `l`.
+/// What the key of a pair is computed from, off the border.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+struct Pair {
+    pu: Position,
+    pw: Position,
+    sum_u: VolumeSum,
+    sum_w: VolumeSum,
+    left: Normal,
+    right: Normal,
+}
+
+/// 32-bit scalars of a [`Pair`].
+const PAIR_WORDS: usize = size_of::<Pair>() / 4;
+
+/// What pairs are loaded from.
+#[derive(Debug, Clone, Copy)]
+struct Rows<'a> {
+    stars: Stars<'a>,
+    normals: &'a [Normal],
+    sums: &'a [VolumeSum],
+    borders: &'a [BorderSum],
+}
+
+/// The pair of the half-edge from `u` to `w` between the faces `f` and `across`.
 #[inline(always)]
-fn volume_key(
-    [u, w, l]: [u32; 3],
-    stars: &Stars<'_>,
-    sums: &[VolumeSum],
-    borders: &[BorderSum],
-    params: Params,
-) -> u32 {
-    let r = opposite(w, u, u, stars);
-    let (pu, pw) = (stars.positions[u as usize], stars.positions[w as usize]);
-    let a = pu.xyz();
-    let e = sub3(pw.xyz(), a);
-    let h = scale3(e, 0.5);
-    let left = flush3(cross3(e, sub3(stars.positions[l as usize].xyz(), a)), LEAST_FACTOR);
-    let mut mutual = outer(left);
-    let mut mutual_normal = left;
-    if r != NO_VERTEX {
-        let right = flush3(cross3(sub3(stars.positions[r as usize].xyz(), a), e), LEAST_FACTOR);
-        mutual = sym_add(mutual, outer(right));
-        mutual_normal = add3(mutual_normal, right);
+fn pair_between(f: u32, across: u32, [u, w, _]: [u32; 3], rows: &Rows<'_>) -> Pair {
+    Pair {
+        pu: rows.stars.positions[u as usize],
+        pw: rows.stars.positions[w as usize],
+        sum_u: rows.sums[u as usize],
+        sum_w: rows.sums[w as usize],
+        left: rows.normals[f as usize],
+        right: if across == NO_FACE { Normal::default() } else { rows.normals[across as usize] },
     }
-    let (sum_u, sum_w) = (sums[u as usize], sums[w as usize]);
-    let mut ends = Ends {
-        first: sum_u.matrix(),
-        second: sum_w.matrix(),
-        mutual,
-        first_normal: sum_u.normal(),
-        second_normal: sum_w.normal(),
-        mutual_normal,
-    };
-    if (pu.flags | pw.flags) & BORDER != 0 {
-        let on_border = if r == NO_VERTEX { border_term(e) } else { Sym3::default() };
-        let weight = mul(params.border_weight, dot3(e, e));
-        ends = with_border(ends, borders[u as usize], borders[w as usize], on_border, weight);
+}
+
+/// What the ends of a pair sum to.
+#[inline(always)]
+fn ends_of(pair: &Pair) -> Ends {
+    let (left, right) = (pair.left.xyz(), pair.right.xyz());
+    Ends {
+        first: pair.sum_u.matrix(),
+        second: pair.sum_w.matrix(),
+        mutual: sym_add(outer(left), outer(right)),
+        first_normal: pair.sum_u.normal(),
+        second_normal: pair.sum_w.normal(),
+        mutual_normal: add3(left, right),
     }
+}
+
+/// The key of a pair whose ends sum to `ends`.
+#[inline(always)]
+fn ends_key(ends: Ends, pair: &Pair, params: Params) -> u32 {
+    let h = scale3(sub3(pair.pw.xyz(), pair.pu.xyz()), 0.5);
     let freedom = Freedom {
-        first_locked: pu.flags & LOCKED != 0,
-        second_locked: pw.flags & LOCKED != 0,
+        first_locked: pair.pu.flags & LOCKED != 0,
+        second_locked: pair.pw.flags & LOCKED != 0,
         at_endpoints: params.at_endpoints != 0,
         regularization: params.regularization,
     };
     cost_key(volume_cost(ends, h, freedom))
+}
+
+impl Lane for Pair {
+    type Params = Params;
+    type Output = u32;
+
+    /// The key of a pair off the border.
+    #[inline(always)]
+    fn compute(self, params: Params) -> u32 {
+        ends_key(ends_of(&self), &self, params)
+    }
+}
+
+/// The key of a pair with an end on the border.
+fn border_key(half_edge: u32, rows: &Rows<'_>, params: Params) -> u32 {
+    let corners @ [u, w, _] = half_edge_corners(half_edge, rows.stars.faces);
+    let across = face_with(w, u, u, &rows.stars);
+    let pair = pair_between(half_edge / 3, across, corners, rows);
+    let e = sub3(pair.pw.xyz(), pair.pu.xyz());
+    let on_border = if across == NO_FACE { border_term(e) } else { Sym3::default() };
+    let weight = mul(params.border_weight, dot3(e, e));
+    let (first, second) = (rows.borders[u as usize], rows.borders[w as usize]);
+    ends_key(with_border(ends_of(&pair), first, second, on_border, weight), &pair, params)
+}
+
+/// The keys of at most [`LANES`] pairs.
+fn block_keys(
+    half_edges: &[u32],
+    rows: &Rows<'_>,
+    params: Params,
+    pairs: &mut Columns<Pair, PAIR_WORDS>,
+) -> [u32; LANES] {
+    let mut any_flags = 0;
+    for (lane, &half_edge) in half_edges.iter().enumerate() {
+        let corners @ [u, w, _] = half_edge_corners(half_edge, rows.stars.faces);
+        let pair = pair_between(half_edge / 3, face_with(w, u, u, &rows.stars), corners, rows);
+        any_flags |= pair.pu.flags | pair.pw.flags;
+        pairs.set(lane, pair);
+    }
+    let mut keys = [0; LANES];
+    lanes::compute(pairs, params, &mut keys);
+    if any_flags & BORDER != 0 {
+        for (lane, &half_edge) in half_edges.iter().enumerate() {
+            let Pair { pu, pw, .. } = pairs.get(lane);
+            if (pu.flags | pw.flags) & BORDER != 0 {
+                keys[lane] = border_key(half_edge, rows, params);
+            }
+        }
+    }
+    keys
 }
 
 impl Kernel for VolumeCosts<'_> {
@@ -180,6 +251,7 @@ impl Kernel for VolumeCosts<'_> {
             Binding::new("faces", Access::Read, self.faces),
             Binding::new("ring_starts", Access::Read, self.ring_starts),
             Binding::new("ring_faces", Access::Read, self.ring_faces),
+            Binding::new("normals", Access::Read, self.normals),
             Binding::new("sums", Access::Read, self.sums),
             Binding::new("borders", Access::Read, self.borders),
             Binding::new("pairs", Access::Read, self.pairs),
@@ -194,10 +266,12 @@ impl Kernel for VolumeCosts<'_> {
     fn run_cpu(&mut self) {
         let params = self.params();
         let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
-        let (sums, borders, pairs) = (self.sums.host(), self.borders.host(), self.pairs.host());
-        let keys = &mut self.keys.host_mut()[..self.pair_count as usize];
-        keys.par_iter_mut().zip(pairs).with_min_len(CHUNK).for_each(|(key, &pair)| {
-            *key = volume_key(half_edge_corners(pair, stars.faces), &stars, sums, borders, params);
+        let rows = Rows { stars, normals: self.normals.host(), sums: self.sums.host(), borders: self.borders.host() };
+        let pair_count = self.pair_count as usize;
+        let keys = self.keys.host_mut()[..pair_count].par_chunks_mut(LANES);
+        let half_edges = self.pairs.host()[..pair_count].par_chunks(LANES);
+        keys.zip(half_edges).with_min_len(CHUNK / LANES).for_each_init(Columns::new, |pairs, (keys, half_edges)| {
+            keys.copy_from_slice(&block_keys(half_edges, &rows, params, pairs)[..keys.len()]);
         });
     }
 }
