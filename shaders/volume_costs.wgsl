@@ -59,11 +59,11 @@ struct Pair {
     right: Normal,
 }
 
-// The pair of the half-edge from u to w between the faces f and `across`.
-fn pair_between(f: u32, across: u32, u: u32, w: u32) -> Pair {
+// The pair of the half-edge from u to w between the faces f and g.
+fn pair_between(f: u32, g: u32, u: u32, w: u32) -> Pair {
     var right = Normal(0.0, 0.0, 0.0);
-    if across != NO_FACE {
-        right = load_normals(across);
+    if g != NO_FACE {
+        right = load_normals(g);
     }
     return Pair(load_positions(u), load_positions(w), load_sums(u), load_sums(w), load_normals(f), right);
 }
@@ -99,13 +99,13 @@ fn run(i: u32) {
     let corners = half_edge_corners(half_edge);
     let u = corners.x;
     let w = corners.y;
-    let across = face_with(w, u, u);
-    let pair = pair_between(half_edge / 3u, across, u, w);
+    let beyond = across(half_edge / 3u, u, w);
+    let pair = pair_between(half_edge / 3u, beyond, u, w);
     var ends = ends_of(pair);
     if ((pair.pu.flags | pair.pw.flags) & BORDER) != 0u {
         let e = sub3(xyz(pair.pw), xyz(pair.pu));
         var on_border = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        if across == NO_FACE {
+        if beyond == NO_FACE {
             on_border = border_term(e);
         }
         let weight = mul(params.border_weight, dot3(e, e));

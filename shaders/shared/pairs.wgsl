@@ -13,6 +13,18 @@ fn face_with(a: u32, b: u32, around: u32) -> u32 {
     return NO_FACE;
 }
 
+// The first face around both u and w but f, or NO_FACE.
+fn across(f: u32, u: u32, w: u32) -> u32 {
+    let end = load_ring_starts(u + 1u);
+    for (var i = load_ring_starts(u); i < end; i++) {
+        let face = load_ring_faces(i);
+        if face != f && has(load_faces(face), w) {
+            return face;
+        }
+    }
+    return NO_FACE;
+}
+
 fn owns_pair(u: u32, w: u32) -> bool {
     let at_u = load_positions(u).flags;
     let at_w = load_positions(w).flags;

@@ -43,8 +43,15 @@ fn face_normal(a: Vec3, b: Vec3, c: Vec3) -> Normal {
 }
 
 impl Lane for Corners {
+    type Source<'a> = (&'a [Position], &'a [Face]);
     type Params = ();
     type Output = Normal;
+
+    #[inline(always)]
+    fn load(index: usize, (positions, faces): Self::Source<'_>) -> Self {
+        let [a, b, c] = faces[index].corners().map(|corner| positions[corner as usize].xyz());
+        Self { a, b, c }
+    }
 
     #[inline(always)]
     fn compute(self, (): ()) -> Normal {
@@ -73,20 +80,12 @@ impl Kernel for FaceNormals<'_> {
     }
 
     fn run_cpu(&mut self) {
-        let face_count = self.face_count as usize;
-        let positions = self.positions.host();
-        let at = |corner: u32| positions[corner as usize].xyz();
-        let faces = self.faces.host()[..face_count].par_chunks(LANES);
-        let normals = self.normals.host_mut()[..face_count].par_chunks_mut(LANES);
-        faces.zip(normals).with_min_len(CHUNK / LANES).for_each_init(
+        let source = (self.positions.host(), self.faces.host());
+        let blocks = self.normals.host_mut()[..self.face_count as usize].par_chunks_mut(LANES).enumerate();
+        blocks.with_min_len(CHUNK / LANES).for_each_init(
             Columns::<Corners, CORNER_WORDS>::new,
-            |corners, (faces, normals)| {
-                for (lane, face) in faces.iter().enumerate() {
-                    corners.set(lane, Corners { a: at(face.a), b: at(face.b), c: at(face.c) });
-                }
-                let mut block = [Normal::default(); LANES];
-                lanes::compute(corners, (), &mut block);
-                normals.copy_from_slice(&block[..normals.len()]);
+            |block, (i, normals)| {
+                lanes::compute(i * LANES, source, (), block, normals);
             },
         );
     }

@@ -3,7 +3,7 @@
 //! A pair is an edge. Of its two half-edges the one that starts at the lower vertex owns it; on a border there is one.
 
 use super::rows::{BORDER, Face, HUB, LOCKED};
-use super::stars::Stars;
+use super::stars::{Stars, has};
 use crate::backend::Constant;
 
 /// No face: what is across a border.
@@ -32,6 +32,52 @@ pub fn face_with(a: u32, b: u32, around: u32, stars: &Stars<'_>) -> u32 {
     NO_FACE
 }
 
+/// Faces around a vertex that [`across`] compares at once; few vertices have more.
+const WINDOW: usize = 8;
+
+/// All bits where `condition` holds: selections that must not become branches, since no branch predictor knows rings.
+#[inline(always)]
+fn mask(condition: bool) -> u32 {
+    u32::from(condition).wrapping_neg()
+}
+
+/// The faces around a vertex and then [`NO_FACE`], where there are few.
+#[inline(always)]
+fn window(vertex: u32, stars: &Stars<'_>) -> Option<[u32; WINDOW]> {
+    let start = stars.ring_starts[vertex as usize];
+    let len = stars.ring_starts[vertex as usize + 1] - start;
+    let mut window: [u32; WINDOW] = *stars.ring_faces.get(start as usize..)?.first_chunk()?;
+    for (i, face) in window.iter_mut().enumerate() {
+        *face |= mask(i as u32 >= len);
+    }
+    (len <= WINDOW as u32).then_some(window)
+}
+
+/// The first face around both `u` and `w` but `f`, or [`NO_FACE`].
+///
+/// The shader walks the ring of `u` and looks at its faces' corners. Here both rings are compared as they stand in
+/// memory, each face with each, which takes neither a branch nor a face's row.
+#[inline(always)]
+pub fn across(f: u32, u: u32, w: u32, stars: &Stars<'_>) -> u32 {
+    let (Some(around_u), Some(around_w)) = (window(u, stars), window(w, stars)) else {
+        return across_walking(f, u, w, stars);
+    };
+    let mut lone = [u32::MAX; WINDOW];
+    for other in around_w {
+        for (lone, face) in lone.iter_mut().zip(around_u) {
+            *lone &= mask(face != other);
+        }
+    }
+    let others = around_u.into_iter().zip(lone).map(|(face, lone)| face | lone | mask(face == f));
+    others.fold(NO_FACE, u32::min)
+}
+
+#[cold]
+fn across_walking(f: u32, u: u32, w: u32, stars: &Stars<'_>) -> u32 {
+    let is_across = |&&face: &&u32| face != f && has(stars.faces[face as usize], w);
+    stars.ring(u).iter().find(is_across).copied().unwrap_or(NO_FACE)
+}
+
 /// Whether the half-edge from `u` to `w` owns a pair that may be contracted.
 ///
 /// Edges of more than two faces, and those whose faces disagree in orientation, have both ends locked: no pair.
@@ -48,6 +94,14 @@ pub fn owns_pair(u: u32, w: u32, stars: &Stars<'_>) -> bool {
         return true;
     }
     face_with(w, u, u, stars) == NO_FACE
+}
+
+/// The ends of a half-edge, without a branch.
+#[inline(always)]
+pub fn half_edge_ends(half_edge: u32, faces: &[Face]) -> [u32; 2] {
+    let corners: &[u32] = bytemuck::cast_slice(faces);
+    let next = if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 };
+    [corners[half_edge as usize], corners[next as usize]]
 }
 
 /// The corners of a half-edge's face, its start first.

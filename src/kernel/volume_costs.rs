@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::pair_quadric::{
     CONSTANTS, Freedom, NO_AREA, cost_key, end_matrices, half_exponent, pair_cost, scale_down, scale_up,
 };
-use super::pairs::{NO_FACE, face_with, half_edge_corners};
+use super::pairs::{NO_FACE, across, half_edge_ends};
 use super::rows::{BORDER, BorderSum, Face, LOCKED, Normal, Position, VolumeSum};
 use super::split::CHUNK;
 use super::stars::Stars;
@@ -124,6 +124,12 @@ struct Pair {
 /// 32-bit scalars of a [`Pair`].
 const PAIR_WORDS: usize = size_of::<Pair>() / 4;
 
+impl Pair {
+    fn is_on_border(&self) -> bool {
+        (self.pu.flags | self.pw.flags) & BORDER != 0
+    }
+}
+
 /// What pairs are loaded from.
 #[derive(Debug, Clone, Copy)]
 struct Rows<'a> {
@@ -131,18 +137,19 @@ struct Rows<'a> {
     normals: &'a [Normal],
     sums: &'a [VolumeSum],
     borders: &'a [BorderSum],
+    pairs: &'a [u32],
 }
 
-/// The pair of the half-edge from `u` to `w` between the faces `f` and `across`.
+/// The pair of the half-edge from `u` to `w` between the faces `f` and `g`.
 #[inline(always)]
-fn pair_between(f: u32, across: u32, [u, w, _]: [u32; 3], rows: &Rows<'_>) -> Pair {
+fn pair_between(f: u32, g: u32, [u, w]: [u32; 2], rows: &Rows<'_>) -> Pair {
     Pair {
         pu: rows.stars.positions[u as usize],
         pw: rows.stars.positions[w as usize],
         sum_u: rows.sums[u as usize],
         sum_w: rows.sums[w as usize],
         left: rows.normals[f as usize],
-        right: if across == NO_FACE { Normal::default() } else { rows.normals[across as usize] },
+        right: if g == NO_FACE { Normal::default() } else { rows.normals[g as usize] },
     }
 }
 
@@ -174,8 +181,16 @@ fn ends_key(ends: Ends, pair: &Pair, params: Params) -> u32 {
 }
 
 impl Lane for Pair {
+    type Source<'a> = Rows<'a>;
     type Params = Params;
     type Output = u32;
+
+    #[inline(always)]
+    fn load(index: usize, rows: Rows<'_>) -> Self {
+        let half_edge = rows.pairs[index];
+        let [u, w] = half_edge_ends(half_edge, rows.stars.faces);
+        pair_between(half_edge / 3, across(half_edge / 3, u, w, &rows.stars), [u, w], &rows)
+    }
 
     /// The key of a pair off the border.
     #[inline(always)]
@@ -186,41 +201,14 @@ impl Lane for Pair {
 
 /// The key of a pair with an end on the border.
 fn border_key(half_edge: u32, rows: &Rows<'_>, params: Params) -> u32 {
-    let corners @ [u, w, _] = half_edge_corners(half_edge, rows.stars.faces);
-    let across = face_with(w, u, u, &rows.stars);
-    let pair = pair_between(half_edge / 3, across, corners, rows);
+    let [u, w] = half_edge_ends(half_edge, rows.stars.faces);
+    let beyond = across(half_edge / 3, u, w, &rows.stars);
+    let pair = pair_between(half_edge / 3, beyond, [u, w], rows);
     let e = sub3(pair.pw.xyz(), pair.pu.xyz());
-    let on_border = if across == NO_FACE { border_term(e) } else { Sym3::default() };
+    let on_border = if beyond == NO_FACE { border_term(e) } else { Sym3::default() };
     let weight = mul(params.border_weight, dot3(e, e));
     let (first, second) = (rows.borders[u as usize], rows.borders[w as usize]);
     ends_key(with_border(ends_of(&pair), first, second, on_border, weight), &pair, params)
-}
-
-/// The keys of at most [`LANES`] pairs.
-fn block_keys(
-    half_edges: &[u32],
-    rows: &Rows<'_>,
-    params: Params,
-    pairs: &mut Columns<Pair, PAIR_WORDS>,
-) -> [u32; LANES] {
-    let mut any_flags = 0;
-    for (lane, &half_edge) in half_edges.iter().enumerate() {
-        let corners @ [u, w, _] = half_edge_corners(half_edge, rows.stars.faces);
-        let pair = pair_between(half_edge / 3, face_with(w, u, u, &rows.stars), corners, rows);
-        any_flags |= pair.pu.flags | pair.pw.flags;
-        pairs.set(lane, pair);
-    }
-    let mut keys = [0; LANES];
-    lanes::compute(pairs, params, &mut keys);
-    if any_flags & BORDER != 0 {
-        for (lane, &half_edge) in half_edges.iter().enumerate() {
-            let Pair { pu, pw, .. } = pairs.get(lane);
-            if (pu.flags | pw.flags) & BORDER != 0 {
-                keys[lane] = border_key(half_edge, rows, params);
-            }
-        }
-    }
-    keys
 }
 
 impl Kernel for VolumeCosts<'_> {
@@ -266,12 +254,21 @@ impl Kernel for VolumeCosts<'_> {
     fn run_cpu(&mut self) {
         let params = self.params();
         let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
-        let rows = Rows { stars, normals: self.normals.host(), sums: self.sums.host(), borders: self.borders.host() };
-        let pair_count = self.pair_count as usize;
-        let keys = self.keys.host_mut()[..pair_count].par_chunks_mut(LANES);
-        let half_edges = self.pairs.host()[..pair_count].par_chunks(LANES);
-        keys.zip(half_edges).with_min_len(CHUNK / LANES).for_each_init(Columns::new, |pairs, (keys, half_edges)| {
-            keys.copy_from_slice(&block_keys(half_edges, &rows, params, pairs)[..keys.len()]);
+        let (normals, sums, borders) = (self.normals.host(), self.sums.host(), self.borders.host());
+        let pairs = &self.pairs.host()[..self.pair_count as usize];
+        let rows = Rows { stars, normals, sums, borders, pairs };
+        let has_border = borders.len() > 1;
+        let blocks = self.keys.host_mut()[..pairs.len()].par_chunks_mut(LANES).enumerate();
+        blocks.with_min_len(CHUNK / LANES).for_each_init(Columns::<Pair, PAIR_WORDS>::new, |block, (i, keys)| {
+            let first = i * LANES;
+            lanes::compute(first, rows, params, block, keys);
+            if has_border {
+                for (lane, key) in keys.iter_mut().enumerate() {
+                    if block.get(lane).is_on_border() {
+                        *key = border_key(pairs[first + lane], &rows, params);
+                    }
+                }
+            }
         });
     }
 }

@@ -55,25 +55,36 @@ impl<T: Pod, const WORDS: usize> Default for Columns<T, WORDS> {
     }
 }
 
-/// A row of which something is computed.
+/// A row of which something is computed. `load`, `compute` and all that they call must be `inline(always)`, to be
+/// compiled for each instruction set.
 pub trait Lane: Pod {
+    /// What rows are gathered from.
+    type Source<'a>: Copy;
     /// What is the same for all rows.
     type Params: Copy;
     /// What comes out.
-    type Output;
+    type Output: Copy;
 
-    /// The twin: it and all that it calls must be `inline(always)`, to be compiled for each instruction set.
+    /// The row of an index: all that touches memory.
+    fn load(index: usize, source: Self::Source<'_>) -> Self;
+
+    /// The twin.
     fn compute(self, params: Self::Params) -> Self::Output;
 }
 
-/// Computes every lane.
+/// Computes the rows from index `first` on, one for each of at most [`LANES`] outputs. `rows` is left with what was loaded.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
 pub fn compute<T: Lane, const WORDS: usize>(
-    rows: &Columns<T, WORDS>,
+    first: usize,
+    source: T::Source<'_>,
     params: T::Params,
-    outputs: &mut [T::Output; LANES],
+    rows: &mut Columns<T, WORDS>,
+    outputs: &mut [T::Output],
 ) {
-    for (lane, output) in outputs.iter_mut().enumerate() {
-        *output = rows.get(lane).compute(params);
+    for lane in 0..outputs.len().min(LANES) {
+        rows.set(lane, T::load(first + lane, source));
     }
+    // A block at the end computes what its other lanes hold as well: the loop has one length.
+    let block: [T::Output; LANES] = std::array::from_fn(|lane| rows.get(lane).compute(params));
+    outputs.copy_from_slice(&block[..outputs.len()]);
 }
