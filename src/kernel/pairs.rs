@@ -114,3 +114,51 @@ pub fn half_edge_corners(half_edge: u32, faces: &[Face]) -> [u32; 3] {
         _ => [c, a, b],
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::rows::Position;
+
+    /// A fan of `len` faces around vertex 0 and their rings.
+    fn fan(len: u32, is_closed: bool) -> (Vec<Face>, Vec<u32>, Vec<u32>) {
+        let rim = if is_closed { len } else { len + 1 };
+        let faces: Vec<Face> = (0..len).map(|i| Face { a: 0, b: 1 + i, c: 1 + (i + 1) % rim }).collect();
+        let (mut starts, mut rings) = (vec![0], Vec::new());
+        for vertex in 0..=rim {
+            rings.extend((0..len).filter(|&f| has(faces[f as usize], vertex)));
+            starts.push(rings.len() as u32);
+        }
+        (faces, starts, rings)
+    }
+
+    #[test]
+    fn windows_find_what_a_walk_finds() {
+        let positions = [Position::default(); 32];
+        for (len, is_closed) in (3..20).flat_map(|len| [(len, true), (len, false)]) {
+            let (faces, ring_starts, mut ring_faces) = fan(len, is_closed);
+            for spare in [0, 16] {
+                // Behind the last ring a buffer holds what an earlier round left.
+                ring_faces.resize(ring_faces.len() + spare, 0);
+                let stars =
+                    Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
+                for (f, face) in (0..).zip(&faces) {
+                    for [u, w] in [[face.a, face.b], [face.b, face.c], [face.c, face.a]] {
+                        assert_eq!(across(f, u, w, &stars), across_walking(f, u, w, &stars), "{len}: {u} to {w}");
+                    }
+                }
+                let first = across(0, 0, faces[0].b, &stars);
+                assert_eq!(first, if is_closed { len - 1 } else { NO_FACE });
+            }
+        }
+    }
+
+    #[test]
+    fn ends_are_the_first_corners() {
+        let faces = [Face { a: 5, b: 3, c: 8 }, Face { a: 8, b: 3, c: 9 }];
+        for half_edge in 0..6 {
+            let [u, w, _] = half_edge_corners(half_edge, &faces);
+            assert_eq!(half_edge_ends(half_edge, &faces), [u, w]);
+        }
+    }
+}

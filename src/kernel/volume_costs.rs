@@ -272,3 +272,54 @@ impl Kernel for VolumeCosts<'_> {
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Magnitudes from underflow to the greatest that sums leave finite, of either sign.
+    fn hostile(i: u32) -> f32 {
+        let mixed = i.wrapping_mul(0x9e37_79b9) ^ (i << 7);
+        let magnitude = [0.0, 1e-40, 1e-30, 1e-19, 1e-9, 1e-3, 1.0, 1.7, 1e3, 1e9][(mixed >> 8) as usize % 10];
+        if mixed & 1 == 0 { magnitude } else { -magnitude }
+    }
+
+    #[test]
+    fn lanes_have_the_bits_of_scalar_calls() {
+        // Islands of two faces: every edge of the diagonal has a face across, the others have none.
+        let islands = 200_u32;
+        let position = |i| Position { x: hostile(3 * i), y: hostile(3 * i + 1), z: hostile(3 * i + 2), flags: i & 3 };
+        let positions: Vec<Position> = (0..4 * islands).map(position).collect();
+        let island = |i| [Face { a: 4 * i, b: 4 * i + 1, c: 4 * i + 2 }, Face { a: 4 * i, b: 4 * i + 2, c: 4 * i + 3 }];
+        let faces: Vec<Face> = (0..islands).flat_map(island).collect();
+        let ring_starts: Vec<u32> =
+            (0..islands).flat_map(|i| [0, 2, 3, 5].map(|start| 6 * i + start)).chain([6 * islands]).collect();
+        let ring_faces: Vec<u32> = (0..islands).flat_map(|i| [0, 1, 0, 0, 1, 1].map(|face| 2 * i + face)).collect();
+        let normal = |i| Normal { x: hostile(i), y: hostile(7 * i), z: hostile(11 * i + 5) };
+        let normals: Vec<Normal> = (0..2 * islands).map(normal).collect();
+        let sum = |i: u32| VolumeSum {
+            xx: hostile(i).abs(),
+            yy: 1.0,
+            zz: 0.5,
+            xy: 0.1,
+            nx: hostile(5 * i),
+            ..VolumeSum::default()
+        };
+        let sums: Vec<VolumeSum> = (0..4 * islands).map(sum).collect();
+        let pairs: Vec<u32> = (0..6 * islands).collect();
+        let stars = Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
+        let rows = Rows { stars, normals: &normals, sums: &sums, borders: &[], pairs: &pairs };
+        let mut block = Columns::<Pair, PAIR_WORDS>::new();
+        for at_endpoints in [0, 1] {
+            let params = Params { at_endpoints, border_weight: 9.0, regularization: VOLUME_REGULARIZATION };
+            for len in [1, 2, 3, 4, 5, 6, 7, LANES] {
+                for first in (0..pairs.len() - len).step_by(len) {
+                    let mut keys = vec![0; len];
+                    lanes::compute(first, rows, params, &mut block, &mut keys);
+                    let scalar: Vec<u32> = (first..first + len).map(|i| Pair::load(i, rows).compute(params)).collect();
+                    assert_eq!(keys, scalar, "from pair {first} on");
+                }
+            }
+        }
+    }
+}

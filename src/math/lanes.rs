@@ -88,3 +88,63 @@ pub fn compute<T: Lane, const WORDS: usize>(
     let block: [T::Output; LANES] = std::array::from_fn(|lane| rows.get(lane).compute(params));
     outputs.copy_from_slice(&block[..outputs.len()]);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::exact::{LEAST, divide, flush, mul, root, sub};
+    use super::*;
+
+    /// Quotient, root and difference of two numbers.
+    #[repr(C)]
+    #[derive(Clone, Copy, bytemuck::Zeroable, Pod)]
+    struct Numbers {
+        a: f32,
+        b: f32,
+    }
+
+    impl Lane for Numbers {
+        type Source<'a> = &'a [Numbers];
+        type Params = f32;
+        type Output = [u32; 4];
+
+        #[inline(always)]
+        fn load(index: usize, source: &[Numbers]) -> Self {
+            source[index]
+        }
+
+        #[inline(always)]
+        fn compute(self, scale: f32) -> [u32; 4] {
+            let Self { a, b } = self;
+            [divide(a, b), root(a), sub(mul(a, scale), b), flush(mul(a, b), LEAST)].map(f32::to_bits)
+        }
+    }
+
+    /// Every pair of numbers at the edges of the range, of rounding and of zero.
+    fn hostile() -> Vec<Numbers> {
+        let least = f32::MIN_POSITIVE;
+        let edges = [0.0, 1e-45, least / 2.0, least, LEAST, 1e-20, 0.1, 1.0, 1.000_000_1, 3.0, 1e19, 1e30, f32::MAX];
+        let signed: Vec<f32> = edges.into_iter().flat_map(|x| [x, -x]).collect();
+        signed.iter().flat_map(|&a| signed.iter().map(move |&b| Numbers { a, b })).collect()
+    }
+
+    #[test]
+    fn lanes_have_the_bits_of_scalar_calls() {
+        let numbers = hostile();
+        let mut columns = Columns::<Numbers, 2>::new();
+        // Blocks of all lengths: whole ones, and ends that leave lanes unused.
+        for len in (1..=9).chain([31, LANES - 1, LANES]) {
+            for first in (0..numbers.len() - len).step_by(len) {
+                let mut outputs = vec![[0; 4]; len];
+                compute(first, &numbers[..], 1.7, &mut columns, &mut outputs);
+                for (output, row) in outputs.iter().zip(&numbers[first..]) {
+                    assert_eq!(*output, row.compute(1.7), "of {:e} and {:e}", row.a, row.b);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_outputs_need_no_rows() {
+        compute(5, &[][..], 1.0, &mut Columns::<Numbers, 2>::new(), &mut []);
+    }
+}
