@@ -13,20 +13,28 @@ fn plane_cost(first: PlaneQuadric, second: PlaneQuadric, h: vec3f, freedom: Free
     return mul(mul(cost, scale_up(half)), scale_up(half));
 }
 
-fn plane_key(u: u32, w: u32) -> u32 {
-    let pu = load_positions(u);
-    let pw = load_positions(w);
-    let h = scale3(sub3(xyz(pw), xyz(pu)), 0.5);
+// What the key of a pair is computed from.
+struct Pair {
+    pu: Position,
+    pw: Position,
+    first: PlaneQuadric,
+    second: PlaneQuadric,
+}
+
+fn plane_key(pair: Pair) -> u32 {
+    let h = scale3(sub3(xyz(pair.pw), xyz(pair.pu)), 0.5);
     let freedom = Freedom(
-        (pu.flags & LOCKED) != 0u,
-        (pw.flags & LOCKED) != 0u,
+        (pair.pu.flags & LOCKED) != 0u,
+        (pair.pw.flags & LOCKED) != 0u,
         params.at_endpoints != 0u,
         params.regularization,
     );
-    return cost_key(plane_cost(load_quadrics(u), load_quadrics(w), h, freedom));
+    return cost_key(plane_cost(pair.first, pair.second, h, freedom));
 }
 
 fn run(i: u32) {
     let corners = half_edge_corners(load_pairs(i));
-    store_keys(i, plane_key(corners.x, corners.y));
+    let u = corners.x;
+    let w = corners.y;
+    store_keys(i, plane_key(Pair(load_positions(u), load_positions(w), load_quadrics(u), load_quadrics(w))));
 }

@@ -49,42 +49,45 @@ fn volume_cost(ends: Ends, h: vec3f, freedom: Freedom) -> f32 {
     return mul(mul(cost, scale_up(half)), scale_up(half));
 }
 
-fn volume_key(u: u32, w: u32, l: u32) -> u32 {
-    let r = opposite(w, u, u);
-    let pu = load_positions(u);
-    let pw = load_positions(w);
-    let a = xyz(pu);
-    let e = sub3(xyz(pw), a);
-    let h = scale3(e, 0.5);
-    let left = flush3(cross3(e, sub3(xyz(load_positions(l)), a)), LEAST_FACTOR);
-    var mutual = outer(left);
-    var mutual_normal = left;
-    if r != NO_VERTEX {
-        let right = flush3(cross3(sub3(xyz(load_positions(r)), a), e), LEAST_FACTOR);
-        mutual = sym_add(mutual, outer(right));
-        mutual_normal = add3(mutual_normal, right);
+// What the key of a pair is computed from, off the border.
+struct Pair {
+    pu: Position,
+    pw: Position,
+    sum_u: VolumeSum,
+    sum_w: VolumeSum,
+    left: Normal,
+    right: Normal,
+}
+
+// The pair of the half-edge from u to w between the faces f and g.
+fn pair_between(f: u32, g: u32, u: u32, w: u32) -> Pair {
+    var right = Normal(0.0, 0.0, 0.0);
+    if g != NO_FACE {
+        right = load_normals(g);
     }
-    let sum_u = load_sums(u);
-    let sum_w = load_sums(w);
-    var ends = Ends(
-        volume_matrix(sum_u),
-        volume_matrix(sum_w),
-        mutual,
-        vec3f(sum_u.nx, sum_u.ny, sum_u.nz),
-        vec3f(sum_w.nx, sum_w.ny, sum_w.nz),
-        mutual_normal,
+    return Pair(load_positions(u), load_positions(w), load_sums(u), load_sums(w), load_normals(f), right);
+}
+
+// What the ends of a pair sum to.
+fn ends_of(pair: Pair) -> Ends {
+    let left = vector(pair.left);
+    let right = vector(pair.right);
+    return Ends(
+        volume_matrix(pair.sum_u),
+        volume_matrix(pair.sum_w),
+        sym_add(outer(left), outer(right)),
+        vec3f(pair.sum_u.nx, pair.sum_u.ny, pair.sum_u.nz),
+        vec3f(pair.sum_w.nx, pair.sum_w.ny, pair.sum_w.nz),
+        add3(left, right),
     );
-    if ((pu.flags | pw.flags) & BORDER) != 0u {
-        var on_border = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        if r == NO_VERTEX {
-            on_border = border_term(e);
-        }
-        let weight = mul(params.border_weight, dot3(e, e));
-        ends = with_border(ends, load_borders(u), load_borders(w), on_border, weight);
-    }
+}
+
+// The key of a pair whose ends sum to `ends`.
+fn ends_key(ends: Ends, pair: Pair) -> u32 {
+    let h = scale3(sub3(xyz(pair.pw), xyz(pair.pu)), 0.5);
     let freedom = Freedom(
-        (pu.flags & LOCKED) != 0u,
-        (pw.flags & LOCKED) != 0u,
+        (pair.pu.flags & LOCKED) != 0u,
+        (pair.pw.flags & LOCKED) != 0u,
         params.at_endpoints != 0u,
         params.regularization,
     );
@@ -92,6 +95,21 @@ fn volume_key(u: u32, w: u32, l: u32) -> u32 {
 }
 
 fn run(i: u32) {
-    let corners = half_edge_corners(load_pairs(i));
-    store_keys(i, volume_key(corners.x, corners.y, corners.z));
+    let half_edge = load_pairs(i);
+    let corners = half_edge_corners(half_edge);
+    let u = corners.x;
+    let w = corners.y;
+    let beyond = across(half_edge / 3u, u, w);
+    let pair = pair_between(half_edge / 3u, beyond, u, w);
+    var ends = ends_of(pair);
+    if ((pair.pu.flags | pair.pw.flags) & BORDER) != 0u {
+        let e = sub3(xyz(pair.pw), xyz(pair.pu));
+        var on_border = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        if beyond == NO_FACE {
+            on_border = border_term(e);
+        }
+        let weight = mul(params.border_weight, dot3(e, e));
+        ends = with_border(ends, load_borders(u), load_borders(w), on_border, weight);
+    }
+    store_keys(i, ends_key(ends, pair));
 }

@@ -6,10 +6,9 @@
 fn volume_sum(vertex: u32) -> VolumeSum {
     var matrix = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     var normal = vec3f(0.0, 0.0, 0.0);
-    let p0 = xyz(load_positions(vertex));
     let end = load_ring_starts(vertex + 1u);
     for (var i = load_ring_starts(vertex); i < end; i++) {
-        let n = normal_from(vertex, p0, load_faces(load_ring_faces(i)));
+        let n = vector(load_normals(load_ring_faces(i)));
         matrix = sym_add(matrix, outer(n));
         normal = add3(normal, n);
     }

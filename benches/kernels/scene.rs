@@ -3,7 +3,7 @@
 use coarsen::backend::{Buffer, Queue, Row};
 use coarsen::kernel::contract_vertices::{GONE, KEEPS};
 use coarsen::kernel::cost_histogram::BUCKETS;
-use coarsen::kernel::rows::{BorderSum, Candidate, Contraction, Face, PlaneQuadric, Position, VolumeSum};
+use coarsen::kernel::rows::{BorderSum, Candidate, Contraction, Face, Normal, PlaneQuadric, Position, VolumeSum};
 use coarsen::kernel::scan_blocks::SCAN_BLOCK;
 use coarsen::mesh::{Rings, sample};
 
@@ -41,6 +41,7 @@ scene! {
     faces: Face,
     ring_starts: u32,
     ring_faces: u32,
+    normals: Normal,
     sums: VolumeSum,
     borders: BorderSum,
     quadrics: PlaneQuadric,
@@ -126,6 +127,7 @@ impl Scene {
             starts_out: zeros(v + 1),
             rings_out: zeros(3 * f),
             moved_roles: zeros(v),
+            normals: rows(queue, f),
             sums: rows(queue, v),
             borders: rows(queue, 1),
             quadrics: rows(queue, v),
@@ -149,7 +151,7 @@ impl Scene {
 
     /// Runs what later kernels read the results of; the scans are plain sums.
     fn fill(&mut self, queue: &mut Queue) {
-        self.run(queue, &["volume_sums", "plane_sums", "count_pairs"]);
+        self.run(queue, &["face_normals", "volume_sums", "plane_sums", "count_pairs"]);
         self.pair_starts = upload(queue, sums_before(self.pair_counts.host()));
         self.pair_count = self.pair_starts.host().last().copied().unwrap_or(0);
         self.run(queue, &["gather_pairs", "volume_costs"]);

@@ -12,6 +12,7 @@ use coarsen::kernel::contract_vertices::ContractVertices;
 use coarsen::kernel::cost_histogram::CostHistogram;
 use coarsen::kernel::count_candidates::CountCandidates;
 use coarsen::kernel::count_pairs::CountPairs;
+use coarsen::kernel::face_normals::FaceNormals;
 use coarsen::kernel::gather_candidates::GatherCandidates;
 use coarsen::kernel::gather_pairs::GatherPairs;
 use coarsen::kernel::live_vertices::LiveVertices;
@@ -59,11 +60,18 @@ macro_rules! stage {
 
 /// All kernels of a round.
 pub const STAGES: &[Stage] = &[
+    stage!("face_normals", faces, |s| FaceNormals {
+        positions: &s.positions,
+        faces: &s.faces,
+        face_count: s.face_count,
+        normals: &mut s.normals,
+    }),
     stage!("volume_sums", vertices, |s| VolumeSums {
         positions: &s.positions,
         faces: &s.faces,
         ring_starts: &s.ring_starts,
         ring_faces: &s.ring_faces,
+        normals: &s.normals,
         vertex_count: s.vertex_count,
         sums: &mut s.sums,
         borders: &mut s.borders,
@@ -105,6 +113,7 @@ pub const STAGES: &[Stage] = &[
         faces: &s.faces,
         ring_starts: &s.ring_starts,
         ring_faces: &s.ring_faces,
+        normals: &s.normals,
         sums: &s.sums,
         borders: &s.borders,
         pairs: &s.pairs,

@@ -1,21 +1,28 @@
-// Which half-edges own a pair, and what is opposite. Twin: src/kernel/pairs.rs
+// Which half-edges own a pair, and what is across. Twin: src/kernel/pairs.rs
 
-// The vertex opposite the half-edge from a to b in the first face of the ring of `around` that has it, or NO_VERTEX.
-fn opposite(a: u32, b: u32, around: u32) -> u32 {
+// The first face of the ring of `around` that has the half-edge from a to b, or NO_FACE.
+fn face_with(a: u32, b: u32, around: u32) -> u32 {
     let end = load_ring_starts(around + 1u);
     for (var i = load_ring_starts(around); i < end; i++) {
-        let face = load_faces(load_ring_faces(i));
-        if face.a == a && face.b == b {
-            return face.c;
-        }
-        if face.b == a && face.c == b {
-            return face.a;
-        }
-        if face.c == a && face.a == b {
-            return face.b;
+        let f = load_ring_faces(i);
+        let face = load_faces(f);
+        if (face.a == a && face.b == b) || (face.b == a && face.c == b) || (face.c == a && face.a == b) {
+            return f;
         }
     }
-    return NO_VERTEX;
+    return NO_FACE;
+}
+
+// The first face around both u and w but f, or NO_FACE.
+fn across(f: u32, u: u32, w: u32) -> u32 {
+    let end = load_ring_starts(u + 1u);
+    for (var i = load_ring_starts(u); i < end; i++) {
+        let face = load_ring_faces(i);
+        if face != f && has(load_faces(face), w) {
+            return face;
+        }
+    }
+    return NO_FACE;
 }
 
 fn owns_pair(u: u32, w: u32) -> bool {
@@ -30,5 +37,5 @@ fn owns_pair(u: u32, w: u32) -> bool {
     if u < w {
         return true;
     }
-    return opposite(w, u, u) == NO_VERTEX;
+    return face_with(w, u, u) == NO_FACE;
 }

@@ -5,12 +5,13 @@ use crate::error::{Error, Result};
 use crate::kernel::cost_histogram::{BUCKET_SHIFT, BUCKETS, CostHistogram};
 use crate::kernel::count_candidates::{CountCandidates, GATE_BLOCK};
 use crate::kernel::count_pairs::CountPairs;
+use crate::kernel::face_normals::FaceNormals;
 use crate::kernel::gather_candidates::GatherCandidates;
 use crate::kernel::gather_pairs::GatherPairs;
 use crate::kernel::pairs::PAIR_BLOCK;
 use crate::kernel::plane_costs::PlaneCosts;
 use crate::kernel::plane_sums::PlaneSums;
-use crate::kernel::rows::{BorderSum, Candidate, VolumeSum};
+use crate::kernel::rows::{BorderSum, Candidate, Normal, VolumeSum};
 use crate::kernel::volume_costs::{BORDER_FACTOR, VolumeCosts};
 use crate::kernel::volume_sums::VolumeSums;
 
@@ -23,7 +24,7 @@ use super::{Metric, Options, Placement};
 pub struct Evaluation {
     at_endpoints: bool,
     border_weight: f32,
-    volume: Option<(Buffer<VolumeSum>, Buffer<BorderSum>)>,
+    volume: Option<Volume>,
     pairs: Buffer<u32>,
     keys: Buffer<u32>,
     buckets: Buffer<u32>,
@@ -31,6 +32,14 @@ pub struct Evaluation {
     scan: Scan,
     candidates: Buffer<Candidate>,
     histogram: Vec<u32>,
+}
+
+/// What the `volume` metric sums.
+#[derive(Debug)]
+struct Volume {
+    normals: Buffer<Normal>,
+    sums: Buffer<VolumeSum>,
+    borders: Buffer<BorderSum>,
 }
 
 /// How many of the live pairs become candidates.
@@ -47,10 +56,11 @@ impl Evaluation {
     pub fn new(queue: &mut Queue, surface: &Surface, options: &Options, has_border: bool) -> Result<Self> {
         let blocks = most_blocks(surface.face_count, 3 * surface.face_count);
         let volume = match options.metric {
-            Metric::Volume => Some((
-                queue.buffer(surface.vertex_count)?,
-                queue.buffer(if has_border { surface.vertex_count.max(2) } else { 1 })?,
-            )),
+            Metric::Volume => Some(Volume {
+                normals: queue.buffer(surface.face_count)?,
+                sums: queue.buffer(surface.vertex_count)?,
+                borders: queue.buffer(if has_border { surface.vertex_count.max(2) } else { 1 })?,
+            }),
             Metric::Plane => None,
         };
         Ok(Self {
@@ -140,14 +150,25 @@ impl Evaluation {
         let (vertex_count, pair_count) = (surface.vertex_count as u32, pairs as u32);
         let (at_endpoints, pairs, keys) = (self.at_endpoints, &self.pairs, &mut self.keys);
         match (&mut self.volume, &surface.quadrics) {
-            (Some((sums, borders)), _) => {
-                queue.run(VolumeSums { positions, faces, ring_starts, ring_faces, vertex_count, sums, borders })?;
+            (Some(Volume { normals, sums, borders }), _) => {
+                queue.run(FaceNormals { positions, faces, face_count: surface.face_count as u32, normals })?;
+                queue.run(VolumeSums {
+                    positions,
+                    faces,
+                    ring_starts,
+                    ring_faces,
+                    normals,
+                    vertex_count,
+                    sums,
+                    borders,
+                })?;
                 let border_weight = BORDER_FACTOR * self.border_weight;
                 queue.run(VolumeCosts {
                     positions,
                     faces,
                     ring_starts,
                     ring_faces,
+                    normals,
                     sums,
                     borders,
                     pairs,

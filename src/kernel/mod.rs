@@ -15,6 +15,7 @@ pub mod cost_histogram;
 pub mod count_candidates;
 pub mod count_pairs;
 pub mod exact_probe;
+pub mod face_normals;
 pub mod gather_candidates;
 pub mod gather_pairs;
 pub mod live_vertices;

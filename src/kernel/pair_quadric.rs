@@ -1,7 +1,7 @@
 //! The quadric of a pair about its midpoint, its least point and its cost: what both metrics share. In WGSL:
 //! `shaders/shared/pair_quadric.wgsl`.
 
-use super::pairs::NO_VERTEX;
+use super::pairs::NO_FACE;
 use super::rows::{BORDER, HUB, LOCKED};
 use crate::backend::Constant;
 use crate::math::Vec3;
@@ -29,7 +29,7 @@ pub const CONSTANTS: &[(&str, Constant)] = &[
     ("NO_AREA", Constant::F32(NO_AREA)),
     ("NO_WEIGHT", Constant::F32(NO_WEIGHT)),
     ("GREATEST", Constant::F32(GREATEST)),
-    ("NO_VERTEX", Constant::U32(NO_VERTEX)),
+    ("NO_FACE", Constant::U32(NO_FACE)),
     ("HUB", Constant::U32(HUB)),
     ("BORDER", Constant::U32(BORDER)),
     ("LOCKED", Constant::U32(LOCKED)),

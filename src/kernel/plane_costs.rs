@@ -4,18 +4,20 @@
 //! \[GH97\] section 3: the sum of both ends' quadrics at its least point. Departs: both are moved to the pair's
 //! midpoint first, where single precision suffices, and the solve is regularized towards it.
 
+use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::pair_quadric::{
     CONSTANTS, Freedom, NO_WEIGHT, PairQuadric, cost_key, half_exponent, pair_cost, scale_down, scale_up, scaled,
 };
-use super::pairs::half_edge_corners;
+use super::pairs::half_edge_ends;
 use super::plane_quadric::{moved, sum_moved};
 use super::rows::{Face, LOCKED, PlaneQuadric, Position};
 use super::split::CHUNK;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
 use crate::math::exact::{mul, scale3, sub3, trace};
+use crate::math::lanes::{self, Columns, LANES, Lane};
 
 /// Pull to the midpoint. Accumulated quadrics weigh large flats against small faces at their corners: with 1e-4 corners
 /// drift (fandisk at 1 %: 1.4 times the error).
@@ -61,18 +63,57 @@ fn plane_cost(first: PlaneQuadric, second: PlaneQuadric, h: Vec3, freedom: Freed
     mul(mul(cost, scale_up(half)), scale_up(half))
 }
 
-/// The key of the pair of the half-edge from `u` to `w`.
+/// What the key of a pair is computed from.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+struct Pair {
+    pu: Position,
+    pw: Position,
+    first: PlaneQuadric,
+    second: PlaneQuadric,
+}
+
+/// 32-bit scalars of a [`Pair`].
+const PAIR_WORDS: usize = size_of::<Pair>() / 4;
+
+/// What pairs are loaded from.
+#[derive(Debug, Clone, Copy)]
+struct Rows<'a> {
+    positions: &'a [Position],
+    faces: &'a [Face],
+    quadrics: &'a [PlaneQuadric],
+    pairs: &'a [u32],
+}
+
+/// The key of a pair.
 #[inline(always)]
-fn plane_key([u, w, _]: [u32; 3], positions: &[Position], quadrics: &[PlaneQuadric], params: Params) -> u32 {
-    let (pu, pw) = (positions[u as usize], positions[w as usize]);
-    let h = scale3(sub3(pw.xyz(), pu.xyz()), 0.5);
+fn plane_key(pair: &Pair, params: Params) -> u32 {
+    let h = scale3(sub3(pair.pw.xyz(), pair.pu.xyz()), 0.5);
     let freedom = Freedom {
-        first_locked: pu.flags & LOCKED != 0,
-        second_locked: pw.flags & LOCKED != 0,
+        first_locked: pair.pu.flags & LOCKED != 0,
+        second_locked: pair.pw.flags & LOCKED != 0,
         at_endpoints: params.at_endpoints != 0,
         regularization: params.regularization,
     };
-    cost_key(plane_cost(quadrics[u as usize], quadrics[w as usize], h, freedom))
+    cost_key(plane_cost(pair.first, pair.second, h, freedom))
+}
+
+impl Lane for Pair {
+    type Source<'a> = Rows<'a>;
+    type Params = Params;
+    type Output = u32;
+
+    #[inline(always)]
+    fn load(index: usize, rows: Rows<'_>) -> Self {
+        let [u, w] = half_edge_ends(rows.pairs[index], rows.faces).map(|end| end as usize);
+        let (pu, pw) = (rows.positions[u], rows.positions[w]);
+        Self { pu, pw, first: rows.quadrics[u], second: rows.quadrics[w] }
+    }
+
+    #[inline(always)]
+    fn compute(self, params: Params) -> u32 {
+        plane_key(&self, params)
+    }
 }
 
 impl Kernel for PlaneCosts<'_> {
@@ -107,11 +148,11 @@ impl Kernel for PlaneCosts<'_> {
 
     fn run_cpu(&mut self) {
         let params = self.params();
-        let (positions, faces) = (self.positions.host(), self.faces.host());
-        let (quadrics, pairs) = (self.quadrics.host(), self.pairs.host());
-        let keys = &mut self.keys.host_mut()[..self.pair_count as usize];
-        keys.par_iter_mut().zip(pairs).with_min_len(CHUNK).for_each(|(key, &pair)| {
-            *key = plane_key(half_edge_corners(pair, faces), positions, quadrics, params);
+        let (positions, faces, quadrics) = (self.positions.host(), self.faces.host(), self.quadrics.host());
+        let rows = Rows { positions, faces, quadrics, pairs: self.pairs.host() };
+        let blocks = self.keys.host_mut()[..self.pair_count as usize].par_chunks_mut(LANES).enumerate();
+        blocks.with_min_len(CHUNK / LANES).for_each_init(Columns::<Pair, PAIR_WORDS>::new, |block, (i, keys)| {
+            lanes::compute(i * LANES, rows, params, block, keys);
         });
     }
 }

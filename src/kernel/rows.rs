@@ -96,7 +96,27 @@ pub struct Contraction {
     pub flags: u32,
 }
 
-/// What the `volume` metric needs of a vertex: sums over the faces of its star of n nᵀ and n, n = (p1−p0)×(p2−p0).
+/// The normal of a face, as long as twice its area: (b − a)×(c − a).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Normal {
+    /// Along the first axis.
+    pub x: f32,
+    /// Along the second axis.
+    pub y: f32,
+    /// Along the third axis.
+    pub z: f32,
+}
+
+impl Normal {
+    /// The vector.
+    #[inline(always)]
+    pub fn xyz(self) -> Vec3 {
+        Vec3::new(self.x, self.y, self.z)
+    }
+}
+
+/// What the `volume` metric needs of a vertex: sums over the faces of its star of n nᵀ and n, the normals.
 ///
 /// The vertex lies on all these planes, so about its own position the other terms of the quadric are zero.
 #[repr(C)]
@@ -191,6 +211,7 @@ impl PlaneQuadric {
 row!(Position { x, y, z, flags });
 row!(Face { a, b, c });
 row!(Contraction { keep, gone, x, y, z, flags });
+row!(Normal { x, y, z });
 row!(VolumeSum { xx, xy, xz, yy, yz, zz, nx, ny, nz });
 row!(BorderSum { xx, xy, xz, yy, yz, zz });
 row!(PlaneQuadric { xx, xy, xz, yy, yz, zz, bx, by, bz, c, weight });

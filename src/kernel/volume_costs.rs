@@ -5,21 +5,21 @@
 //! Σ(n·x − d)² subject to (Σn)·x = Σd, which keeps the volume. Departs: one regularized solve instead of a choice of
 //! independent constraints; a pair at a border drops the volume constraint and adds the border term of its ends.
 
+use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::pair_quadric::{
     CONSTANTS, Freedom, NO_AREA, cost_key, end_matrices, half_exponent, pair_cost, scale_down, scale_up,
 };
-use super::pairs::{NO_VERTEX, half_edge_corners, opposite};
-use super::rows::{BORDER, BorderSum, Face, LOCKED, Position, VolumeSum};
+use super::pairs::{NO_FACE, across, half_edge_ends};
+use super::rows::{BORDER, BorderSum, Face, LOCKED, Normal, Position, VolumeSum};
 use super::split::CHUNK;
 use super::stars::Stars;
 use super::volume_sums::border_term;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
-use crate::math::exact::{
-    LEAST_FACTOR, Sym3, add3, cross3, dot3, flush3, mul, outer, scale3, sub3, sym_add, sym_scale, trace,
-};
+use crate::math::exact::{Sym3, add3, dot3, mul, outer, scale3, sub3, sym_add, sym_scale, trace};
+use crate::math::lanes::{self, Columns, LANES, Lane};
 
 /// Border against volume: the paper's volume term counts 1/18, its border term 1/2.
 pub const BORDER_FACTOR: f32 = 9.0;
@@ -38,6 +38,8 @@ pub struct VolumeCosts<'a> {
     pub ring_starts: &'a Buffer<u32>,
     /// The faces around every vertex, ascending.
     pub ring_faces: &'a Buffer<u32>,
+    /// F normals.
+    pub normals: &'a Buffer<Normal>,
     /// V sums.
     pub sums: &'a Buffer<VolumeSum>,
     /// V border terms where the mesh has a border.
@@ -107,49 +109,106 @@ fn volume_cost(ends: Ends, h: Vec3, freedom: Freedom) -> f32 {
     mul(mul(cost, scale_up(half)), scale_up(half))
 }
 
-/// The key of the pair of the half-edge from `u` to `w` in the face whose third corner is `l`.
+/// What the key of a pair is computed from, off the border.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+struct Pair {
+    pu: Position,
+    pw: Position,
+    sum_u: VolumeSum,
+    sum_w: VolumeSum,
+    left: Normal,
+    right: Normal,
+}
+
+/// 32-bit scalars of a [`Pair`].
+const PAIR_WORDS: usize = size_of::<Pair>() / 4;
+
+impl Pair {
+    fn is_on_border(&self) -> bool {
+        (self.pu.flags | self.pw.flags) & BORDER != 0
+    }
+}
+
+/// What pairs are loaded from.
+#[derive(Debug, Clone, Copy)]
+struct Rows<'a> {
+    stars: Stars<'a>,
+    normals: &'a [Normal],
+    sums: &'a [VolumeSum],
+    borders: &'a [BorderSum],
+    pairs: &'a [u32],
+}
+
+/// The pair of the half-edge from `u` to `w` between the faces `f` and `g`.
 #[inline(always)]
-fn volume_key(
-    [u, w, l]: [u32; 3],
-    stars: &Stars<'_>,
-    sums: &[VolumeSum],
-    borders: &[BorderSum],
-    params: Params,
-) -> u32 {
-    let r = opposite(w, u, u, stars);
-    let (pu, pw) = (stars.positions[u as usize], stars.positions[w as usize]);
-    let a = pu.xyz();
-    let e = sub3(pw.xyz(), a);
-    let h = scale3(e, 0.5);
-    let left = flush3(cross3(e, sub3(stars.positions[l as usize].xyz(), a)), LEAST_FACTOR);
-    let mut mutual = outer(left);
-    let mut mutual_normal = left;
-    if r != NO_VERTEX {
-        let right = flush3(cross3(sub3(stars.positions[r as usize].xyz(), a), e), LEAST_FACTOR);
-        mutual = sym_add(mutual, outer(right));
-        mutual_normal = add3(mutual_normal, right);
+fn pair_between(f: u32, g: u32, [u, w]: [u32; 2], rows: &Rows<'_>) -> Pair {
+    Pair {
+        pu: rows.stars.positions[u as usize],
+        pw: rows.stars.positions[w as usize],
+        sum_u: rows.sums[u as usize],
+        sum_w: rows.sums[w as usize],
+        left: rows.normals[f as usize],
+        right: if g == NO_FACE { Normal::default() } else { rows.normals[g as usize] },
     }
-    let (sum_u, sum_w) = (sums[u as usize], sums[w as usize]);
-    let mut ends = Ends {
-        first: sum_u.matrix(),
-        second: sum_w.matrix(),
-        mutual,
-        first_normal: sum_u.normal(),
-        second_normal: sum_w.normal(),
-        mutual_normal,
-    };
-    if (pu.flags | pw.flags) & BORDER != 0 {
-        let on_border = if r == NO_VERTEX { border_term(e) } else { Sym3::default() };
-        let weight = mul(params.border_weight, dot3(e, e));
-        ends = with_border(ends, borders[u as usize], borders[w as usize], on_border, weight);
+}
+
+/// What the ends of a pair sum to.
+#[inline(always)]
+fn ends_of(pair: &Pair) -> Ends {
+    let (left, right) = (pair.left.xyz(), pair.right.xyz());
+    Ends {
+        first: pair.sum_u.matrix(),
+        second: pair.sum_w.matrix(),
+        mutual: sym_add(outer(left), outer(right)),
+        first_normal: pair.sum_u.normal(),
+        second_normal: pair.sum_w.normal(),
+        mutual_normal: add3(left, right),
     }
+}
+
+/// The key of a pair whose ends sum to `ends`.
+#[inline(always)]
+fn ends_key(ends: Ends, pair: &Pair, params: Params) -> u32 {
+    let h = scale3(sub3(pair.pw.xyz(), pair.pu.xyz()), 0.5);
     let freedom = Freedom {
-        first_locked: pu.flags & LOCKED != 0,
-        second_locked: pw.flags & LOCKED != 0,
+        first_locked: pair.pu.flags & LOCKED != 0,
+        second_locked: pair.pw.flags & LOCKED != 0,
         at_endpoints: params.at_endpoints != 0,
         regularization: params.regularization,
     };
     cost_key(volume_cost(ends, h, freedom))
+}
+
+impl Lane for Pair {
+    type Source<'a> = Rows<'a>;
+    type Params = Params;
+    type Output = u32;
+
+    #[inline(always)]
+    fn load(index: usize, rows: Rows<'_>) -> Self {
+        let half_edge = rows.pairs[index];
+        let [u, w] = half_edge_ends(half_edge, rows.stars.faces);
+        pair_between(half_edge / 3, across(half_edge / 3, u, w, &rows.stars), [u, w], &rows)
+    }
+
+    /// The key of a pair off the border.
+    #[inline(always)]
+    fn compute(self, params: Params) -> u32 {
+        ends_key(ends_of(&self), &self, params)
+    }
+}
+
+/// The key of a pair with an end on the border.
+fn border_key(half_edge: u32, rows: &Rows<'_>, params: Params) -> u32 {
+    let [u, w] = half_edge_ends(half_edge, rows.stars.faces);
+    let beyond = across(half_edge / 3, u, w, &rows.stars);
+    let pair = pair_between(half_edge / 3, beyond, [u, w], rows);
+    let e = sub3(pair.pw.xyz(), pair.pu.xyz());
+    let on_border = if beyond == NO_FACE { border_term(e) } else { Sym3::default() };
+    let weight = mul(params.border_weight, dot3(e, e));
+    let (first, second) = (rows.borders[u as usize], rows.borders[w as usize]);
+    ends_key(with_border(ends_of(&pair), first, second, on_border, weight), &pair, params)
 }
 
 impl Kernel for VolumeCosts<'_> {
@@ -180,6 +239,7 @@ impl Kernel for VolumeCosts<'_> {
             Binding::new("faces", Access::Read, self.faces),
             Binding::new("ring_starts", Access::Read, self.ring_starts),
             Binding::new("ring_faces", Access::Read, self.ring_faces),
+            Binding::new("normals", Access::Read, self.normals),
             Binding::new("sums", Access::Read, self.sums),
             Binding::new("borders", Access::Read, self.borders),
             Binding::new("pairs", Access::Read, self.pairs),
@@ -194,10 +254,72 @@ impl Kernel for VolumeCosts<'_> {
     fn run_cpu(&mut self) {
         let params = self.params();
         let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
-        let (sums, borders, pairs) = (self.sums.host(), self.borders.host(), self.pairs.host());
-        let keys = &mut self.keys.host_mut()[..self.pair_count as usize];
-        keys.par_iter_mut().zip(pairs).with_min_len(CHUNK).for_each(|(key, &pair)| {
-            *key = volume_key(half_edge_corners(pair, stars.faces), &stars, sums, borders, params);
+        let (normals, sums, borders) = (self.normals.host(), self.sums.host(), self.borders.host());
+        let pairs = &self.pairs.host()[..self.pair_count as usize];
+        let rows = Rows { stars, normals, sums, borders, pairs };
+        let has_border = borders.len() > 1;
+        let blocks = self.keys.host_mut()[..pairs.len()].par_chunks_mut(LANES).enumerate();
+        blocks.with_min_len(CHUNK / LANES).for_each_init(Columns::<Pair, PAIR_WORDS>::new, |block, (i, keys)| {
+            let first = i * LANES;
+            lanes::compute(first, rows, params, block, keys);
+            if has_border {
+                for (lane, key) in keys.iter_mut().enumerate() {
+                    if block.get(lane).is_on_border() {
+                        *key = border_key(pairs[first + lane], &rows, params);
+                    }
+                }
+            }
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Magnitudes from underflow to the greatest that sums leave finite, of either sign.
+    fn hostile(i: u32) -> f32 {
+        let mixed = i.wrapping_mul(0x9e37_79b9) ^ (i << 7);
+        let magnitude = [0.0, 1e-40, 1e-30, 1e-19, 1e-9, 1e-3, 1.0, 1.7, 1e3, 1e9][(mixed >> 8) as usize % 10];
+        if mixed & 1 == 0 { magnitude } else { -magnitude }
+    }
+
+    #[test]
+    fn lanes_have_the_bits_of_scalar_calls() {
+        // Islands of two faces: every edge of the diagonal has a face across, the others have none.
+        let islands = 200_u32;
+        let position = |i| Position { x: hostile(3 * i), y: hostile(3 * i + 1), z: hostile(3 * i + 2), flags: i & 3 };
+        let positions: Vec<Position> = (0..4 * islands).map(position).collect();
+        let island = |i| [Face { a: 4 * i, b: 4 * i + 1, c: 4 * i + 2 }, Face { a: 4 * i, b: 4 * i + 2, c: 4 * i + 3 }];
+        let faces: Vec<Face> = (0..islands).flat_map(island).collect();
+        let ring_starts: Vec<u32> =
+            (0..islands).flat_map(|i| [0, 2, 3, 5].map(|start| 6 * i + start)).chain([6 * islands]).collect();
+        let ring_faces: Vec<u32> = (0..islands).flat_map(|i| [0, 1, 0, 0, 1, 1].map(|face| 2 * i + face)).collect();
+        let normal = |i| Normal { x: hostile(i), y: hostile(7 * i), z: hostile(11 * i + 5) };
+        let normals: Vec<Normal> = (0..2 * islands).map(normal).collect();
+        let sum = |i: u32| VolumeSum {
+            xx: hostile(i).abs(),
+            yy: 1.0,
+            zz: 0.5,
+            xy: 0.1,
+            nx: hostile(5 * i),
+            ..VolumeSum::default()
+        };
+        let sums: Vec<VolumeSum> = (0..4 * islands).map(sum).collect();
+        let pairs: Vec<u32> = (0..6 * islands).collect();
+        let stars = Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
+        let rows = Rows { stars, normals: &normals, sums: &sums, borders: &[], pairs: &pairs };
+        let mut block = Columns::<Pair, PAIR_WORDS>::new();
+        for at_endpoints in [0, 1] {
+            let params = Params { at_endpoints, border_weight: 9.0, regularization: VOLUME_REGULARIZATION };
+            for len in [1, 2, 3, 4, 5, 6, 7, LANES] {
+                for first in (0..pairs.len() - len).step_by(len) {
+                    let mut keys = vec![0; len];
+                    lanes::compute(first, rows, params, &mut block, &mut keys);
+                    let scalar: Vec<u32> = (first..first + len).map(|i| Pair::load(i, rows).compute(params)).collect();
+                    assert_eq!(keys, scalar, "from pair {first} on");
+                }
+            }
+        }
     }
 }

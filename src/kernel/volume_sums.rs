@@ -6,9 +6,9 @@
 
 use rayon::prelude::*;
 
-use super::rows::{BORDER, BorderSum, FLAGS, Face, HUB, Position, VolumeSum};
+use super::rows::{BORDER, BorderSum, FLAGS, Face, HUB, Normal, Position, VolumeSum};
 use super::split::CHUNK;
-use super::stars::{Stars, faces_with, normal_from};
+use super::stars::{Stars, faces_with};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
 use crate::math::exact::{LEAST_FACTOR, Sym3, add3, dot3, flush3, outer, sub3, sym_add, sym_sub};
@@ -23,6 +23,8 @@ pub struct VolumeSums<'a> {
     pub ring_starts: &'a Buffer<u32>,
     /// The faces around every vertex, ascending.
     pub ring_faces: &'a Buffer<u32>,
+    /// F normals.
+    pub normals: &'a Buffer<Normal>,
     /// V.
     pub vertex_count: u32,
     /// Writes V sums; a hub's are zero.
@@ -48,12 +50,11 @@ pub fn border_term(edge: Vec3) -> Sym3 {
 }
 
 #[inline(always)]
-fn volume_sum(vertex: u32, stars: &Stars<'_>) -> VolumeSum {
+fn volume_sum(vertex: u32, stars: &Stars<'_>, normals: &[Normal]) -> VolumeSum {
     let mut matrix = Sym3::default();
     let mut normal = Vec3::ZERO;
-    let p0 = stars.positions[vertex as usize].xyz();
     for &f in stars.ring(vertex) {
-        let n = normal_from(vertex, p0, stars.faces[f as usize], stars);
+        let n = normals[f as usize].xyz();
         matrix = sym_add(matrix, outer(n));
         normal = add3(normal, n);
     }
@@ -103,6 +104,7 @@ impl Kernel for VolumeSums<'_> {
             Binding::new("faces", Access::Read, self.faces),
             Binding::new("ring_starts", Access::Read, self.ring_starts),
             Binding::new("ring_faces", Access::Read, self.ring_faces),
+            Binding::new("normals", Access::Read, self.normals),
             Binding::new("sums", Access::Write, self.sums),
             Binding::new("borders", Access::Write, self.borders),
         ]
@@ -115,12 +117,13 @@ impl Kernel for VolumeSums<'_> {
     fn run_cpu(&mut self) {
         let params = self.params();
         let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
+        let normals = self.normals.host();
         let sums = &mut self.sums.host_mut()[..self.vertex_count as usize];
         sums.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(vertex, sum)| {
             let vertex = vertex as u32;
             *sum = VolumeSum::default();
             if stars.positions[vertex as usize].flags & HUB == 0 {
-                *sum = volume_sum(vertex, &stars);
+                *sum = volume_sum(vertex, &stars, normals);
             }
         });
         if params.has_border != 0 {
@@ -154,7 +157,7 @@ mod tests {
         let faces = [Face { a: 0, b: 1, c: 2 }, Face { a: 0, b: 2, c: 3 }];
         let (ring_starts, ring_faces) = ([0, 2, 3, 5, 6], [0, 1, 0, 0, 1, 1]);
         let stars = Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
-        let sum = volume_sum(0, &stars);
+        let sum = volume_sum(0, &stars, &[Normal { x: 0.0, y: 0.0, z: 1.0 }; 2]);
         assert_eq!(sum, VolumeSum { zz: 2.0, nz: 2.0, ..VolumeSum::default() });
         // The borders at vertex 0 run along x and y, one unit long; the diagonal is shared.
         let border = border_sum(0, &stars);

@@ -1,5 +1,6 @@
 //! Vectors for the rest of the crate: glam's, and the exact single-precision arithmetic that kernels share with WGSL.
 
 pub mod exact;
+pub mod lanes;
 
 pub use glam::{DMat3, DVec3, Vec3, Vec4};

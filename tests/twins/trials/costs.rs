@@ -3,6 +3,7 @@
 use coarsen::Result;
 use coarsen::backend::{Buffer, Queue};
 use coarsen::kernel::count_pairs::CountPairs;
+use coarsen::kernel::face_normals::FaceNormals;
 use coarsen::kernel::gather_pairs::GatherPairs;
 use coarsen::kernel::pairs::{PAIR_BLOCK, half_edge_corners};
 use coarsen::kernel::plane_costs::PlaneCosts;
@@ -14,9 +15,10 @@ use coarsen::kernel::volume_sums::VolumeSums;
 use super::inputs::{Round, flip, rounds, scanned};
 use super::{Seen, Trial};
 
-pub const TRIALS: [Trial; 6] = [
+pub const TRIALS: [Trial; 7] = [
     Trial { name: "count_pairs", run: count_pairs },
     Trial { name: "gather_pairs", run: gather_pairs },
+    Trial { name: "face_normals", run: face_normals },
     Trial { name: "volume_sums", run: volume_sums },
     Trial { name: "volume_costs", run: volume_costs },
     Trial { name: "plane_sums", run: plane_sums },
@@ -94,15 +96,33 @@ fn gather_pairs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<(
     Ok(())
 }
 
-fn volume_sums(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
+fn face_normals(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
     for (round, perturbed) in rounds(perturbed) {
         seen.input(round.name);
         let mesh = Mesh::new(queue, round, with_a_shift(round, perturbed))?;
+        let face_count = round.faces.len() as u32;
+        let normals = &mut queue.buffer(round.faces.len())?;
+        seen.run(queue, FaceNormals { positions: &mesh.positions, faces: &mesh.faces, face_count, normals })?;
+        seen.output(queue, "normals", normals)?;
+    }
+    Ok(())
+}
+
+fn volume_sums(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
+    for (round, perturbed) in rounds(perturbed) {
+        seen.input(round.name);
+        let mut normals = round.normals.clone();
+        flip(&mut normals[0].x, perturbed);
+        let mesh = Mesh::new(queue, round, round.positions.clone())?;
         let Mesh { positions, faces, ring_starts, ring_faces } = &mesh;
+        let normals = &queue.buffer_from(normals)?;
         let vertex_count = round.positions.len() as u32;
         let sums = &mut queue.buffer(round.positions.len())?;
         let borders = &mut queue.buffer(round.border_sums.len())?;
-        seen.run(queue, VolumeSums { positions, faces, ring_starts, ring_faces, vertex_count, sums, borders })?;
+        seen.run(
+            queue,
+            VolumeSums { positions, faces, ring_starts, ring_faces, normals, vertex_count, sums, borders },
+        )?;
         seen.output(queue, "sums", sums)?;
         seen.output(queue, "borders", borders)?;
     }
@@ -117,6 +137,7 @@ fn volume_costs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<(
         flip(&mut sums[end as usize].zz, perturbed);
         let mesh = Mesh::new(queue, round, round.positions.clone())?;
         let Mesh { positions, faces, ring_starts, ring_faces } = &mesh;
+        let normals = &queue.buffer_from(round.normals.clone())?;
         let sums = &queue.buffer_from(sums)?;
         let borders = &queue.buffer_from(round.border_sums.clone())?;
         let pairs = &queue.buffer_from(round.pairs.clone())?;
@@ -130,6 +151,7 @@ fn volume_costs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<(
                     faces,
                     ring_starts,
                     ring_faces,
+                    normals,
                     sums,
                     borders,
                     pairs,

@@ -6,10 +6,11 @@ use coarsen::backend::Device;
 use coarsen::kernel::contract_faces::renamed;
 use coarsen::kernel::contract_quadrics::contracted;
 use coarsen::kernel::contract_vertices::{GONE, KEEPS};
+use coarsen::kernel::face_normals::FaceNormals;
 use coarsen::kernel::pairs::owns_pair;
 use coarsen::kernel::plane_sums::PlaneSums;
 use coarsen::kernel::rows::{
-    BORDER, BorderSum, Contraction, Face, LOCKED, PlaneQuadric, Position, VolumeSum, with_hub,
+    BORDER, BorderSum, Contraction, Face, LOCKED, Normal, PlaneQuadric, Position, VolumeSum, with_hub,
 };
 use coarsen::kernel::stars::Stars;
 use coarsen::kernel::volume_sums::VolumeSums;
@@ -51,6 +52,7 @@ pub struct Round {
     pub ring_faces: Vec<u32>,
     pub has_border: bool,
     pub pairs: Vec<u32>,
+    pub normals: Vec<Normal>,
     pub volume_sums: Vec<VolumeSum>,
     pub border_sums: Vec<BorderSum>,
     pub quadrics: Vec<PlaneQuadric>,
@@ -212,6 +214,7 @@ impl Round {
             roles,
             renamed_faces,
             face_live,
+            normals: Vec::new(),
             volume_sums: Vec::new(),
             border_sums: Vec::new(),
             quadrics: Vec::new(),
@@ -234,10 +237,16 @@ impl Round {
         let sums = &mut queue.buffer(self.positions.len()).unwrap();
         let borders = &mut queue.buffer(if self.has_border { self.positions.len() } else { 1 }).unwrap();
         let quadrics = &mut queue.buffer(self.positions.len()).unwrap();
-        queue.run(VolumeSums { positions, faces, ring_starts, ring_faces, vertex_count, sums, borders }).unwrap();
+        let normals = &mut queue.buffer(self.faces.len()).unwrap();
+        let face_count = self.faces.len() as u32;
+        queue.run(FaceNormals { positions, faces, face_count, normals }).unwrap();
+        queue
+            .run(VolumeSums { positions, faces, ring_starts, ring_faces, normals, vertex_count, sums, borders })
+            .unwrap();
         queue
             .run(PlaneSums { positions, faces, ring_starts, ring_faces, vertex_count, border_weight: 0.5, quadrics })
             .unwrap();
+        self.normals = normals.host().to_vec();
         self.volume_sums = sums.host().to_vec();
         self.border_sums = borders.host().to_vec();
         // Each as if it had taken in the next: with linear and constant terms.

@@ -1,0 +1,11 @@
+// The normal of every face, as long as twice its area. Twin: src/kernel/face_normals.rs
+
+fn face_normal(a: vec3f, b: vec3f, c: vec3f) -> Normal {
+    let n = flush3(cross3(sub3(b, a), sub3(c, a)), LEAST_FACTOR);
+    return Normal(n.x, n.y, n.z);
+}
+
+fn run(i: u32) {
+    let face = load_faces(i);
+    store_normals(i, face_normal(xyz(load_positions(face.a)), xyz(load_positions(face.b)), xyz(load_positions(face.c))));
+}

@@ -1,0 +1,150 @@
+//! The same pure function of many rows at once, in the widest vectors that the processor has.
+//!
+//! A kernel's twin is written for one row. What it reads is gathered into columns, one lane a row; a loop over the lanes
+//! then calls the twin, and the compiler turns the loop into vector instructions: every branch of a twin is cheap enough
+//! to become a selection, and nothing is fused or reordered, so that a lane's bits are those of the scalar call. The loop
+//! is compiled for several instruction sets, and the processor chooses when it runs.
+
+use std::marker::PhantomData;
+
+use bytemuck::Pod;
+use multiversion::multiversion;
+
+/// Rows to a block: enough to hide a loop's ends, few enough for the first cache.
+pub const LANES: usize = 64;
+
+/// A block of rows of `WORDS` 32-bit scalars, each scalar in a column of its own.
+#[derive(Debug, Clone)]
+pub struct Columns<T, const WORDS: usize> {
+    words: [[u32; LANES]; WORDS],
+    rows: PhantomData<T>,
+}
+
+impl<T: Pod, const WORDS: usize> Columns<T, WORDS> {
+    /// Columns of zeros.
+    pub fn new() -> Self {
+        const { assert!(size_of::<T>() == 4 * WORDS, "a row is so many words") };
+        Self { words: [[0; LANES]; WORDS], rows: PhantomData }
+    }
+
+    /// Puts a row into a lane.
+    #[expect(clippy::inline_always, reason = "a row falls apart into its words, in registers")]
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, row: T) {
+        let words: [u32; WORDS] = bytemuck::cast(row);
+        for (column, word) in self.words.iter_mut().zip(words) {
+            column[lane] = word;
+        }
+    }
+
+    /// The row of a lane.
+    #[expect(clippy::inline_always, reason = "a row falls apart into its words, in registers")]
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> T {
+        let mut words = [0; WORDS];
+        for (word, column) in words.iter_mut().zip(&self.words) {
+            *word = column[lane];
+        }
+        bytemuck::cast(words)
+    }
+}
+
+impl<T: Pod, const WORDS: usize> Default for Columns<T, WORDS> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// A row of which something is computed. `load`, `compute` and all that they call must be `inline(always)`, to be
+/// compiled for each instruction set.
+pub trait Lane: Pod {
+    /// What rows are gathered from.
+    type Source<'a>: Copy;
+    /// What is the same for all rows.
+    type Params: Copy;
+    /// What comes out.
+    type Output: Copy;
+
+    /// The row of an index: all that touches memory.
+    fn load(index: usize, source: Self::Source<'_>) -> Self;
+
+    /// The twin.
+    fn compute(self, params: Self::Params) -> Self::Output;
+}
+
+/// Computes the rows from index `first` on, one for each of at most [`LANES`] outputs. `rows` is left with what was loaded.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
+pub fn compute<T: Lane, const WORDS: usize>(
+    first: usize,
+    source: T::Source<'_>,
+    params: T::Params,
+    rows: &mut Columns<T, WORDS>,
+    outputs: &mut [T::Output],
+) {
+    for lane in 0..outputs.len().min(LANES) {
+        rows.set(lane, T::load(first + lane, source));
+    }
+    // A block at the end computes what its other lanes hold as well: the loop has one length.
+    let block: [T::Output; LANES] = std::array::from_fn(|lane| rows.get(lane).compute(params));
+    outputs.copy_from_slice(&block[..outputs.len()]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::exact::{LEAST, divide, flush, mul, root, sub};
+    use super::*;
+
+    /// Quotient, root and difference of two numbers.
+    #[repr(C)]
+    #[derive(Clone, Copy, bytemuck::Zeroable, Pod)]
+    struct Numbers {
+        a: f32,
+        b: f32,
+    }
+
+    impl Lane for Numbers {
+        type Source<'a> = &'a [Numbers];
+        type Params = f32;
+        type Output = [u32; 4];
+
+        #[inline(always)]
+        fn load(index: usize, source: &[Numbers]) -> Self {
+            source[index]
+        }
+
+        #[inline(always)]
+        fn compute(self, scale: f32) -> [u32; 4] {
+            let Self { a, b } = self;
+            [divide(a, b), root(a), sub(mul(a, scale), b), flush(mul(a, b), LEAST)].map(f32::to_bits)
+        }
+    }
+
+    /// Every pair of numbers at the edges of the range, of rounding and of zero.
+    fn hostile() -> Vec<Numbers> {
+        let least = f32::MIN_POSITIVE;
+        let edges = [0.0, 1e-45, least / 2.0, least, LEAST, 1e-20, 0.1, 1.0, 1.000_000_1, 3.0, 1e19, 1e30, f32::MAX];
+        let signed: Vec<f32> = edges.into_iter().flat_map(|x| [x, -x]).collect();
+        signed.iter().flat_map(|&a| signed.iter().map(move |&b| Numbers { a, b })).collect()
+    }
+
+    #[test]
+    fn lanes_have_the_bits_of_scalar_calls() {
+        let numbers = hostile();
+        let mut columns = Columns::<Numbers, 2>::new();
+        // Blocks of all lengths: whole ones, and ends that leave lanes unused.
+        for len in (1..=9).chain([31, LANES - 1, LANES]) {
+            for first in (0..numbers.len() - len).step_by(len) {
+                let mut outputs = vec![[0; 4]; len];
+                compute(first, &numbers[..], 1.7, &mut columns, &mut outputs);
+                for (output, row) in outputs.iter().zip(&numbers[first..]) {
+                    assert_eq!(*output, row.compute(1.7), "of {:e} and {:e}", row.a, row.b);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_outputs_need_no_rows() {
+        compute(5, &[][..], 1.0, &mut Columns::<Numbers, 2>::new(), &mut []);
+    }
+}
