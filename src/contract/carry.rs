@@ -1,20 +1,24 @@
 //! What vertices carry through a run without taking part: their origin, normals, colors.
 
 use crate::math::Vec3;
-use crate::simplify::MOVED;
+
+/// Set in the origin of a vertex that stands at no input vertex's position; input vertices are below it.
+pub const MOVED_FROM: u32 = 1 << 31;
+/// Set in the origin of a face that was turned over; input faces are below it.
+pub const TURNED: u32 = 1 << 31;
 
 /// Rows beside the positions, one a live vertex.
 #[derive(Debug)]
 pub struct Carried {
-    /// The input vertex at the same position, or [`MOVED`].
+    /// The input vertex at the same position; or, with the bit [`MOVED_FROM`], one of those that became this one.
     pub origin: Vec<u32>,
     pub normals: Option<Vec<Vec3>>,
     pub colors: Option<Vec<[f32; 4]>>,
     /// How far a vertex may have drifted off the surface, step by step, in the normalized frame; empty where the
     /// accumulated quadrics tell.
     pub drift: Vec<f32>,
-    /// Whether a face was turned over to agree with its neighbors, one a live face.
-    pub turned: Option<Vec<bool>>,
+    /// The input face of every live face, with the bit [`TURNED`] where it was turned over to agree with its neighbors.
+    pub face_origin: Vec<u32>,
 }
 
 impl Carried {
@@ -33,7 +37,7 @@ impl Carried {
         self.origin[keep] = match t {
             0.0 => self.origin[first],
             1.0 => self.origin[second],
-            _ => MOVED,
+            _ => self.origin[keep] | MOVED_FROM,
         };
         if let Some(normals) = &mut self.normals {
             let sum = normals[first] * (1.0 - t) + normals[second] * t;
@@ -57,9 +61,7 @@ impl Carried {
         if let Some(colors) = &mut self.colors {
             keep_live(colors, new_vertex, vertex_count);
         }
-        if let Some(turned) = &mut self.turned {
-            keep_live(turned, new_face, face_count);
-        }
+        keep_live(&mut self.face_origin, new_face, face_count);
     }
 }
 
@@ -83,10 +85,10 @@ mod tests {
             normals: None,
             colors: Some(vec![[0.0; 4], [1.0; 4], [0.5; 4]]),
             drift: vec![0.0; 3],
-            turned: None,
+            face_origin: Vec::new(),
         };
         carried.contract(0, [0, 1], 0.25, 0.5);
-        assert_eq!((carried.origin[0], carried.colors.as_ref().map(|c| c[0])), (MOVED, Some([0.25; 4])));
+        assert_eq!((carried.origin[0], carried.colors.as_ref().map(|c| c[0])), (7 | MOVED_FROM, Some([0.25; 4])));
         assert_eq!(carried.drift(0, 1), 0.5);
         carried.contract(0, [0, 2], 1.0, 0.5);
         assert_eq!(carried.origin[0], 9);

@@ -17,6 +17,7 @@ mod filter;
 mod frame;
 mod placement;
 mod prepare;
+mod restore;
 mod scan;
 mod select;
 mod star;
