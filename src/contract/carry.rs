@@ -2,6 +2,8 @@
 
 use crate::math::Vec3;
 
+use super::compact::keep_live;
+
 /// Set in the origin of a vertex that stands at no input vertex's position; input vertices are below it.
 pub const MOVED_FROM: u32 = 1 << 31;
 /// Set in the origin of a face that was turned over; input faces are below it.
@@ -49,29 +51,19 @@ impl Carried {
         }
     }
 
-    /// Keeps the rows of what lives: where the next entry of `new_vertex` or `new_face` is greater.
-    pub fn compact(&mut self, new_vertex: &[u32], vertex_count: usize, new_face: &[u32], face_count: usize) {
-        keep_live(&mut self.origin, new_vertex, vertex_count);
+    /// Keeps the rows of live vertices: where the next entry of `new_vertex` is greater.
+    pub fn compact(&mut self, new_vertex: &[u32]) {
+        keep_live(&mut self.origin, new_vertex);
         if !self.drift.is_empty() {
-            keep_live(&mut self.drift, new_vertex, vertex_count);
+            keep_live(&mut self.drift, new_vertex);
         }
         if let Some(normals) = &mut self.normals {
-            keep_live(normals, new_vertex, vertex_count);
+            keep_live(normals, new_vertex);
         }
         if let Some(colors) = &mut self.colors {
-            keep_live(colors, new_vertex, vertex_count);
+            keep_live(colors, new_vertex);
         }
-        keep_live(&mut self.face_origin, new_face, face_count);
     }
-}
-
-fn keep_live<T>(rows: &mut Vec<T>, new_number: &[u32], count: usize) {
-    let mut row = 0;
-    rows.truncate(count);
-    rows.retain(|_| {
-        row += 1;
-        new_number[row] != new_number[row - 1]
-    });
 }
 
 #[cfg(test)]
@@ -92,7 +84,7 @@ mod tests {
         assert_eq!(carried.drift(0, 1), 0.5);
         carried.contract(0, [0, 2], 1.0, 0.5);
         assert_eq!(carried.origin[0], 9);
-        carried.compact(&[0, 1, 1, 2], 3, &[], 0);
+        carried.compact(&[0, 1, 1, 2]);
         assert_eq!(carried.origin, [9, 9]);
     }
 }

@@ -201,9 +201,7 @@ impl<'a> Run<'a> {
                 self.evaluator.copy = None;
             }
             moved_up = self.evaluator.queue.time_moving().saturating_sub(before).as_secs_f64();
-            let vertices = self.host.vertex_count;
-            self.host.compact(&mut self.host_queue, vertices_left, faces_left)?;
-            self.prepared.carried.compact(self.host.new_vertex(), vertices, self.host.new_face(), faces);
+            self.host.compact_on_host(&self.host_queue, &mut self.prepared.carried, faces_left)?;
             if on_gpu && !self.evaluator.is_gpu() {
                 self.take_over()?;
             }

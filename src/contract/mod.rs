@@ -11,6 +11,7 @@
 
 mod carry;
 mod commit;
+mod compact;
 mod driver;
 mod evaluate;
 mod filter;

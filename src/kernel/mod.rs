@@ -26,7 +26,7 @@ pub mod plane_sums;
 pub mod rows;
 pub mod scan_add;
 pub mod scan_blocks;
-mod split;
+pub(crate) mod split;
 pub mod stars;
 pub mod volume_costs;
 pub mod volume_sums;

@@ -80,14 +80,15 @@ impl Arranged {
             degenerate_faces,
             duplicate_faces: if drops_duplicates { duplicates.len() } else { 0 },
         };
-        arranged.settle(mesh, tolerance.is_some());
+        arranged.settle(mesh, tolerance);
         arranged
     }
 
-    /// Finds unreferenced vertices, and drops them if told to.
-    fn settle(&mut self, mesh: &Mesh, drops: bool) {
+    /// Finds unreferenced vertices, and drops them where vertices are joined.
+    fn settle(&mut self, mesh: &Mesh, tolerance: Option<f64>) {
         let starts = &self.rings.starts;
-        if starts.par_windows(2).with_min_len(PARALLEL_ROWS).all(|ends| ends[0] != ends[1]) {
+        let all_used = starts.par_windows(2).with_min_len(PARALLEL_ROWS).all(|ends| ends[0] != ends[1]);
+        if all_used && tolerance.is_none_or(|tolerance| tolerance <= 0.0) {
             return;
         }
         let used: Vec<bool> = starts.windows(2).map(|ends| ends[0] != ends[1]).collect();
@@ -101,7 +102,7 @@ impl Arranged {
             }
             None => (DVec3::ZERO, DVec3::ZERO),
         };
-        if !drops {
+        if all_used || tolerance.is_none() {
             return;
         }
         let mut renamed = vec![0; used.len()];
