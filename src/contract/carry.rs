@@ -1,20 +1,26 @@
 //! What vertices carry through a run without taking part: their origin, normals, colors.
 
 use crate::math::Vec3;
-use crate::simplify::MOVED;
+
+use super::compact::keep_live;
+
+/// Set in the origin of a vertex that stands at no input vertex's position; input vertices are below it.
+pub const MOVED_FROM: u32 = 1 << 31;
+/// Set in the origin of a face that was turned over; input faces are below it.
+pub const TURNED: u32 = 1 << 31;
 
 /// Rows beside the positions, one a live vertex.
 #[derive(Debug)]
 pub struct Carried {
-    /// The input vertex at the same position, or [`MOVED`].
+    /// The input vertex at the same position; or, with the bit [`MOVED_FROM`], one of those that became this one.
     pub origin: Vec<u32>,
     pub normals: Option<Vec<Vec3>>,
     pub colors: Option<Vec<[f32; 4]>>,
     /// How far a vertex may have drifted off the surface, step by step, in the normalized frame; empty where the
     /// accumulated quadrics tell.
     pub drift: Vec<f32>,
-    /// Whether a face was turned over to agree with its neighbors, one a live face.
-    pub turned: Option<Vec<bool>>,
+    /// The input face of every live face, with the bit [`TURNED`] where it was turned over to agree with its neighbors.
+    pub face_origin: Vec<u32>,
 }
 
 impl Carried {
@@ -28,20 +34,17 @@ impl Carried {
         }
     }
 
-    /// Keeps the rows of what lives: where the next entry of `new_vertex` or `new_face` is greater.
-    pub fn compact(&mut self, new_vertex: &[u32], vertex_count: usize, new_face: &[u32], face_count: usize) {
-        keep_live(&mut self.origin, new_vertex, vertex_count);
+    /// Keeps the rows of live vertices: where the next entry of `new_vertex` is greater.
+    pub fn compact(&mut self, new_vertex: &[u32]) {
+        keep_live(&mut self.origin, new_vertex);
         if !self.drift.is_empty() {
-            keep_live(&mut self.drift, new_vertex, vertex_count);
+            keep_live(&mut self.drift, new_vertex);
         }
         if let Some(normals) = &mut self.normals {
-            keep_live(normals, new_vertex, vertex_count);
+            keep_live(normals, new_vertex);
         }
         if let Some(colors) = &mut self.colors {
-            keep_live(colors, new_vertex, vertex_count);
-        }
-        if let Some(turned) = &mut self.turned {
-            keep_live(turned, new_face, face_count);
+            keep_live(colors, new_vertex);
         }
     }
 }
@@ -70,7 +73,7 @@ impl CarriedRows<'_> {
         self.origin[keep] = match t {
             0.0 => self.origin[first],
             1.0 => self.origin[second],
-            _ => MOVED,
+            _ => self.origin[keep] | MOVED_FROM,
         };
         if !self.normals.is_empty() {
             let sum = self.normals[first] * (1.0 - t) + self.normals[second] * t;
@@ -100,15 +103,6 @@ fn split<T>(rows: &mut [T], size: usize) -> (&mut [T], &mut [T]) {
     rows.split_at_mut(size.min(rows.len()))
 }
 
-fn keep_live<T>(rows: &mut Vec<T>, new_number: &[u32], count: usize) {
-    let mut row = 0;
-    rows.truncate(count);
-    rows.retain(|_| {
-        row += 1;
-        new_number[row] != new_number[row - 1]
-    });
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -120,14 +114,14 @@ mod tests {
             normals: None,
             colors: Some(vec![[0.0; 4], [1.0; 4], [0.5; 4]]),
             drift: vec![0.0; 3],
-            turned: None,
+            face_origin: Vec::new(),
         };
         carried.rows().contract(0, [0, 1], 0.25, 0.5);
-        assert_eq!((carried.origin[0], carried.colors.as_ref().map(|c| c[0])), (MOVED, Some([0.25; 4])));
+        assert_eq!((carried.origin[0], carried.colors.as_ref().map(|c| c[0])), (7 | MOVED_FROM, Some([0.25; 4])));
         assert_eq!(carried.rows().drift(0, 1), 0.5);
         carried.rows().contract(0, [0, 2], 1.0, 0.5);
         assert_eq!(carried.origin[0], 9);
-        carried.compact(&[0, 1, 1, 2], 3, &[], 0);
+        carried.compact(&[0, 1, 1, 2]);
         assert_eq!(carried.origin, [9, 9]);
     }
 }

@@ -12,6 +12,7 @@ use super::commit::{Committed, Committer, Quota, Spent};
 use super::evaluate::{Evaluation, Gate, plane_sums};
 use super::examine::Rules;
 use super::prepare::{Prepared, prepare};
+use super::restore::restore;
 use super::surface::Surface;
 use super::{Metric, Options};
 
@@ -193,9 +194,7 @@ impl<'a> Run<'a> {
                 self.evaluator.copy = None;
             }
             moved_up = self.evaluator.queue.time_moving().saturating_sub(before).as_secs_f64();
-            let vertices = self.host.vertex_count;
-            self.host.compact(&mut self.host_queue, vertices_left, faces_left)?;
-            self.prepared.carried.compact(self.host.new_vertex(), vertices, self.host.new_face(), faces);
+            self.host.compact_on_host(&self.host_queue, &mut self.prepared.carried, faces_left)?;
             if on_gpu && !self.evaluator.is_gpu() {
                 self.take_over()?;
             }
@@ -295,22 +294,16 @@ impl<'a> Run<'a> {
 
     fn finish(mut self, input: &Mesh, target: usize, stop: StopReason, clock: Instant) -> Result<Outcome> {
         let Prepared { frame, carried, .. } = self.prepared;
-        let rows = self.host.positions.host();
-        let positions = (carried.origin.iter().zip(rows))
-            .map(|(&origin, &row)| input.positions.get(origin as usize).copied().unwrap_or(frame.to_model(row)))
-            .collect();
-        let turned = |face: usize| carried.turned.as_ref().is_some_and(|turned| turned[face]);
-        let faces = (self.host.faces.host()[..self.host.face_count].iter().enumerate())
-            .map(|(f, face)| if turned(f) { [face.a, face.c, face.b] } else { face.corners() })
-            .collect();
+        let faces = &self.host.faces.host()[..self.host.face_count];
+        let (mesh, vertex_origin) = restore(input, frame, self.host.positions.host(), faces, carried);
         self.seconds.total = clock.elapsed().as_secs_f64();
         let mut device = self.device.description();
         if self.device.is_gpu() && !self.rounds.iter().any(|round| round.on_gpu) {
             device = self.device.cpu_description();
         }
         Ok(Outcome {
-            mesh: Mesh { positions, faces, normals: carried.normals, colors: carried.colors },
-            vertex_origin: carried.origin,
+            mesh,
+            vertex_origin,
             faces_in: input.faces.len(),
             target,
             stop,

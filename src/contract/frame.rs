@@ -10,6 +10,9 @@ use crate::math::DVec3;
 /// Faces summed by one thread at a time.
 const CHUNK: usize = 1 << 14;
 
+/// Faces whose edges are measured, about: the scale is a power of two, and does not need them all.
+const SAMPLE: usize = 1 << 16;
+
 /// Farthest that an unused vertex may lie out; a corner of a face lies within the number of its faces.
 const FARTHEST: DVec3 = DVec3::splat((1_u64 << 40) as f64);
 
@@ -22,30 +25,33 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// The frame of a mesh.
-    pub fn new(positions: &[DVec3], faces: &[[u32; 3]]) -> Self {
-        // Of the faces' corners: an unused vertex may lie anywhere.
-        let corners = |face: &[u32; 3]| face.map(|v| positions[v as usize]);
-        let Some([first, ..]) = faces.first().map(corners) else { return Self { center: DVec3::ZERO, scale: 1.0 } };
-        let within =
-            |(low, high): (DVec3, DVec3), [a, b, c]: [DVec3; 3]| (low.min(a).min(b).min(c), high.max(a).max(b).max(c));
-        let (low, high) = (faces.par_iter().with_min_len(CHUNK).map(corners))
-            .fold(|| (first, first), within)
-            .reduce(|| (first, first), |(a, b), (c, d)| (a.min(c), b.max(d)));
+    /// The frame of faces whose corners have these positions and lie between `low` and `high`.
+    pub fn new(faces: &[[u32; 3]], position: impl Fn(u32) -> DVec3 + Sync, (low, high): (DVec3, DVec3)) -> Self {
+        if faces.is_empty() {
+            return Self { center: DVec3::ZERO, scale: 1.0 };
+        }
         // Halves first: the sum of two finite numbers may not be.
         let center = low * 0.5 + high * 0.5;
         let half = ((high - center).max(center - low)).max_element();
         // In units of the box, where squares neither overflow nor vanish.
         let unit = if half > 0.0 { 1.0 / half } else { 1.0 };
         let unit = if unit.is_finite() { unit } else { 1.0 };
-        let perimeter = |face| {
-            let [a, b, c] = corners(face).map(|p| (p - center) * unit);
+        let perimeter = |&face: &[u32; 3]| {
+            let [a, b, c] = face.map(|v| (position(v) - center) * unit);
             (b - a).length() + (c - b).length() + (a - c).length()
         };
         // Chunks of equal length, summed in order: the same number for any count of threads.
-        let sums: Vec<f64> = faces.par_chunks(CHUNK).map(|faces| faces.iter().map(perimeter).sum()).collect();
-        let sum: f64 = sums.iter().sum();
-        let mean = sum / (3.0 * faces.len() as f64) / unit;
+        let mean_of_every = |step: usize| {
+            let sums: Vec<f64> =
+                faces.par_chunks(CHUNK * step).map(|faces| faces.iter().step_by(step).map(perimeter).sum()).collect();
+            sums.iter().sum::<f64>() / (3.0 * faces.len().div_ceil(step) as f64)
+        };
+        let mut mean = mean_of_every(faces.len().div_ceil(SAMPLE));
+        // Faces that reach around the box have a mean edge of at least this; where a sample has less, it is a poor one.
+        if mean * faces.len() as f64 <= 0.5 {
+            mean = mean_of_every(1);
+        }
+        let mean = mean / unit;
         // From the bits: no logarithm, whose last digit differs between platforms.
         let exponent = if mean.is_normal() { (mean.to_bits() >> 52 & 0x7ff) as i64 - 1023 } else { 0 };
         Self { center, scale: f64::from_bits(((1023 - exponent.clamp(-1000, 1000)) as u64) << 52) }
@@ -77,14 +83,18 @@ impl Frame {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::shapes;
+    use crate::mesh::{Mesh, shapes};
+
+    fn frame(mesh: &Mesh) -> Frame {
+        Frame::new(&mesh.faces, |v| mesh.positions[v as usize], mesh.bounds())
+    }
 
     #[test]
     fn mean_edge_is_about_one_at_any_scale_and_place() {
         let sphere = shapes::icosphere(3);
         for scale in [1e-150, 1e-6, 1.0, 1e6, 1e150] {
             let positions: Vec<DVec3> = sphere.positions.iter().map(|&p| (p + 1000.0) * scale).collect();
-            let frame = Frame::new(&positions, &sphere.faces);
+            let frame = frame(&Mesh { positions: positions.clone(), ..sphere.clone() });
             let [a, b, _] = sphere.faces[0].map(|v| frame.to_rows(positions[v as usize], 0).xyz());
             assert!((0.5..2.0).contains(&(b - a).length()), "{scale}: {}", (b - a).length());
         }
@@ -93,7 +103,7 @@ mod tests {
     #[test]
     fn there_and_back_is_within_single_precision() {
         let sphere = shapes::icosphere(2);
-        let frame = Frame::new(&sphere.positions, &sphere.faces);
+        let frame = frame(&sphere);
         for &p in &sphere.positions {
             assert!((frame.to_model(frame.to_rows(p, 0)) - p).length() < 1e-6);
         }

@@ -11,6 +11,7 @@
 
 mod carry;
 mod commit;
+mod compact;
 mod deal;
 mod driver;
 mod evaluate;
@@ -20,6 +21,7 @@ mod frame;
 mod patch;
 mod placement;
 mod prepare;
+mod restore;
 mod scan;
 mod select;
 mod star;

@@ -1,21 +1,27 @@
-//! From a mesh as it comes to the start of a run: welded, oriented, normalized, with flags at its vertices.
+//! From a mesh as it comes to the start of a run: welded, sorted in space, oriented, normalized, with flags at its
+//! vertices.
 
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::kernel::contract_vertices::VERTEX;
 use crate::kernel::rows::{BORDER, Face, LOCKED, Position, with_hub};
-use crate::mesh::Mesh;
+use crate::math::{DVec3, Vec3};
 use crate::mesh::adjacency::{EdgeUse, Rings};
-use crate::mesh::orient::orient;
+use crate::mesh::arrange::Arranged;
+use crate::mesh::fan::{Fan, fans};
+use crate::mesh::orient::orient_around;
 use crate::mesh::prune::prune;
-use crate::mesh::topology::complex_vertices;
-use crate::mesh::weld::{Welded, weld};
+use crate::mesh::weld::{Welded, joined_attributes};
+use crate::mesh::{self, Mesh};
 
-use super::carry::Carried;
+use super::carry::{Carried, TURNED};
 use super::frame::Frame;
 use super::surface::Start;
 use super::{Metric, Options};
+
+/// Vertices that a thread places at a time.
+const ROWS: usize = 1 << 12;
 
 /// The start of a run on the host.
 #[derive(Debug)]
@@ -53,11 +59,59 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     if mesh.faces.is_empty() {
         return Err(Error::Mesh("it has no faces".into()));
     }
+    if let Some(tolerance) = options.weld.filter(|tolerance| !(*tolerance >= 0.0 && tolerance.is_finite())) {
+        return Err(Error::Parameter(format!("the weld distance is {tolerance}: give 0 or more")));
+    }
     let clock = std::time::Instant::now();
-    let mut welded = welded(mesh, options.weld)?;
-    let pruned = if options.prune > 0.0 { prune(&mut welded, options.prune) } else { 0 };
+    let (arranged, attributes, warnings) = arrange(mesh, options)?;
     let weld_secs = clock.elapsed().as_secs_f64();
-    if welded.mesh.faces.is_empty() {
+
+    let Arranged { vertex_source, mut faces, face_source, rings, bounds, .. } = arranged;
+    let mut prepared = Prepared {
+        frame: Frame::new(&faces, |v| mesh.positions[vertex_source[v as usize] as usize], bounds),
+        positions: Vec::new(),
+        faces: Vec::new(),
+        rings,
+        carried: Carried {
+            origin: vertex_source,
+            normals: attributes.0,
+            colors: attributes.1,
+            drift: Vec::new(),
+            face_origin: face_source,
+        },
+        has_border: false,
+        warnings,
+        weld_secs,
+    };
+    let fans = prepared.orient(&mut faces);
+    prepared.place(&mesh.positions, &faces, &fans, options);
+    prepared.faces = faces.into_iter().map(|[a, b, c]| Face { a, b, c }).collect();
+    Ok(prepared)
+}
+
+type Attributes = (Option<Vec<Vec3>>, Option<Vec<[f32; 4]>>);
+
+/// Welds, prunes and sorts `mesh`; also returns the kept vertices' normals and colors, and warnings.
+fn arrange(mesh: &Mesh, options: &Options) -> Result<(Arranged, Attributes, Vec<String>)> {
+    let mut arranged;
+    let attributes;
+    let mut pruned = 0;
+    if options.prune > 0.0 {
+        let mut welded = weld(mesh, options.weld);
+        pruned = prune(&mut welded, options.prune);
+        arranged = Arranged::new(&welded.mesh, None);
+        attributes = joined_attributes(&welded.mesh, None, &arranged.vertex_source);
+        let onto =
+            |sources: &mut [u32], before: &[u32]| sources.iter_mut().for_each(|row| *row = before[*row as usize]);
+        onto(&mut arranged.vertex_source, &welded.vertex_source);
+        onto(&mut arranged.face_source, &welded.face_source);
+        (arranged.degenerate_faces, arranged.duplicate_faces) = (welded.degenerate_faces, welded.duplicate_faces);
+        arranged.unreferenced_vertices = welded.unreferenced_vertices;
+    } else {
+        arranged = Arranged::new(mesh, options.weld);
+        attributes = joined_attributes(mesh, arranged.lowest.as_ref(), &arranged.vertex_source);
+    }
+    if arranged.faces.is_empty() {
         let reason = if pruned > 0 {
             "every part is below the prune limit: give a smaller one"
         } else {
@@ -65,89 +119,74 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
         };
         return Err(Error::Mesh(reason.into()));
     }
-    if welded.mesh.positions.len() > VERTEX as usize {
-        let count = welded.mesh.positions.len();
+    if arranged.vertex_source.len() > VERTEX as usize {
+        let count = arranged.vertex_source.len();
         return Err(Error::Limit(format!("{count} vertices, more than the {VERTEX} that a run can number")));
     }
-    let mut warnings = weld_warnings(&welded);
-    if pruned > 0 {
-        warnings.push(format!("{pruned} small parts dropped"));
-    }
-    let Welded { mesh: Mesh { positions, mut faces, normals, colors }, vertex_source, .. } = welded;
-
-    let rings = Rings::new(&faces, positions.len());
-    let turned = orient(&faces, &rings);
-    if let Some(turned) = &turned {
-        let count = turned.iter().filter(|&&turned| turned).count();
-        warnings
-            .push(format!("{count} faces are wound against their neighbors; they keep their winding in the result"));
-        faces.par_iter_mut().zip(turned).filter(|(_, turned)| **turned).for_each(|(face, _)| face.swap(1, 2));
-    }
-    let locked = complex_vertices(&faces, &rings);
-    let frame = Frame::new(&positions, &faces);
-    let rows: Vec<Position> = positions
-        .par_iter()
-        .zip(&locked)
-        .enumerate()
-        .map_init(Vec::new, |uses, (vertex, (&position, &locked))| {
-            let on_border = on_border(vertex as u32, locked, &faces, &rings, uses);
-            let locked = locked || (on_border && options.lock_border);
-            let flags = if on_border { BORDER } else { 0 } | if locked { LOCKED } else { 0 };
-            frame.to_rows(position, with_hub(flags, rings.ring(vertex as u32).len() as u32))
-        })
-        .collect();
-    let has_border = rows.iter().any(|p| p.flags & BORDER != 0);
-    let complex = locked.iter().filter(|&&locked| locked).count();
-    if complex > 0 {
-        warnings.push(format!("{complex} vertices where the surface is not manifold stay where they are"));
-    }
-    let drift = match options.metric {
-        Metric::Volume => vec![0.0; rows.len()],
-        Metric::Plane => Vec::new(),
-    };
-    Ok(Prepared {
-        frame,
-        positions: rows,
-        faces: faces.into_iter().map(|[a, b, c]| Face { a, b, c }).collect(),
-        rings,
-        carried: Carried { origin: vertex_source, normals, colors, drift, turned },
-        has_border,
-        warnings,
-        weld_secs,
-    })
+    let warnings = [
+        (arranged.degenerate_faces, "degenerate faces dropped"),
+        (arranged.duplicate_faces, "duplicate faces dropped"),
+        (arranged.unreferenced_vertices, "unreferenced vertices dropped"),
+        (pruned, "small parts dropped"),
+    ];
+    let warnings = warnings.into_iter().filter(|&(count, _)| count > 0).map(|(count, what)| format!("{count} {what}"));
+    Ok((arranged, attributes, warnings.collect()))
 }
 
-/// Whether a vertex ends a border edge.
-///
-/// Around a vertex that is not complex there is one fan: its neighbors after and before it in the faces are the same
-/// set, or on a border differ by the two ends of the fan. Their sums tell.
-fn on_border(vertex: u32, complex: bool, faces: &[[u32; 3]], rings: &Rings, uses: &mut Vec<EdgeUse>) -> bool {
-    if complex {
-        return rings.edges_at(faces, vertex, uses).any(|uses| uses.len() == 1);
-    }
-    let mut difference = 0_u64;
-    for &f in rings.ring(vertex) {
-        let [a, b, c] = faces[f as usize];
-        let (after, before) = match vertex {
-            v if v == a => (b, c),
-            v if v == b => (c, a),
-            _ => (a, b),
+impl Prepared {
+    /// Turns faces over until neighbors agree, as far as they can; returns the fans of the vertices.
+    fn orient(&mut self, faces: &mut [[u32; 3]]) -> Vec<Fan> {
+        let found = fans(faces, &self.rings);
+        if !found.contains(&Fan::Complex) {
+            return found;
+        }
+        let Some(turned) = orient_around(faces, &self.rings, |v| found[v as usize] == Fan::Complex) else {
+            return found;
         };
-        difference = difference.wrapping_add(u64::from(after)).wrapping_sub(u64::from(before));
+        let count = turned.iter().filter(|&&turned| turned).count();
+        self.warnings
+            .push(format!("{count} faces are wound against their neighbors; they keep their winding in the result"));
+        let rows = faces.iter_mut().zip(&mut self.carried.face_origin).zip(turned);
+        rows.filter(|(_, turned)| *turned).for_each(|((face, origin), _)| {
+            face.swap(1, 2);
+            *origin |= TURNED;
+        });
+        fans(faces, &self.rings)
     }
-    difference != 0
+
+    /// Fills in the rows of the vertices, with their flags.
+    fn place(&mut self, input: &[DVec3], faces: &[[u32; 3]], fans: &[Fan], options: &Options) {
+        let Self { frame, rings, carried, .. } = &*self;
+        let row = |uses: &mut Vec<EdgeUse>, (vertex, (&origin, &fan)): (usize, (&u32, &Fan))| {
+            let on_border = match fan {
+                Fan::Closed => false,
+                Fan::Open => true,
+                Fan::Complex => rings.edges_at(faces, vertex as u32, uses).any(|uses| uses.len() == 1),
+            };
+            let locked = fan == Fan::Complex || (on_border && options.lock_border);
+            let flags = if on_border { BORDER } else { 0 } | if locked { LOCKED } else { 0 };
+            let hub = with_hub(flags, rings.ring(vertex as u32).len() as u32);
+            frame.to_rows(input[origin as usize], hub)
+        };
+        let rows: Vec<Position> =
+            carried.origin.par_iter().zip(fans).enumerate().with_min_len(ROWS).map_init(Vec::new, row).collect();
+        self.has_border = rows.iter().any(|p| p.flags & BORDER != 0);
+        let complex = fans.iter().filter(|&&fan| fan == Fan::Complex).count();
+        if complex > 0 {
+            self.warnings.push(format!("{complex} vertices where the surface is not manifold stay where they are"));
+        }
+        if options.metric == Metric::Volume {
+            self.carried.drift = vec![0.0; rows.len()];
+        }
+        self.positions = rows;
+    }
 }
 
-fn welded(mesh: &Mesh, tolerance: Option<f64>) -> Result<Welded> {
-    match tolerance {
-        Some(tolerance) if tolerance >= 0.0 && tolerance.is_finite() => Ok(weld(mesh, tolerance)),
-        Some(tolerance) => Err(Error::Parameter(format!("the weld distance is {tolerance}: give 0 or more"))),
-        None => Ok(unwelded(mesh)),
+/// The mesh welded, or as it is less faces with a repeated corner.
+fn weld(mesh: &Mesh, tolerance: Option<f64>) -> Welded {
+    if let Some(tolerance) = tolerance {
+        return mesh::weld(mesh, tolerance);
     }
-}
-
-/// The mesh as it is, less faces with a repeated corner.
-fn unwelded(mesh: &Mesh) -> Welded {
     let live = |face: &[u32; 3]| face[0] != face[1] && face[1] != face[2] && face[2] != face[0];
     let face_source: Vec<u32> = (0..mesh.faces.len() as u32).filter(|&f| live(&mesh.faces[f as usize])).collect();
     let degenerate_faces = mesh.faces.len() - face_source.len();
@@ -162,18 +201,6 @@ fn unwelded(mesh: &Mesh) -> Welded {
         duplicate_faces: 0,
         opposite_faces: 0,
     }
-}
-
-fn weld_warnings(welded: &Welded) -> Vec<String> {
-    [
-        (welded.degenerate_faces, "degenerate faces dropped"),
-        (welded.duplicate_faces, "duplicate faces dropped"),
-        (welded.unreferenced_vertices, "unreferenced vertices dropped"),
-    ]
-    .into_iter()
-    .filter(|&(count, _)| count > 0)
-    .map(|(count, what)| format!("{count} {what}"))
-    .collect()
 }
 
 #[cfg(test)]

@@ -15,7 +15,10 @@ use crate::kernel::contract_quadrics::ContractQuadrics;
 use crate::kernel::contract_vertices::ContractVertices;
 use crate::kernel::live_vertices::LiveVertices;
 use crate::kernel::rows::{Contraction, Face, PlaneQuadric, Position};
+use crate::mesh::adjacency::group_into;
 
+use super::carry::Carried;
+use super::compact;
 use super::scan::Scan;
 
 /// Positions, faces and rings on one device.
@@ -37,6 +40,8 @@ pub struct Surface {
     scan: Scan,
     /// Made by the first compaction, for what is left then.
     next: Option<Next>,
+    /// The same on the host, where all else is rewritten in place.
+    spare: Option<(Buffer<Position>, Option<Buffer<PlaneQuadric>>)>,
 }
 
 /// The other half of every buffer that compaction rewrites.
@@ -77,6 +82,7 @@ impl Surface {
             new_starts: queue.buffer(vertex_count + 1)?,
             scan: Scan::new(queue, vertex_count.max(face_count) + 1)?,
             next: None,
+            spare: None,
         })
     }
 
@@ -171,13 +177,35 @@ impl Surface {
         Ok(())
     }
 
-    /// For host buffers: live vertices before each vertex of the round that [`Surface::compact`] ended.
-    pub fn new_vertex(&self) -> &[u32] {
-        self.new_vertex.host()
-    }
+    /// [`Surface::compact`] on the host, with what goes along.
+    pub fn compact_on_host(&mut self, queue: &Queue, carried: &mut Carried, faces_left: usize) -> Result<()> {
+        let (old_count, vertices) = (self.vertex_count, ..self.vertex_count);
+        let new_vertex = &mut self.new_vertex.host_mut()[..=old_count];
+        let roles = &mut self.roles.host_mut()[vertices];
+        compact::number(roles, new_vertex);
+        compact::faces(roles, &mut self.faces.host_mut()[..self.face_count], &mut carried.face_origin);
+        roles.fill(0);
+        let new_vertex = &*new_vertex;
+        (self.vertex_count, self.face_count) = (new_vertex[old_count] as usize, faces_left);
 
-    /// For host buffers: live faces before each face of that round.
-    pub fn new_face(&self) -> &[u32] {
-        self.new_face.host()
+        let faces = &self.faces.host()[..faces_left];
+        let (starts, rings) = (&mut self.ring_starts.host_mut()[..=self.vertex_count], self.ring_faces.host_mut());
+        group_into(faces_left, |face| faces[face].corners(), starts, |total| &mut rings[..total]);
+
+        if self.spare.is_none() {
+            let quadrics = self.quadrics.is_some().then(|| queue.buffer(self.vertex_count)).transpose()?;
+            self.spare = Some((queue.buffer(self.vertex_count)?, quadrics));
+        }
+        if let Some((positions, quadrics)) = &mut self.spare {
+            compact::move_live(&self.positions.host()[vertices], new_vertex, positions.host_mut());
+            compact::mark_hubs(&mut positions.host_mut()[..self.vertex_count], &*starts);
+            std::mem::swap(&mut self.positions, positions);
+            if let (Some(own), Some(spare)) = (&mut self.quadrics, quadrics) {
+                compact::move_live(&own.host()[vertices], new_vertex, spare.host_mut());
+                std::mem::swap(own, spare);
+            }
+        }
+        carried.compact(new_vertex);
+        Ok(())
     }
 }

@@ -27,7 +27,7 @@ pub mod plane_sums;
 pub mod rows;
 pub mod scan_add;
 pub mod scan_blocks;
-mod split;
+pub(crate) mod split;
 pub mod stars;
 pub mod volume_costs;
 pub mod volume_sums;

@@ -142,20 +142,36 @@ pub(super) fn group<const K: usize>(
     key_count: usize,
     keys: impl Fn(usize) -> [u32; K] + Sync,
 ) -> (Vec<u32>, Vec<u32>) {
+    let mut starts = vec![0; key_count + 1];
+    let mut items = Vec::new();
+    group_into(item_count, keys, &mut starts, |total| {
+        items = vec![0; total];
+        &mut items
+    });
+    (starts, items)
+}
+
+/// [`group`] into `starts`, one more than keys, and the items that `room` has for as many as there are.
+pub(crate) fn group_into<'r, const K: usize>(
+    item_count: usize,
+    keys: impl Fn(usize) -> [u32; K] + Sync,
+    starts: &mut [u32],
+    room: impl FnOnce(usize) -> &'r mut [u32],
+) {
+    let key_count = starts.len() - 1;
     let bands = if item_count * K < PARALLEL_KEYS { 1 } else { rayon::current_num_threads().clamp(1, MOST_BANDS) };
     let band_len = key_count.div_ceil(bands).max(1);
-    let mut starts = vec![0u32; key_count + 1];
+    starts.fill(0);
     starts[..key_count].par_chunks_mut(band_len).enumerate().for_each(|(band, counts)| {
         for_keys_in(band * band_len..band * band_len + counts.len(), item_count, &keys, |key, _| counts[key] += 1);
     });
     let mut total = 0;
-    for start in &mut starts {
+    for start in starts.iter_mut() {
         total += std::mem::replace(start, total);
     }
 
-    let mut items = vec![0u32; total as usize];
     let mut rows = Vec::with_capacity(bands);
-    let mut rest = items.as_mut_slice();
+    let mut rest = room(total as usize);
     for first_key in (0..key_count).step_by(band_len) {
         let end_key = (first_key + band_len).min(key_count);
         let (row, after) = rest.split_at_mut((starts[end_key] - starts[first_key]) as usize);
@@ -172,7 +188,6 @@ pub(super) fn group<const K: usize>(
     });
     starts.copy_within(..key_count, 1);
     starts[0] = 0;
-    (starts, items)
 }
 
 fn for_keys_in<const K: usize>(

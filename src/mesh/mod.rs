@@ -7,8 +7,11 @@
 //! - `normals` and `colors`, where present, have one row a vertex.
 
 pub mod adjacency;
+pub(crate) mod arrange;
 mod circle;
+mod curve;
 mod disjoint;
+pub(crate) mod fan;
 mod near;
 pub mod orient;
 mod point_table;

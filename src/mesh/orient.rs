@@ -11,7 +11,16 @@ use super::adjacency::{Rings, from_corner};
 /// face, and the orientation of the majority stays (of the lowest face at a tie), so that no more faces are turned than must be.
 /// A part that has no consistent orientation (a Möbius strip) keeps some disagreeing edges.
 pub fn orient(faces: &[[u32; 3]], rings: &Rings) -> Option<Vec<bool>> {
-    if agrees(faces, rings) {
+    orient_around(faces, rings, |_| true)
+}
+
+/// [`orient`] where both ends of every edge whose faces disagree are known to be `suspect`.
+pub(crate) fn orient_around(
+    faces: &[[u32; 3]],
+    rings: &Rings,
+    suspect: impl Fn(u32) -> bool + Sync,
+) -> Option<Vec<bool>> {
+    if agrees(faces, rings, suspect) {
         return None;
     }
     let mut turned: Vec<Option<bool>> = vec![None; faces.len()];
@@ -45,10 +54,11 @@ pub fn orient(faces: &[[u32; 3]], rings: &Rings) -> Option<Vec<bool>> {
 }
 
 /// Whether no manifold edge is run along in the same direction by both of its faces.
-fn agrees(faces: &[[u32; 3]], rings: &Rings) -> bool {
+fn agrees(faces: &[[u32; 3]], rings: &Rings, suspect: impl Fn(u32) -> bool + Sync) -> bool {
     (0..rings.vertex_count() as u32)
         .into_par_iter()
         .with_min_len(PARALLEL_ROWS)
+        .filter(|&v| suspect(v))
         .map_init(Vec::new, |scratch, v| {
             rings.edges_from(faces, v, scratch).all(|uses| uses.len() != 2 || uses[0].outward() != uses[1].outward())
         })

@@ -3,8 +3,9 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::adjacency::{EdgeUse, Rings, from_corner};
+use super::adjacency::{EdgeUse, Rings};
 use super::disjoint::DisjointSets;
+use super::fan::{Fan, fans};
 use super::weld::Twins;
 use super::{Mesh, PARALLEL_ROWS};
 use crate::math::DVec3;
@@ -226,76 +227,7 @@ impl Components {
 /// True for bow ties, for both ends of an edge with more than two faces or with two faces that disagree in orientation, and for
 /// the corners of a face that repeats one. False without faces.
 pub fn complex_vertices(faces: &[[u32; 3]], rings: &Rings) -> Vec<bool> {
-    (0..rings.vertex_count() as u32)
-        .into_par_iter()
-        .with_min_len(PARALLEL_ROWS)
-        .map_init(Fan::default, |fan, v| !fan.is_regular(faces, rings.ring(v), v))
-        .collect()
-}
-
-/// Room to walk around one vertex.
-#[derive(Default)]
-struct Fan {
-    /// For every face around the vertex its next corner (above) and its last (below): an arrow of the link, sorted.
-    arrows: Vec<u64>,
-    /// The arrow that begins where this one ends.
-    after: Vec<u32>,
-    entered: Vec<bool>,
-}
-
-const NONE: u32 = u32::MAX;
-
-impl Fan {
-    /// Whether the arrows next → last of the faces around a vertex form one path or one cycle through distinct corners.
-    ///
-    /// An edge of three faces, or of two that disagree, has two arrows that begin or two that end in its far corner.
-    fn is_regular(&mut self, faces: &[[u32; 3]], ring: &[u32], vertex: u32) -> bool {
-        self.arrows.clear();
-        for &f in ring {
-            let Some([_, next, last]) = from_corner(faces[f as usize], vertex) else { return false };
-            self.arrows.push(u64::from(next) << 32 | u64::from(last));
-        }
-        if self.arrows.is_empty() {
-            return true;
-        }
-        self.arrows.sort_unstable();
-        let begin = |arrow: &u64| arrow >> 32;
-        if self.arrows.windows(2).any(|pair| begin(&pair[0]) == begin(&pair[1])) {
-            return false;
-        }
-
-        let count = self.arrows.len();
-        self.entered.clear();
-        self.entered.resize(count, false);
-        self.after.clear();
-        let mut ends = 0;
-        for arrow in &self.arrows {
-            let last = arrow & u64::from(u32::MAX);
-            match self.arrows.binary_search_by_key(&last, begin) {
-                Ok(after) if self.entered[after] => return false,
-                Ok(after) => {
-                    self.entered[after] = true;
-                    self.after.push(after as u32);
-                }
-                Err(_) => {
-                    ends += 1;
-                    self.after.push(NONE);
-                }
-            }
-        }
-        // One end: a path, from the one arrow that is not entered. No end: a cycle, from anywhere.
-        if ends > 1 {
-            return false;
-        }
-        let first = self.entered.iter().position(|entered| !entered).unwrap_or(0) as u32;
-        let mut walked = 1;
-        let mut at = self.after[first as usize];
-        while at != NONE && at != first {
-            walked += 1;
-            at = self.after[at as usize];
-        }
-        walked == count
-    }
+    fans(faces, rings).into_iter().map(|fan| fan == Fan::Complex).collect()
 }
 
 #[cfg(test)]

@@ -61,12 +61,30 @@ pub fn weld(mesh: &Mesh, tolerance: f64) -> Welded {
     }
 
     let positions = take(&mesh.positions, &vertex_source);
-    let (mut normals, mut colors) = (
-        mesh.normals.as_ref().map(|rows| take(rows, &vertex_source)),
-        mesh.colors.as_ref().map(|rows| take(rows, &vertex_source)),
-    );
-    if joined_vertices > 0 && (normals.is_some() || colors.is_some()) {
-        let members = Members::new(&lowest, &vertex_source);
+    let (normals, colors) = joined_attributes(mesh, (joined_vertices > 0).then_some(&lowest), &vertex_source);
+
+    Welded {
+        unreferenced_vertices: mesh.positions.len() - joined_vertices - positions.len(),
+        mesh: Mesh { positions, faces, normals, colors },
+        vertex_source,
+        face_source,
+        joined_vertices,
+        degenerate_faces: degenerate.len(),
+        duplicate_faces: twins.duplicates.len(),
+        opposite_faces: twins.opposite_pairs,
+    }
+}
+
+/// Normals and colors of the vertices `kept`, averaged over those of which each is the `lowest`.
+pub(crate) fn joined_attributes(
+    mesh: &Mesh,
+    lowest: Option<&Vec<u32>>,
+    kept: &[u32],
+) -> (Option<Vec<Vec3>>, Option<Vec<[f32; 4]>>) {
+    let (mut normals, mut colors) =
+        (mesh.normals.as_ref().map(|rows| take(rows, kept)), mesh.colors.as_ref().map(|rows| take(rows, kept)));
+    if let Some(lowest) = lowest.filter(|_| normals.is_some() || colors.is_some()) {
+        let members = Members::new(lowest, kept);
         if let (Some(averaged), Some(rows)) = (&mut normals, &mesh.normals) {
             members.average(
                 averaged,
@@ -81,17 +99,7 @@ pub fn weld(mesh: &Mesh, tolerance: f64) -> Welded {
             members.average(averaged, |v| rows[v].map(f64::from), |sum, n| Some(sum.map(|x| (x / n) as f32)));
         }
     }
-
-    Welded {
-        unreferenced_vertices: mesh.positions.len() - joined_vertices - positions.len(),
-        mesh: Mesh { positions, faces, normals, colors },
-        vertex_source,
-        face_source,
-        joined_vertices,
-        degenerate_faces: degenerate.len(),
-        duplicate_faces: twins.duplicates.len(),
-        opposite_faces: twins.opposite_pairs,
-    }
+    (normals, colors)
 }
 
 /// Faces on the same three corners. Faces with a repeated corner take no part.

@@ -1,0 +1,96 @@
+//! What a round leaves, on the host: the bytes that the kernels of [`Surface::compact`](super::surface::Surface::compact)
+//! leave on a GPU, in fewer passes.
+//!
+//! The host counts rings anew from the faces, which a GPU cannot do in a fixed order; it merges them instead.
+
+use rayon::prelude::*;
+
+use crate::kernel::contract_vertices::{GONE, VERTEX};
+use crate::kernel::rows::{Face, Position, with_hub};
+use crate::kernel::split::{CHUNK, chunk_bounds, split_at_bounds};
+
+/// Numbers live vertices without gaps: `new_vertex` becomes how many come before each, and every role the new number of
+/// what its vertex has become.
+pub fn number(roles: &mut [u32], new_vertex: &mut [u32]) {
+    let lives = |role: u32| u32::from(role & GONE == 0);
+    let counts: Vec<u32> = roles.par_chunks(CHUNK).map(|roles| roles.iter().map(|&role| lives(role)).sum()).collect();
+    let firsts = counts.iter().scan(0, |sum, count| Some(std::mem::replace(sum, *sum + count)));
+    let firsts: Vec<u32> = firsts.collect();
+    let (last, numbers) = (roles.len(), &mut new_vertex[..roles.len()]);
+    numbers.par_chunks_mut(CHUNK).zip(roles.par_chunks(CHUNK)).zip(firsts).for_each(|((numbers, roles), mut next)| {
+        for (number, &role) in numbers.iter_mut().zip(roles) {
+            *number = next;
+            next += lives(role);
+        }
+    });
+    new_vertex[last] = counts.iter().sum();
+    let new_vertex = &*new_vertex;
+    roles.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(vertex, role)| {
+        let live = if *role & GONE == 0 { vertex } else { (*role & VERTEX) as usize };
+        *role = new_vertex[live];
+    });
+}
+
+/// Renames the corners of all faces, moves those that still live to the front, and the rows that go with them.
+pub fn faces(renamed: &[u32], faces: &mut [Face], rows: &mut Vec<u32>) {
+    let counts = faces.par_chunks_mut(CHUNK).zip(rows.par_chunks_mut(CHUNK)).map(|(faces, rows)| {
+        let mut live = 0;
+        for i in 0..faces.len() {
+            let [a, b, c] = faces[i].corners().map(|corner| renamed[corner as usize]);
+            let face = Face { a, b, c };
+            (faces[live], rows[live]) = (face, rows[i]);
+            live += usize::from(face.is_live());
+        }
+        live
+    });
+    let counts: Vec<usize> = counts.collect();
+    close_gaps(faces, &counts);
+    let left = close_gaps(rows, &counts);
+    rows.truncate(left);
+}
+
+/// Keeps the rows of live vertices: where the next entry of `new_vertex` is greater.
+pub fn keep_live<T: Copy + Send>(rows: &mut Vec<T>, new_vertex: &[u32]) {
+    rows.par_chunks_mut(CHUNK).zip(new_vertex.par_chunks(CHUNK)).for_each(|(rows, numbers)| {
+        for i in 0..rows.len() {
+            // A dead vertex has the number of the next that lives, which overwrites it.
+            rows[(numbers[i] - numbers[0]) as usize] = rows[i];
+        }
+    });
+    let firsts: Vec<u32> = chunk_bounds(rows.len()).map(|vertex| new_vertex[vertex]).collect();
+    let counts: Vec<usize> = firsts.windows(2).map(|ends| (ends[1] - ends[0]) as usize).collect();
+    let left = close_gaps(rows, &counts);
+    rows.truncate(left);
+}
+
+/// Moves the first rows of every chunk, as many as counted, together; returns how many there are.
+fn close_gaps<T: Copy>(rows: &mut [T], counts: &[usize]) -> usize {
+    let mut end = 0;
+    for (chunk, &count) in counts.iter().enumerate() {
+        let start = chunk * CHUNK;
+        if start != end {
+            rows.copy_within(start..start + count, end);
+        }
+        end += count;
+    }
+    end
+}
+
+/// Copies the rows of live vertices to their new numbers.
+pub fn move_live<T: Copy + Send + Sync>(rows: &[T], new_vertex: &[u32], out: &mut [T]) {
+    let bounds: Vec<usize> = chunk_bounds(rows.len()).collect();
+    let splits: Vec<u32> = bounds.iter().map(|&vertex| new_vertex[vertex]).collect();
+    let pieces = split_at_bounds(out, &splits);
+    bounds.par_windows(2).zip(pieces).for_each(|(range, out)| {
+        let live = (range[0]..range[1]).filter(|&vertex| new_vertex[vertex + 1] != new_vertex[vertex]);
+        for (vertex, out) in live.zip(out) {
+            *out = rows[vertex];
+        }
+    });
+}
+
+/// Tells which vertices are hubs.
+pub fn mark_hubs(positions: &mut [Position], ring_starts: &[u32]) {
+    let rows = positions.par_iter_mut().zip(ring_starts.par_windows(2)).with_min_len(CHUNK);
+    rows.for_each(|(position, ends)| position.flags = with_hub(position.flags, ends[1] - ends[0]));
+}

@@ -1,0 +1,91 @@
+//! From the rows of a run back to a mesh, in the order of the input.
+
+use rayon::prelude::*;
+
+use crate::kernel::rows::{Face, Position};
+use crate::math::DVec3;
+use crate::mesh::Mesh;
+use crate::simplify::MOVED;
+
+use super::carry::{Carried, MOVED_FROM, TURNED};
+use super::frame::Frame;
+
+/// Rows that a thread moves at a time.
+const ROWS: usize = 1 << 12;
+
+/// The mesh of these live rows, and the input vertex at the position of each vertex, or [`MOVED`].
+///
+/// A vertex takes the place of the input vertex that it stands at or began as, a face that of its own: what nothing
+/// happened to comes back as it was.
+pub fn restore(
+    input: &Mesh,
+    frame: Frame,
+    positions: &[Position],
+    faces: &[Face],
+    carried: Carried,
+) -> (Mesh, Vec<u32>) {
+    let Carried { origin, normals, colors, face_origin, .. } = carried;
+    let vertex_order = by_origin(&origin, MOVED_FROM, input.positions.len());
+    let mut new_vertex = vec![0; origin.len()];
+    (0..).zip(&vertex_order).for_each(|(new, &old)| new_vertex[old as usize] = new);
+
+    let at = |&v: &u32| {
+        let (origin, row) = (origin[v as usize], positions[v as usize]);
+        let kept: Option<&DVec3> = input.positions.get(origin as usize).filter(|_| origin & MOVED_FROM == 0);
+        kept.copied().unwrap_or_else(|| frame.to_model(row))
+    };
+    let corners = |&f: &u32| {
+        let [a, b, c] = faces[f as usize].corners().map(|v| new_vertex[v as usize]);
+        if face_origin[f as usize] & TURNED == 0 { [a, b, c] } else { [a, c, b] }
+    };
+    let mesh = Mesh {
+        positions: vertex_order.par_iter().with_min_len(ROWS).map(at).collect(),
+        faces: by_origin(&face_origin, TURNED, input.faces.len()).par_iter().with_min_len(ROWS).map(corners).collect(),
+        normals: normals.map(|rows| take(&rows, &vertex_order)),
+        colors: colors.map(|rows| take(&rows, &vertex_order)),
+    };
+    let origin = take(&origin, &vertex_order);
+    (mesh, origin.into_iter().map(|origin| if origin & MOVED_FROM == 0 { origin } else { MOVED }).collect())
+}
+
+/// The rows in ascending order of their origins, which differ and, less a flag, lie below `count`.
+fn by_origin(origins: &[u32], flag: u32, count: usize) -> Vec<u32> {
+    const NONE: u32 = u32::MAX;
+    let mut rows = vec![NONE; count];
+    (0..).zip(origins).for_each(|(row, &origin)| rows[(origin & !flag) as usize] = row);
+    rows.retain(|&row| row != NONE);
+    rows
+}
+
+fn take<T: Copy>(rows: &[T], order: &[u32]) -> Vec<T> {
+    order.iter().map(|&row| rows[row as usize]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec3;
+
+    #[test]
+    fn the_order_and_the_winding_of_the_input_come_back() {
+        let corners = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [4.0, 4.0, 0.0]].map(DVec3::from);
+        let mut input = Mesh::new(corners.to_vec(), vec![[0, 1, 2], [1, 2, 3]]);
+        input.normals = Some(vec![Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X]);
+        let frame = Frame::new(&input.faces, |v| corners[v as usize], input.bounds());
+        // Stored as 3, 2, 0, 1, of which the input's 3 has moved; the input's face 1 came first, turned over.
+        let moved = frame.to_rows(DVec3::splat(2.0), 0);
+        let rows = [moved, moved, moved, moved];
+        let faces = [Face { a: 3, b: 0, c: 1 }, Face { a: 2, b: 3, c: 1 }];
+        let carried = Carried {
+            origin: vec![3 | MOVED_FROM, 2, 0, 1],
+            normals: Some(vec![Vec3::NEG_X, Vec3::Z, Vec3::X, Vec3::Y]),
+            colors: None,
+            drift: Vec::new(),
+            face_origin: vec![1 | TURNED, 0],
+        };
+        let (mesh, origin) = restore(&input, frame, &rows, &faces, carried);
+        let expected = Mesh { positions: [&corners[..3], &[DVec3::splat(2.0)]].concat(), ..input };
+        assert_eq!(mesh, expected);
+        assert_eq!(origin, [0, 1, 2, MOVED]);
+    }
+}

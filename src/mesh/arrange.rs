@@ -1,0 +1,374 @@
+//! A welded mesh in the order of a space-filling curve, with its rings: what [`weld`](super::weld()) makes of a mesh, but
+//! for the order, and in fewer passes.
+//!
+//! Sorting the vertices along the curve finds those that repeat; sorting the faces by their lowest vertex puts
+//! duplicates side by side. Both sorts go in two steps, a coarse one over pieces of the input and a fine one over pieces
+//! of the output, so that tasks share nothing and stay in their cache.
+
+use rayon::prelude::*;
+
+use super::adjacency::Rings;
+use super::curve::Curve;
+use super::near::within;
+use super::topology::has_repeated_corner;
+use super::{Mesh, PARALLEL_ROWS};
+use crate::math::DVec3;
+
+/// A welded mesh without its positions, in the order of the curve.
+#[derive(Debug)]
+pub(crate) struct Arranged {
+    /// The lowest input vertex joined into each vertex.
+    pub vertex_source: Vec<u32>,
+    /// Sorted by lowest corner, those of one by input face; each begins with the corner that its input face does.
+    pub faces: Vec<[u32; 3]>,
+    /// The input face of each face.
+    pub face_source: Vec<u32>,
+    pub rings: Rings,
+    /// The lowest input vertex joined with each; `None` where each is on its own.
+    pub lowest: Option<Vec<u32>>,
+    /// The corners of the bounding box of all vertices that faces use.
+    pub bounds: (DVec3, DVec3),
+    /// As in [`Welded`](super::Welded), and so the next two.
+    pub unreferenced_vertices: usize,
+    pub degenerate_faces: usize,
+    pub duplicate_faces: usize,
+}
+
+impl Arranged {
+    /// Arranges `mesh`, which passed its check.
+    ///
+    /// Joins vertices like [`weld`](super::weld()) with this tolerance. `None` joins nothing, keeps duplicate faces and
+    /// unreferenced vertices.
+    pub fn new(mesh: &Mesh, tolerance: Option<f64>) -> Self {
+        let Curve { order: mut vertex_source, repeats, bounds } = Curve::new(&mesh.positions);
+        let lowest = match tolerance {
+            Some(tolerance) if tolerance > 0.0 => Some(within(&mesh.positions, tolerance)),
+            Some(_) if !repeats.is_empty() => {
+                let mut lowest: Vec<u32> = (0..mesh.positions.len() as u32).collect();
+                repeats.iter().for_each(|&[index, first]| lowest[index as usize] = first);
+                Some(lowest)
+            }
+            _ => None,
+        };
+        let mut renamed = vec![0; mesh.positions.len()];
+        if let Some(lowest) = &lowest {
+            vertex_source.retain(|&v| lowest[v as usize] == v);
+        }
+        (0..).zip(&vertex_source).for_each(|(new, &old)| renamed[old as usize] = new);
+        if let Some(lowest) = &lowest {
+            // The lowest comes first: it has its new name.
+            (0..lowest.len()).for_each(|v| renamed[v] = renamed[lowest[v] as usize]);
+        }
+
+        let SortedFaces { mut faces, sources: mut face_source, duplicates } =
+            sort_faces(&mesh.faces, &renamed, vertex_source.len());
+        drop(renamed);
+        let degenerate_faces = mesh.faces.len() - faces.len();
+        let drops_duplicates = tolerance.is_some() && !duplicates.is_empty();
+        if drops_duplicates {
+            remove(&mut faces, &duplicates);
+            remove(&mut face_source, &duplicates);
+        }
+        let mut arranged = Self {
+            rings: Rings::new(&faces, vertex_source.len()),
+            vertex_source,
+            faces,
+            face_source,
+            lowest,
+            bounds,
+            unreferenced_vertices: 0,
+            degenerate_faces,
+            duplicate_faces: if drops_duplicates { duplicates.len() } else { 0 },
+        };
+        arranged.settle(mesh, tolerance);
+        arranged
+    }
+
+    /// Finds unreferenced vertices, and drops them where vertices are joined.
+    fn settle(&mut self, mesh: &Mesh, tolerance: Option<f64>) {
+        let starts = &self.rings.starts;
+        let all_used = starts.par_windows(2).with_min_len(PARALLEL_ROWS).all(|ends| ends[0] != ends[1]);
+        if all_used && tolerance.is_none_or(|tolerance| tolerance <= 0.0) {
+            return;
+        }
+        let used: Vec<bool> = starts.windows(2).map(|ends| ends[0] != ends[1]).collect();
+        let corners = || self.vertex_source.iter().zip(&used).filter(|&(_, &used)| used).map(|(&v, _)| v);
+        self.bounds = match corners().next() {
+            Some(first) => {
+                let first = mesh.positions[first as usize];
+                corners()
+                    .map(|v| mesh.positions[v as usize])
+                    .fold((first, first), |(low, high), p| (low.min(p), high.max(p)))
+            }
+            None => (DVec3::ZERO, DVec3::ZERO),
+        };
+        if all_used || tolerance.is_none() {
+            return;
+        }
+        let mut renamed = vec![0; used.len()];
+        let mut count = 0;
+        for (new, &used) in renamed.iter_mut().zip(&used) {
+            *new = count;
+            count += u32::from(used);
+        }
+        self.unreferenced_vertices = used.len() - count as usize;
+        let each_used = |used: &[bool]| used.to_vec().into_iter();
+        let mut row = each_used(&used);
+        self.vertex_source.retain(|_| row.next().unwrap_or(false));
+        let mut row = each_used(&used).chain([true]);
+        self.rings.starts.retain(|_| row.next().unwrap_or(true));
+        self.faces.par_iter_mut().with_min_len(PARALLEL_ROWS).for_each(|face| {
+            *face = face.map(|v| renamed[v as usize]);
+        });
+    }
+}
+
+/// Drops the rows of these ascending indices.
+fn remove<T: Copy>(rows: &mut Vec<T>, indices: &[u32]) {
+    let mut next = indices.iter().peekable();
+    let mut index = 0;
+    rows.retain(|_| {
+        let dropped = next.next_if_eq(&&index).is_some();
+        index += 1;
+        !dropped
+    });
+}
+
+/// Faces sorted by lowest corner, and then as they came.
+struct SortedFaces {
+    faces: Vec<[u32; 3]>,
+    sources: Vec<u32>,
+    /// Indices of those with the corners and the turning sense of an earlier one, ascending.
+    duplicates: Vec<u32>,
+}
+
+/// Vertices whose faces a task sorts, at least.
+const BAND: usize = 1 << 13;
+/// Bands at most: every chunk counts each.
+const MOST_BANDS: usize = 1 << 12;
+/// Faces that a task hands to bands, at least.
+const CHUNK: usize = 1 << 15;
+/// Chunks at most: every band reads each.
+const MOST_CHUNKS: usize = 1 << 9;
+
+/// A piece of the faces under their new names, sorted by the band of the lowest corner.
+struct Chunk {
+    /// Corners and input face.
+    rows: Vec<[u32; 4]>,
+    /// Where the rows of each band start, and the end.
+    starts: Vec<u32>,
+}
+
+impl Chunk {
+    fn new(first: usize, faces: &[[u32; 3]], renamed: &[u32], band_len: usize, band_count: usize) -> Self {
+        let mut starts = vec![0; band_count + 1];
+        let mut unsorted = Vec::with_capacity(faces.len());
+        for (source, face) in (first as u32..).zip(faces) {
+            let [a, b, c] = face.map(|v| renamed[v as usize]);
+            if !has_repeated_corner(&[a, b, c]) {
+                unsorted.push([a, b, c, source]);
+                starts[band_of(&[a, b, c], band_len)] += 1;
+            }
+        }
+        let mut sum = 0;
+        for start in &mut starts {
+            sum += std::mem::replace(start, sum);
+        }
+        let mut rows = vec![[0; 4]; unsorted.len()];
+        for row in unsorted {
+            let cursor = &mut starts[band_of(&[row[0], row[1], row[2]], band_len)];
+            rows[*cursor as usize] = row;
+            *cursor += 1;
+        }
+        // Each cursor has become the start of its successor.
+        starts.copy_within(..band_count, 1);
+        starts[0] = 0;
+        Self { rows, starts }
+    }
+
+    fn band(&self, band: usize) -> &[[u32; 4]] {
+        &self.rows[self.starts[band] as usize..self.starts[band + 1] as usize]
+    }
+}
+
+fn lowest_of(&[a, b, c]: &[u32; 3]) -> u32 {
+    a.min(b).min(c)
+}
+
+fn band_of(face: &[u32; 3], band_len: usize) -> usize {
+    lowest_of(face) as usize / band_len
+}
+
+/// Renames the corners of `faces`, drops those with a repeated one, and sorts the rest.
+fn sort_faces(faces: &[[u32; 3]], renamed: &[u32], vertex_count: usize) -> SortedFaces {
+    // A power of two, so that dividing by it is a shift.
+    let band_shift = vertex_count.div_ceil(MOST_BANDS).max(BAND).next_power_of_two().trailing_zeros();
+    let band_len = 1 << band_shift;
+    let band_count = vertex_count.div_ceil(band_len).max(1);
+    let chunk_len = faces.len().div_ceil(MOST_CHUNKS).max(CHUNK);
+    let chunks: Vec<Chunk> = (faces.par_chunks(chunk_len).enumerate())
+        .map(|(chunk, faces)| Chunk::new(chunk * chunk_len, faces, renamed, band_len, band_count))
+        .collect();
+
+    let count = chunks.iter().map(|chunk| chunk.rows.len()).sum();
+    let (mut sorted, mut sources) = (vec![[0; 3]; count], vec![0; count]);
+    let mut outputs = Vec::with_capacity(band_count);
+    let (mut faces_left, mut sources_left) = (sorted.as_mut_slice(), sources.as_mut_slice());
+    let mut first = 0;
+    for band in 0..band_count {
+        let len = chunks.iter().map(|chunk| chunk.band(band).len()).sum();
+        let (band_faces, band_sources);
+        (band_faces, faces_left) = faces_left.split_at_mut(len);
+        (band_sources, sources_left) = sources_left.split_at_mut(len);
+        outputs.push((band, first, band_faces, band_sources));
+        first += len as u32;
+    }
+    let duplicates: Vec<Vec<u32>> = outputs
+        .into_par_iter()
+        .map_init(Vec::new, |ends, (band, first, faces, sources)| {
+            sort_band(&chunks, band, band_len, faces, sources, ends);
+            duplicates(faces, ends).into_iter().map(|face| first + face).collect()
+        })
+        .collect();
+    SortedFaces { faces: sorted, sources, duplicates: duplicates.concat() }
+}
+
+/// Fills in the faces of a band; `ends` becomes where those of each lowest corner end.
+fn sort_band(
+    chunks: &[Chunk],
+    band: usize,
+    band_len: usize,
+    faces: &mut [[u32; 3]],
+    sources: &mut [u32],
+    ends: &mut Vec<u32>,
+) {
+    ends.clear();
+    ends.resize(band_len, 0);
+    let rows = || chunks.iter().flat_map(|chunk| chunk.band(band)).map(|&[a, b, c, source]| ([a, b, c], source));
+    let within = |face: &[u32; 3]| lowest_of(face) as usize & (band_len - 1);
+    rows().for_each(|(face, _)| ends[within(&face)] += 1);
+    let mut sum = 0;
+    for end in ends.iter_mut() {
+        sum += std::mem::replace(end, sum);
+    }
+    rows().for_each(|(face, source)| {
+        let cursor = &mut ends[within(&face)];
+        faces[*cursor as usize] = face;
+        sources[*cursor as usize] = source;
+        *cursor += 1;
+    });
+}
+
+/// Faces of one lowest corner that are compared each with each.
+const FEW: usize = 16;
+
+fn duplicates(faces: &[[u32; 3]], ends: &[u32]) -> Vec<u32> {
+    let mut duplicates = Vec::new();
+    let mut start = 0;
+    for &end in ends {
+        let group = &faces[start as usize..end as usize];
+        if group.len() > FEW {
+            let mut sorted: Vec<([u32; 3], u32)> = group.iter().map(lowest_first).zip(start..).collect();
+            sorted.sort_unstable();
+            let equal = sorted.windows(2).filter(|pair| pair[0].0 == pair[1].0);
+            let before = duplicates.len();
+            duplicates.extend(equal.map(|pair| pair[1].1));
+            duplicates[before..].sort_unstable();
+        } else {
+            for (i, face) in group.iter().enumerate().skip(1) {
+                let face = lowest_first(face);
+                if group[..i].iter().any(|lower| lowest_first(lower) == face) {
+                    duplicates.push(start + i as u32);
+                }
+            }
+        }
+        start = end;
+    }
+    duplicates
+}
+
+/// The corners turned so that the lowest comes first.
+fn lowest_first(&[a, b, c]: &[u32; 3]) -> [u32; 3] {
+    if a < b && a < c {
+        [a, b, c]
+    } else if b < c {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::weld::weld;
+    use super::*;
+
+    /// Faces by input face, with the input vertices of their corners.
+    fn in_input_order(arranged: &Arranged) -> Vec<(u32, [u32; 3])> {
+        let corners = arranged.faces.iter().map(|face| face.map(|v| arranged.vertex_source[v as usize]));
+        let mut faces: Vec<_> = arranged.face_source.iter().copied().zip(corners).collect();
+        faces.sort_unstable();
+        faces
+    }
+
+    fn check(mesh: &Mesh, tolerance: f64) {
+        let (arranged, welded) = (Arranged::new(mesh, Some(tolerance)), weld(mesh, tolerance));
+        let corners = welded.mesh.faces.iter().map(|face| face.map(|v| welded.vertex_source[v as usize]));
+        let expected: Vec<_> = welded.face_source.iter().copied().zip(corners).collect();
+        assert_eq!(in_input_order(&arranged), expected);
+        assert_eq!(
+            (arranged.unreferenced_vertices, arranged.degenerate_faces, arranged.duplicate_faces),
+            (welded.unreferenced_vertices, welded.degenerate_faces, welded.duplicate_faces)
+        );
+        assert_eq!(arranged.bounds, welded.mesh.bounds());
+        assert_eq!(arranged.rings, Rings::new(&arranged.faces, arranged.vertex_source.len()));
+        assert!(arranged.faces.is_sorted_by_key(lowest_of));
+    }
+
+    #[test]
+    fn many_faces_of_one_corner_are_compared_too() {
+        let positions = (0..40).map(|i| DVec3::new(f64::from(i), 0.0, 0.0)).collect();
+        let mut faces: Vec<[u32; 3]> = (1..39).map(|i| [0, i, i + 1]).collect();
+        faces.extend([[4, 5, 0], [6, 5, 0], [0, 20, 21], [4, 5, 0]]);
+        let mesh = Mesh::new(positions, faces);
+        assert_eq!(Arranged::new(&mesh, Some(0.0)).duplicate_faces, 3);
+        check(&mesh, 0.0);
+    }
+
+    #[test]
+    fn without_welding_everything_stays_but_broken_faces() {
+        let positions = [9.0, 0.0, 1.0, 0.0, 2.0].map(DVec3::splat).to_vec();
+        let mesh = Mesh::new(positions, vec![[1, 2, 3], [2, 3, 1], [1, 1, 2]]);
+        let arranged = Arranged::new(&mesh, None);
+        assert_eq!(in_input_order(&arranged), [(0, [1, 2, 3]), (1, [2, 3, 1])]);
+        assert_eq!(arranged.vertex_source, [1, 3, 2, 4, 0]);
+        assert_eq!(arranged.bounds, (DVec3::ZERO, DVec3::ONE));
+        assert_eq!((arranged.degenerate_faces, arranged.duplicate_faces, arranged.unreferenced_vertices), (1, 0, 0));
+    }
+
+    #[test]
+    fn threads_do_not_show() {
+        let positions = (0..60_000u32).map(|i| DVec3::splat(f64::from(i.wrapping_mul(2_654_435_761) % 9000))).collect();
+        let faces = (0..90_000u32).map(|i| [i % 60_000, i * 7 % 60_000, (i * 13 + 1) % 60_000]).collect();
+        let mesh = Mesh::new(positions, faces);
+        check(&mesh, 0.0);
+        let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
+        let [one, seven] = [1, 7].map(|threads| pool(threads).install(|| Arranged::new(&mesh, Some(0.0))));
+        assert_eq!((one.faces, one.face_source, one.rings), (seven.faces, seven.face_source, seven.rings));
+    }
+
+    fn any_mesh() -> impl Strategy<Value = Mesh> {
+        let position = [0i8..3, 0i8..3, 0i8..2].prop_map(|p| DVec3::from(p.map(f64::from)));
+        let faces = prop::collection::vec([0u32..12, 0u32..12, 0u32..12], 0..40);
+        (prop::collection::vec(position, 12), faces).prop_map(|(positions, faces)| Mesh::new(positions, faces))
+    }
+
+    proptest! {
+        #[test]
+        fn it_is_what_welding_makes(mesh in any_mesh(), tolerance in prop::sample::select(vec![0.0, 0.5, 1.0])) {
+            check(&mesh, tolerance);
+        }
+    }
+}
