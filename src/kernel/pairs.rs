@@ -62,14 +62,18 @@ pub fn across(f: u32, u: u32, w: u32, stars: &Stars<'_>) -> u32 {
     let (Some(around_u), Some(around_w)) = (window(u, stars), window(w, stars)) else {
         return across_walking(f, u, w, stars);
     };
-    let mut lone = [u32::MAX; WINDOW];
+    let mut shared = [0; WINDOW];
     for other in around_w {
-        for (lone, face) in lone.iter_mut().zip(around_u) {
-            *lone &= mask(face != other);
+        for (shared, face) in shared.iter_mut().zip(around_u) {
+            *shared |= mask(face == other);
         }
     }
-    let others = around_u.into_iter().zip(lone).map(|(face, lone)| face | lone | mask(face == f));
-    others.fold(NO_FACE, u32::min)
+    // A bit for every face that both have: rings ascend, so the lowest is the first.
+    let mut found = 0;
+    for (i, (shared, face)) in shared.into_iter().zip(around_u).enumerate() {
+        found |= shared & mask(face != f) & mask(face != NO_FACE) & (1 << i);
+    }
+    if found == 0 { NO_FACE } else { around_u[found.trailing_zeros() as usize % WINDOW] }
 }
 
 #[cold]
