@@ -5,6 +5,8 @@
 //! duplicates side by side. Both sorts go in two steps, a coarse one over pieces of the input and a fine one over pieces
 //! of the output, so that tasks share nothing and stay in their cache.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::adjacency::Rings;
@@ -151,43 +153,59 @@ const CHUNK: usize = 1 << 15;
 /// Chunks at most: every band reads each.
 const MOST_CHUNKS: usize = 1 << 9;
 
-/// A piece of the faces under their new names, sorted by the band of the lowest corner.
+/// The faces as they came, under new names.
+#[derive(Clone, Copy)]
+struct Renamed<'a> {
+    faces: &'a [[u32; 3]],
+    names: &'a [u32],
+    /// Lowest corners a band, a power of two.
+    band_len: usize,
+}
+
+impl Renamed<'_> {
+    fn face(self, source: u32) -> [u32; 3] {
+        self.faces[source as usize].map(|v| self.names[v as usize])
+    }
+}
+
+/// A piece of the faces, sorted by the band of the lowest corner; without those that repeat a corner.
 struct Chunk {
-    /// Corners and input face.
-    rows: Vec<[u32; 4]>,
-    /// Where the rows of each band start, and the end.
+    sources: Vec<u32>,
+    /// Where the faces of each band start, and the end.
     starts: Vec<u32>,
 }
 
 impl Chunk {
-    fn new(first: usize, faces: &[[u32; 3]], renamed: &[u32], band_len: usize, band_count: usize) -> Self {
+    /// `unsorted` is room, for sources and bands.
+    fn new(sources: Range<u32>, renamed: Renamed<'_>, band_count: usize, unsorted: &mut Vec<[u32; 2]>) -> Self {
         let mut starts = vec![0; band_count + 1];
-        let mut unsorted = Vec::with_capacity(faces.len());
-        for (source, face) in (first as u32..).zip(faces) {
-            let [a, b, c] = face.map(|v| renamed[v as usize]);
-            if !has_repeated_corner(&[a, b, c]) {
-                unsorted.push([a, b, c, source]);
-                starts[band_of(&[a, b, c], band_len)] += 1;
+        unsorted.clear();
+        for source in sources {
+            let face = renamed.face(source);
+            if !has_repeated_corner(&face) {
+                let band = lowest_of(&face) as usize / renamed.band_len;
+                unsorted.push([source, band as u32]);
+                starts[band] += 1;
             }
         }
         let mut sum = 0;
         for start in &mut starts {
             sum += std::mem::replace(start, sum);
         }
-        let mut rows = vec![[0; 4]; unsorted.len()];
-        for row in unsorted {
-            let cursor = &mut starts[band_of(&[row[0], row[1], row[2]], band_len)];
-            rows[*cursor as usize] = row;
+        let mut sources = vec![0; unsorted.len()];
+        for &[source, band] in &*unsorted {
+            let cursor = &mut starts[band as usize];
+            sources[*cursor as usize] = source;
             *cursor += 1;
         }
         // Each cursor has become the start of its successor.
         starts.copy_within(..band_count, 1);
         starts[0] = 0;
-        Self { rows, starts }
+        Self { sources, starts }
     }
 
-    fn band(&self, band: usize) -> &[[u32; 4]] {
-        &self.rows[self.starts[band] as usize..self.starts[band + 1] as usize]
+    fn band(&self, band: usize) -> &[u32] {
+        &self.sources[self.starts[band] as usize..self.starts[band + 1] as usize]
     }
 }
 
@@ -195,22 +213,22 @@ fn lowest_of(&[a, b, c]: &[u32; 3]) -> u32 {
     a.min(b).min(c)
 }
 
-fn band_of(face: &[u32; 3], band_len: usize) -> usize {
-    lowest_of(face) as usize / band_len
-}
-
 /// Renames the corners of `faces`, drops those with a repeated one, and sorts the rest.
-fn sort_faces(faces: &[[u32; 3]], renamed: &[u32], vertex_count: usize) -> SortedFaces {
-    // A power of two, so that dividing by it is a shift.
-    let band_shift = vertex_count.div_ceil(MOST_BANDS).max(BAND).next_power_of_two().trailing_zeros();
-    let band_len = 1 << band_shift;
+fn sort_faces(faces: &[[u32; 3]], names: &[u32], vertex_count: usize) -> SortedFaces {
+    let band_len = vertex_count.div_ceil(MOST_BANDS).max(BAND).next_power_of_two();
     let band_count = vertex_count.div_ceil(band_len).max(1);
     let chunk_len = faces.len().div_ceil(MOST_CHUNKS).max(CHUNK);
-    let chunks: Vec<Chunk> = (faces.par_chunks(chunk_len).enumerate())
-        .map(|(chunk, faces)| Chunk::new(chunk * chunk_len, faces, renamed, band_len, band_count))
+    let renamed = Renamed { faces, names, band_len };
+    let chunks: Vec<Chunk> = (0..faces.len().div_ceil(chunk_len))
+        .into_par_iter()
+        .map_init(Vec::new, |unsorted, chunk| {
+            let first = chunk * chunk_len;
+            let end = faces.len().min(first + chunk_len);
+            Chunk::new(first as u32..end as u32, renamed, band_count, unsorted)
+        })
         .collect();
 
-    let count = chunks.iter().map(|chunk| chunk.rows.len()).sum();
+    let count = chunks.iter().map(|chunk| chunk.sources.len()).sum();
     let (mut sorted, mut sources) = (vec![[0; 3]; count], vec![0; count]);
     let mut outputs = Vec::with_capacity(band_count);
     let (mut faces_left, mut sources_left) = (sorted.as_mut_slice(), sources.as_mut_slice());
@@ -225,38 +243,52 @@ fn sort_faces(faces: &[[u32; 3]], renamed: &[u32], vertex_count: usize) -> Sorte
     }
     let duplicates: Vec<Vec<u32>> = outputs
         .into_par_iter()
-        .map_init(Vec::new, |ends, (band, first, faces, sources)| {
-            sort_band(&chunks, band, band_len, faces, sources, ends);
-            duplicates(faces, ends).into_iter().map(|face| first + face).collect()
+        .map_init(BandRoom::default, |room, (band, first, faces, sources)| {
+            room.sort(chunks.iter().flat_map(|chunk| chunk.band(band)), renamed, faces, sources);
+            duplicates(faces, &room.ends).into_iter().map(|face| first + face).collect()
         })
         .collect();
     SortedFaces { faces: sorted, sources, duplicates: duplicates.concat() }
 }
 
-/// Fills in the faces of a band; `ends` becomes where those of each lowest corner end.
-fn sort_band(
-    chunks: &[Chunk],
-    band: usize,
-    band_len: usize,
-    faces: &mut [[u32; 3]],
-    sources: &mut [u32],
-    ends: &mut Vec<u32>,
-) {
-    ends.clear();
-    ends.resize(band_len, 0);
-    let rows = || chunks.iter().flat_map(|chunk| chunk.band(band)).map(|&[a, b, c, source]| ([a, b, c], source));
-    let within = |face: &[u32; 3]| lowest_of(face) as usize & (band_len - 1);
-    rows().for_each(|(face, _)| ends[within(&face)] += 1);
-    let mut sum = 0;
-    for end in ends.iter_mut() {
-        sum += std::mem::replace(end, sum);
+/// Room to sort a band.
+#[derive(Default)]
+struct BandRoom {
+    unsorted: Vec<([u32; 3], u32)>,
+    /// Where the faces of each lowest corner end.
+    ends: Vec<u32>,
+}
+
+impl BandRoom {
+    /// Writes the faces of these sources, sorted by lowest corner.
+    fn sort<'c>(
+        &mut self,
+        from: impl Iterator<Item = &'c u32>,
+        renamed: Renamed<'_>,
+        faces: &mut [[u32; 3]],
+        sources: &mut [u32],
+    ) {
+        let Self { unsorted, ends } = self;
+        unsorted.clear();
+        ends.clear();
+        ends.resize(renamed.band_len, 0);
+        let within = |face: &[u32; 3]| lowest_of(face) as usize & (renamed.band_len - 1);
+        for &source in from {
+            let face = renamed.face(source);
+            ends[within(&face)] += 1;
+            unsorted.push((face, source));
+        }
+        let mut sum = 0;
+        for end in ends.iter_mut() {
+            sum += std::mem::replace(end, sum);
+        }
+        for &(face, source) in &*unsorted {
+            let cursor = &mut ends[within(&face)];
+            faces[*cursor as usize] = face;
+            sources[*cursor as usize] = source;
+            *cursor += 1;
+        }
     }
-    rows().for_each(|(face, source)| {
-        let cursor = &mut ends[within(&face)];
-        faces[*cursor as usize] = face;
-        sources[*cursor as usize] = source;
-        *cursor += 1;
-    });
 }
 
 /// Faces of one lowest corner that are compared each with each.

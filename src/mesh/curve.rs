@@ -120,23 +120,24 @@ impl Chunk {
 }
 
 fn keyed_chunks(points: &[DVec3], cells: Cells) -> Vec<Chunk> {
-    let chunk = |(number, points): (usize, &[DVec3])| {
+    let chunk = |keyed: &mut Vec<Row>, (number, points): (usize, &[DVec3])| {
         let first = (number * CHUNK) as u64;
-        let keyed: Vec<Row> = (first..).zip(points).map(|(index, &point)| cells.key(point) << 32 | index).collect();
+        keyed.clear();
+        keyed.extend((first..).zip(points).map(|(index, &point)| cells.key(point) << 32 | index));
         let mut cursors = vec![0_u32; DIGITS];
         keyed.iter().for_each(|&row| cursors[digit(row, LAST_PLACE)] += 1);
         running_sum(&mut cursors);
         let mut starts = cursors.clone();
         starts.push(points.len() as u32);
         let mut rows = vec![0; points.len()];
-        for row in keyed {
+        for &row in keyed.iter() {
             let cursor = &mut cursors[digit(row, LAST_PLACE)];
             rows[*cursor as usize] = row;
             *cursor += 1;
         }
         Chunk { rows, starts }
     };
-    points.par_chunks(CHUNK).enumerate().map(chunk).collect()
+    points.par_chunks(CHUNK).enumerate().map_init(Vec::new, chunk).collect()
 }
 
 /// Digits that one task sorts.

@@ -32,6 +32,8 @@ pub use topology::{Topology, complex_vertices, topology};
 pub use validate::{Defect, validate};
 pub use weld::{Welded, weld};
 
+use rayon::prelude::*;
+
 use crate::error::{Error, Result};
 use crate::math::{DVec3, Vec3};
 
@@ -71,10 +73,13 @@ impl Mesh {
                 self.faces.len()
             )));
         }
-        if let Some(v) = self.positions.iter().position(|p| !p.is_finite()) {
+        // The position that comes first, whatever the threads.
+        let rows = self.positions.par_iter().with_min_len(PARALLEL_ROWS);
+        if let Some(v) = rows.position_first(|p| !p.is_finite()) {
             return Err(Error::Mesh(format!("vertex {v} has a coordinate that is not finite: {}", self.positions[v])));
         }
-        if let Some(f) = self.faces.iter().position(|face| face.iter().any(|&v| v as usize >= vertex_count)) {
+        let rows = self.faces.par_iter().with_min_len(PARALLEL_ROWS);
+        if let Some(f) = rows.position_first(|face| face.iter().any(|&v| v as usize >= vertex_count)) {
             return Err(Error::Mesh(format!(
                 "face {f} has an index out of range: {:?}, the mesh has {vertex_count} vertices",
                 self.faces[f]
