@@ -58,6 +58,7 @@ pub mod formats;
 pub mod kernel;
 pub mod math;
 pub mod mesh;
+pub mod metrics;
 pub mod simplify;
 
 pub use backend::Device;
