@@ -1,12 +1,15 @@
 //! How far one mesh is from another, in place, color and texture; and how good a mesh is by itself.
 
+mod atlas;
 pub mod color;
 pub mod quality;
 mod sums;
+pub mod texture;
 pub mod view;
 
 pub use color::{ColorDeviation, ColorSums};
 pub use quality::{Quality, quality};
+pub use texture::{TextureDeviation, texture_deviation};
 pub use view::View;
 
 /// A deviation over many samples.
