@@ -28,7 +28,16 @@ impl Triangulator {
     /// cannot be clipped (no area, crossing itself, too large) becomes the fan, so that no face is lost. The
     /// corners must be vertices of the mesh. Where it has texture coordinates, those of the corners go along; the corners
     /// without one get zeros.
+    #[inline]
     pub(super) fn append(&mut self, corners: &[u32], texcoords: &[Vec2], mesh: &mut Mesh) {
+        match (corners, &mesh.texcoords) {
+            // By far the most.
+            (&[a, b, c], None) => mesh.faces.push([a, b, c]),
+            _ => self.append_polygon(corners, texcoords, mesh),
+        }
+    }
+
+    fn append_polygon(&mut self, corners: &[u32], texcoords: &[Vec2], mesh: &mut Mesh) {
         let Mesh { positions, faces, texcoords: rows, .. } = mesh;
         let mut push = |triangle: [usize; 3]| {
             faces.push(triangle.map(|i| corners[i]));

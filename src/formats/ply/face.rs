@@ -66,8 +66,20 @@ impl<'a> Faces<'a> {
     ///
     /// # Errors
     /// What was found when the texture coordinates are not two a corner.
+    #[inline]
     pub(super) fn end_row(&mut self) -> std::result::Result<(), String> {
-        if !self.texcoords.is_empty() && self.texcoords.len() != 2 * self.corners.len() {
+        if !self.texcoords.is_empty() {
+            self.pair_up()?;
+        }
+        self.triangulator.append(&self.corners, &self.pairs, self.mesh);
+        self.corners.clear();
+        self.texcoords.clear();
+        self.pairs.clear();
+        Ok(())
+    }
+
+    fn pair_up(&mut self) -> std::result::Result<(), String> {
+        if self.texcoords.len() != 2 * self.corners.len() {
             return Err(format!(
                 "found a face of {} corners with {} texture coordinates, expected {} or none",
                 self.corners.len(),
@@ -75,12 +87,8 @@ impl<'a> Faces<'a> {
                 2 * self.corners.len()
             ));
         }
-        self.has_texcoords |= !self.texcoords.is_empty();
-        self.pairs.clear();
+        self.has_texcoords = true;
         self.pairs.extend(self.texcoords.chunks_exact(2).map(|pair| attributes::texcoord(pair[0], pair[1])));
-        self.triangulator.append(&self.corners, &self.pairs, self.mesh);
-        self.corners.clear();
-        self.texcoords.clear();
         Ok(())
     }
 
