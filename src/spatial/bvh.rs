@@ -138,9 +138,12 @@ fn build(items: &mut [Item]) -> Vec<Node> {
     for (node, subtree) in subtrees {
         // The subtree's root is there already, so its other nodes move by one less.
         let shift = nodes.len() as u32 - 1;
-        let moved = |n: &Node| Node { first: if n.count == 0 { n.first + shift } else { n.first }, ..*n };
-        nodes[node] = moved(&subtree[0]);
-        nodes.extend(subtree[1..].iter().map(moved));
+        let moved = |n: Node| Node { first: if n.count == 0 { n.first + shift } else { n.first }, ..n };
+        let mut subtree = subtree.into_iter().map(moved);
+        if let Some(root) = subtree.next() {
+            nodes[node] = root;
+        }
+        nodes.extend(subtree);
     }
     nodes
 }
