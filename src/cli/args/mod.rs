@@ -2,11 +2,13 @@
 //!
 //! Parsing touches no file. A doc comment's first line is the short help, all of it the long help.
 
+mod bench;
 mod simplify;
 
 use clap::{Args, Command, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 
+pub use bench::{Bench, Job as BenchJob};
 pub use simplify::{Method, Metric, Placement, Progress, Shape, Simplify, Target};
 
 /// Reduce triangle meshes, on the GPU or the CPU, with the same bytes on both.
@@ -54,6 +56,7 @@ pub enum Verb {
     Simplify(Box<Simplify>),
     Inspect(Inspect),
     Devices(Devices),
+    Bench(Bench),
     Completions(Completions),
     /// Print the manual page
     ///
@@ -116,6 +119,7 @@ const EXAMPLES: &str = "\
 Examples:
   coarsen simplify sample:statue out.ply --faces 20000
   coarsen inspect sample:part
+  coarsen bench sample:statue@100k --device cpu,software
   coarsen devices";
 
 #[cfg(test)]
