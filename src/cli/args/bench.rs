@@ -52,9 +52,9 @@ pub struct Job {
 
     /// Sizes for --scale: 100k,1M
     ///
-    /// The numbers of faces for --scale, with commas between.
+    /// The numbers of faces for --scale, with commas between. Without the option: 100k,300k,1M,3M.
     #[arg(long, value_name = "N,N", value_delimiter = ',', requires = "scale", value_parser = values::count,
-        default_values = ["100k", "300k", "1M", "3M"])]
+        hide_default_value = true, default_values = ["100k", "300k", "1M", "3M"])]
     pub sizes: Vec<usize>,
 
     /// Times that each job is done
@@ -72,8 +72,9 @@ pub struct Contenders {
     ///
     /// Who takes part, with commas between. 'cpu' is the CPU with 1, 2, 4 … threads, up to one a core, 'cpu:N' with N
     /// threads; 'gpu' is every hardware adapter; 'baseline' is meshoptimizer's simplify and simplifyWithUpdate. Other
-    /// texts name a device as in `coarsen simplify`.
+    /// texts name a device as in `coarsen simplify`. Without the option: cpu,gpu,software,baseline.
     #[arg(short = 'g', long, value_name = "NAME,NAME", value_delimiter = ',',
+        hide_default_value = true,
         default_values = ["cpu", "gpu", "software", "baseline"])]
     pub device: Vec<String>,
 

@@ -17,16 +17,13 @@ mod record;
 mod statistics;
 mod ticker;
 
-use std::fs;
-
-use coarsen::Error;
-
 use self::case::Case;
 use self::contender::Contender;
 use self::contest::contest;
 use self::plan::Plan;
 use self::record::{CaseRecord, Entrant, Figures, JobRecord, Record};
 use self::ticker::Ticker;
+use super::sink::write_whole;
 use super::{Exit, args, console};
 
 /// Measures what the arguments ask for and prints it.
@@ -98,8 +95,7 @@ fn measure(plan: &Plan, case: &Case, target: plan::Target, contenders: &[Contend
 /// The picture before the text, so that nothing is printed when it cannot be written.
 fn tell(plan: &Plan, record: &Record) -> anyhow::Result<Exit> {
     if let Some(path) = &plan.plot {
-        let picture = plot::svg(record)?;
-        fs::write(path, picture).map_err(|source| Error::Write { path: path.clone(), source })?;
+        write_whole(path, plot::svg(record)?.as_bytes())?;
     }
     if plan.json {
         console::print_json(record)?;

@@ -59,6 +59,7 @@ fn lines<B: DrawingBackend>(
     let text = (FONT, 14).into_font().color(&INK);
     chart
         .configure_mesh()
+        .x_max_light_lines(1)
         .label_style(text.clone())
         .axis_style(INK)
         .bold_line_style(FAINT.mix(0.6))
