@@ -1,0 +1,34 @@
+//! How far one mesh is from another, in place, direction, color and texture; and how good a mesh is by itself.
+//!
+//! Lengths are in model units, angles in radians. Nothing depends on the device or on the number of threads.
+
+pub mod color;
+pub mod deviation;
+mod proposals;
+pub mod quality;
+pub mod sampling;
+mod sums;
+pub mod view;
+
+pub use color::{ColorDeviation, ColorSums};
+pub use deviation::{AngleSpread, Deviation, Options, Side, deviation, vertex_distances};
+pub use quality::{Quality, quality};
+pub use view::View;
+
+/// A deviation over many samples.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+pub struct Spread {
+    /// The greatest.
+    pub max: f64,
+    /// The arithmetic mean.
+    pub mean: f64,
+    /// The root of the mean square.
+    pub rms: f64,
+}
+
+impl Spread {
+    /// The greater of each.
+    pub fn greater(self, other: Self) -> Self {
+        Self { max: self.max.max(other.max), mean: self.mean.max(other.mean), rms: self.rms.max(other.rms) }
+    }
+}
