@@ -14,7 +14,7 @@ fn names<'a>(list: &'a Value, key: &str) -> Vec<&'a str> {
 #[test]
 fn json_has_every_figure() {
     let dir = Dir::new();
-    let ran = dir.run("bench sample:part@1k --repeats 3 -g cpu,baseline -j 1,2 --json -q").succeeds();
+    let ran = dir.run("bench sample:part@1k --repeats 3 --samples 2k -g cpu,baseline -j 1,2 --json -q").succeeds();
     assert_eq!(ran.err, "");
     let record = ran.json();
     assert_eq!((&record["schema"], &record["repeats"]), (&1.into(), &3.into()));
@@ -44,6 +44,13 @@ fn json_has_every_figure() {
                 assert!(result["peak_bytes"].as_u64() > Some(12 * faces), "{result}");
             }
         }
+        // Equal outputs have one measurement, and a rival's is its own.
+        assert_eq!(results[0]["deviation"], results[1]["deviation"]);
+        for result in results {
+            let rms = result["deviation"]["forward"]["distance"]["rms"].as_f64().expect("a deviation");
+            let diagonal = result["deviation"]["diagonal"].as_f64().expect("a length");
+            assert!(0.0 < rms && rms < diagonal, "{result}");
+        }
         let first = &results[0];
         assert!(first["same_bytes_as"].is_null() && first["rounds"].as_u64() > Some(0));
         assert_eq!((&first["rounds_on_gpu"], &first["bytes_moved"]), (&0.into(), &0.into()));
@@ -56,7 +63,7 @@ fn json_has_every_figure() {
 #[test]
 fn an_adapter_moves_bytes_and_makes_the_same() {
     let dir = Dir::new();
-    let ran = dir.run("bench sample:part@2k --repeats 1 -r 10% -g cpu:1,software --json -q").succeeds();
+    let ran = dir.run("bench sample:part@2k --repeats 1 -r 10% --samples 1k -g cpu:1,software --json -q").succeeds();
     let record = ran.json();
     let software = &record["devices"][1];
     if software["failure"].is_string() {
@@ -74,10 +81,16 @@ fn an_adapter_moves_bytes_and_makes_the_same() {
 #[test]
 fn tables_have_a_row_a_device_and_say_who_is_missing() {
     let dir = Dir::new();
-    let ran = dir.run("bench sample:part@1k --faces 500 --repeats 1 -g cpu:1,cpu:2,nonesuch").succeeds();
+    let ran = dir.run("bench sample:part@1k --faces 500 --repeats 1 --samples 2k -g cpu:1,cpu:2,nonesuch").succeeds();
     let text = String::from_utf8(ran.out).expect("Markdown in UTF-8");
     assert!(text.starts_with("# coarsen "), "{text}");
-    for part in ["## sample:part@1k: ", "### To 500 faces", "same bytes as cpu:1", "| cpu:2    | CPU, 2 threads"] {
+    for part in [
+        "## sample:part@1k: ",
+        "### To 500 faces",
+        "same bytes as cpu:1",
+        "| cpu:2    | CPU, 2 threads",
+        "| cpu:1, cpu:2 ",
+    ] {
         assert!(text.contains(part), "expected '{part}' in\n{text}");
     }
     let missing = text.lines().find(|line| line.starts_with("| nonesuch")).expect("a row");
@@ -112,7 +125,7 @@ fn svg_texts(svg: &str) -> Vec<&str> {
 #[test]
 fn the_picture_names_every_device() {
     let dir = Dir::new();
-    dir.run("bench sample:part@1k --repeats 1 -g cpu:1,cpu:2 --plot bars.svg").succeeds();
+    dir.run("bench sample:part@1k --repeats 1 --samples 1k -g cpu:1,cpu:2 --plot bars.svg").succeeds();
     let bars = fs::read_to_string(dir.path("bars.svg")).expect("a picture");
     assert!(bars.starts_with("<svg ") && bars.matches("<rect ").count() == 1 + 4, "{bars}");
     let texts = svg_texts(&bars);
@@ -133,7 +146,7 @@ fn growth_is_told_by_device() {
     let record = dir.run(&format!("{line} --json -q")).succeeds().json();
     assert_eq!(names(&record["cases"], "input"), ["sample:part@1k", "sample:part@2k", "sample:part@4k"]);
     assert_eq!(names(&record["growth"], "device"), ["cpu:1", "cpu:2"]);
-    assert!(record["growth"][0]["exponent"].is_f64());
+    assert!(record["growth"][0]["exponent"].is_f64() && record["samples"].is_null());
     let text = String::from_utf8(dir.run(line).succeeds().out).expect("Markdown in UTF-8");
     for part in ["## sample:part by size", "| 1k: ms |", "| power |"] {
         assert!(text.contains(part), "expected '{part}' in\n{text}");
@@ -171,6 +184,6 @@ fn wrong_uses_are_told() {
 fn a_mesh_that_cannot_shrink_is_measured_all_the_same() {
     let dir = Dir::new();
     dir.file("in.obj", TETRAHEDRON);
-    let record = dir.run("bench in.obj --repeats 1 -r 1% -g cpu:1 --json -q").succeeds().json();
+    let record = dir.run("bench in.obj --repeats 1 -r 1% --samples 100 -g cpu:1 --json -q").succeeds().json();
     assert_eq!(record["cases"][0]["jobs"][0]["results"][0]["faces_out"], 4);
 }

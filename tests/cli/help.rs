@@ -61,8 +61,9 @@ fn small(example: &str) -> String {
     let words: Vec<String> = line.split_whitespace().map(shrink).collect();
     let options = match words[0].as_str() {
         "simplify" => " -g cpu -w",
-        "bench" if words.len() == 1 => " sample:part@1k -g cpu,gpu --repeats 1",
-        "bench" if !line.contains("--repeats") => " --repeats 1",
+        "bench" if words.len() == 1 => " sample:part@1k -g cpu,gpu --repeats 1 --samples 1k",
+        "bench" if !line.contains("--repeats") => " --repeats 1 --samples 1k",
+        "bench" => " --samples 1k",
         _ => "",
     };
     words.join(" ") + options

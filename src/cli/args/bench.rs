@@ -16,7 +16,7 @@ use crate::cli::values;
 pub struct Bench {
     /// Meshes to take: files, or sample:NAME[@FACES]
     ///
-    /// As in `coarsen simplify`, but for standard input. Without a mesh: every built-in sample with 100,000 faces.
+    /// As in `coarsen simplify`, without standard input. By default every built-in sample with 100,000 faces.
     #[arg(value_name = "MESH", conflicts_with = "scale")]
     pub meshes: Vec<String>,
 
@@ -63,6 +63,13 @@ pub struct Job {
     /// least to the greatest are printed.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub repeats: u16,
+
+    /// Points to measure the deviation at
+    ///
+    /// At how many points of the faces of either surface, beside its vertices and edges, the distance to the other is
+    /// measured.
+    #[arg(long, value_name = "N", default_value = "1M", value_parser = values::count)]
+    pub samples: usize,
 }
 
 #[derive(Debug, Args)]

@@ -59,11 +59,15 @@ fn heading(record: &Record) -> String {
     let cores = if machine.cores == 1 { "1 core".into() } else { format!("{} cores", machine.cores) };
     let rival = record.baseline.map_or_else(String::new, |version| format!(", {version}"));
     let repeats = if record.repeats == 1 { "the one run".into() } else { format!("{} runs", record.repeats) };
+    let points = record.samples.map_or_else(String::new, |samples| {
+        let samples = grouped(samples);
+        format!(" Deviations are the greater of both sides, from the input there and from the result back, at {samples} points of each.")
+    });
     format!(
         "# coarsen {}{rival}\n\n{}, {cores}; {}\n\n\
          Times are medians of {repeats} in turns, after one that does not count, from mesh in memory to mesh in memory, \
          positions and faces only; the spread is from the least to the greatest. The memory is what a process of its own \
-         grows by, the input included, for each face of the input.\n\n",
+         grows by, the input included, for each face of the input.{points}\n\n",
         record.version, machine.cpu, machine.os
     )
 }
@@ -93,6 +97,7 @@ fn jobs(case: &CaseRecord) -> String {
         text += &format!("### To {job}\n\n");
         text += &figures(case, job);
         text += &phases(job);
+        text += &deviations(job);
         text += &remarks(job);
     }
     text
@@ -157,6 +162,30 @@ fn phases(job: &JobRecord) -> String {
         }
     }
     if table.rows.is_empty() { String::new() } else { table.lines(1) }
+}
+
+/// How far the results are from the input, one row for all of the same bytes.
+fn deviations(job: &JobRecord) -> String {
+    let columns = ["1/10,000 of the diagonal", "RMS", "mean", "max", "RMS there", "RMS back", "normals: mean"];
+    let mut table = Table::new(columns);
+    for figures in job.results.iter().filter(|figures| figures.same_bytes_as.is_none()) {
+        let Some(deviation) = &figures.deviation else { continue };
+        let same = job.results.iter().filter(|other| other.same_bytes_as.as_ref() == Some(&figures.device));
+        let names: Vec<&str> = std::iter::once(figures).chain(same).map(|figures| figures.device.as_str()).collect();
+        let (both, there, back) = (deviation.symmetric(), &deviation.forward, &deviation.backward);
+        let lengths = [both.rms, both.mean, both.max, there.distance.rms, back.distance.rms];
+        let degrees = there.normals.mean_rad.max(back.normals.mean_rad).to_degrees();
+        let mut row = vec![names.join(", ")];
+        row.extend(lengths.map(|length| three_digits(relative(length, deviation.diagonal) * 1e4)));
+        row.push(format!("{degrees:.2}°"));
+        table.rows.push(row);
+    }
+    if table.rows.is_empty() { String::new() } else { table.lines(1) }
+}
+
+/// A length as a fraction of the diagonal; of a point, nothing is a fraction.
+fn relative(length: f64, diagonal: f64) -> f64 {
+    if diagonal > 0.0 { length / diagonal } else { 0.0 }
 }
 
 /// What failed, and what the devices warn of, each once.

@@ -7,6 +7,7 @@ mod baseline;
 mod case;
 mod contender;
 mod contest;
+mod deviation;
 mod machine;
 mod markdown;
 mod numbers;
@@ -16,6 +17,8 @@ mod plot;
 mod record;
 mod statistics;
 mod ticker;
+
+use coarsen::Device;
 
 use self::case::Case;
 use self::contender::Contender;
@@ -89,6 +92,10 @@ fn measure(plan: &Plan, case: &Case, target: plan::Target, contenders: &[Contend
         }
     }
     job.compare(&outputs);
+    if let Some(samples) = plan.samples {
+        let device = Device::cpu(plan.adapter_threads)?;
+        deviation::measure(&mut job, case, &outputs, samples, &device, &ticker);
+    }
     Ok(job)
 }
 

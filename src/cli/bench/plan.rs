@@ -32,6 +32,8 @@ pub struct Plan {
     /// Threads beside an adapter, 0 for one a core.
     pub adapter_threads: usize,
     pub repeats: usize,
+    /// Points of each surface to measure the deviation at; `None` measures none.
+    pub samples: Option<usize>,
     /// Whether the cases are one mesh in several sizes.
     pub scales: bool,
     pub plot: Option<PathBuf>,
@@ -81,6 +83,7 @@ impl Plan {
             wishes,
             adapter_threads: threads.iter().copied().max().unwrap_or(0),
             repeats: args.job.repeats.into(),
+            samples: args.job.scale.is_none().then_some(args.job.samples),
             scales: args.job.scale.is_some(),
             plot: args.writing.plot.clone(),
             json: args.writing.json,

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use coarsen::Mesh;
+use coarsen::metrics::Deviation;
 use serde::Serialize;
 
 use super::baseline;
@@ -25,6 +26,8 @@ pub struct Record {
     pub machine: Machine,
     /// Runs of each job that count.
     pub repeats: usize,
+    /// Points on the faces of each surface that the deviation was measured at; null where it was not.
+    pub samples: Option<usize>,
     /// Whether the cases are one mesh in several sizes.
     pub scales: bool,
     pub devices: Vec<Entrant>,
@@ -89,6 +92,8 @@ pub struct Figures {
     pub repeatable: bool,
     /// The first contender that made the same bytes, if it is another.
     pub same_bytes_as: Option<String>,
+    /// Of the result from the input, which is the first surface; null where it was not measured.
+    pub deviation: Option<Deviation>,
     pub warnings: Vec<String>,
 }
 
@@ -111,6 +116,7 @@ impl Record {
             baseline: cfg!(feature = "baseline").then_some(baseline::VERSION),
             machine: Machine::here(),
             repeats: plan.repeats,
+            samples: plan.samples,
             scales: plan.scales,
             devices,
             cases: Vec::new(),
@@ -217,6 +223,7 @@ impl Figures {
             peak_bytes: None,
             repeatable: series.repeats,
             same_bytes_as: None,
+            deviation: None,
             warnings: told.map(|told| told.warnings.clone()).unwrap_or_default(),
             seconds,
         }
