@@ -4,10 +4,15 @@
 //! Metro \[CRS98\]: e(p, S) is the distance from p to the closest point of the surface S. A side's maximum is the
 //! greatest e over its samples (one-sided Hausdorff distance), mean and root mean square are integrals over the surface.
 
+use std::f64::consts::PI;
+
 use rayon::prelude::*;
 
 use super::Spread;
-use super::sampling::{Kind, Sample, Sampler};
+use super::color::{ColorDeviation, ColorSums};
+use super::proposals::Proposals;
+use super::sampling::{CHUNK, Kind, Sample, Sampler};
+use super::sums::Sums;
 use crate::backend::Device;
 use crate::error::{Error, Result};
 use crate::math::DVec3;
@@ -56,8 +61,10 @@ pub struct Side {
     pub distance: Spread,
     /// Angle between the flat normals at a face sample and at its closest point; faces without area are left out.
     pub normals: AngleSpread,
-    /// The sample with the greatest distance.
+    /// The sample with the greatest distance; some vertex where all are at zero.
     pub worst: [f64; 3],
+    /// Of the colors at a face sample and at its closest point, interpolated, where both meshes have colors.
+    pub colors: Option<ColorDeviation>,
 }
 
 /// How far two surfaces are apart.
@@ -80,7 +87,8 @@ impl Deviation {
 
 /// Measures how far the surfaces of `a` and `b` are apart, from either side.
 ///
-/// With the meshes swapped the sides are swapped, bit for bit.
+/// With the meshes swapped the sides are swapped, bit for bit. A GPU proposes closest faces and the CPU makes sure of
+/// them, so that the result is the same on every device; when the GPU fails, the CPU goes on alone.
 ///
 /// # Errors
 /// [`Error::Mesh`] when a mesh breaks the invariants of [`Mesh::check`] or has no faces, for there is no distance to
@@ -92,8 +100,8 @@ pub fn deviation(a: &Mesh, b: &Mesh, options: &Options, device: &Device) -> Resu
     device.install(|| {
         let frame = Frame::of(a, b);
         // One after the other, so that only one tree is held.
-        let forward = side(a, b, frame, samples, options.seed);
-        let backward = side(b, a, frame, samples, options.seed);
+        let forward = side(a, b, frame, samples, options.seed, device);
+        let backward = side(b, a, frame, samples, options.seed, device);
         Ok(Deviation { diagonal: a.diagonal(), forward, backward })
     })
 }
@@ -109,9 +117,9 @@ pub fn vertex_distances(a: &Mesh, b: &Mesh, device: &Device) -> Result<Vec<f64>>
         let frame = Frame::of(a, b);
         let bvh = Bvh::new(b, frame);
         let mut distances = vec![0.0; a.positions.len()];
-        distances.par_chunks_mut(super::sampling::CHUNK).enumerate().for_each(|(chunk, distances)| {
+        distances.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, distances)| {
             let mut guess = 0;
-            for (distance, &position) in distances.iter_mut().zip(&a.positions[chunk * super::sampling::CHUNK..]) {
+            for (distance, &position) in distances.iter_mut().zip(&a.positions[chunk * CHUNK..]) {
                 if let Some(hit) = bvh.closest(frame.to_frame(position), guess) {
                     guess = hit.face;
                     *distance = frame.length_to_model(hit.distance_sq.sqrt());
@@ -137,49 +145,109 @@ fn named(which: &str, error: Error) -> Error {
     }
 }
 
+/// What is compared on one side.
+struct Pair<'a> {
+    from: &'a Mesh,
+    to: Bvh<'a>,
+    /// The colors of both, where both have them.
+    colors: Option<[&'a [[f32; 4]]; 2]>,
+    /// Mean and root mean square are those of the vertices, for want of area.
+    by_vertices: bool,
+}
+
 /// Measures from the surface of `from` to that of `to`.
-fn side(from: &Mesh, to: &Mesh, frame: Frame, samples: usize, seed: u64) -> Side {
+fn side(from: &Mesh, to: &Mesh, frame: Frame, samples: usize, seed: u64, device: &Device) -> Side {
     // The tree first: building it holds more than the sampler does.
-    let bvh = Bvh::new(to, frame);
+    let to = Bvh::new(to, frame);
     let sampler = Sampler::new(from, frame, samples, seed);
-    let mut sums = Sums::default();
+    let colors = from.colors.as_deref().zip(to.mesh().colors.as_deref()).map(|(a, b)| [a, b]);
+    let by_vertices = sampler.indices(Kind::Face) == 0;
+    let mut proposals = Proposals::of(&to, device, samples, BATCH * CHUNK);
+    let pair = Pair { from, to, colors, by_vertices };
+    let mut sums = SideSums::default();
     let mut histogram = vec![0u64; ANGLE_STEPS];
     for batch in sampler.chunks().chunks(BATCH) {
-        let measured: Vec<(Sums, Vec<u16>)> = batch
-            .par_iter()
-            .map_init(Vec::new, |samples, (kind, indices)| {
-                sampler.samples(*kind, indices.clone(), samples);
-                measure(samples, *kind, from, &bvh)
-            })
-            .collect();
+        let enough = sums.greatest_sq;
+        let measured: Vec<(SideSums, Vec<u16>)> = match &mut proposals {
+            None => (batch.par_iter())
+                .map(|(kind, indices)| {
+                    let samples = sampler.samples(*kind, indices.clone());
+                    pair.measure(&samples, *kind, enough, &[])
+                })
+                .collect(),
+            Some(on_gpu) => {
+                let drawn: Vec<Vec<Sample>> =
+                    batch.par_iter().map(|(kind, indices)| sampler.samples(*kind, indices.clone())).collect();
+                let found = on_gpu.propose(drawn.iter().flatten().map(|sample| sample.position));
+                if found.is_none() {
+                    proposals = None;
+                }
+                let guesses = found.unwrap_or_default();
+                let starts = drawn.iter().scan(0, |start, samples| {
+                    *start += samples.len();
+                    Some(*start - samples.len())
+                });
+                let work: Vec<_> = starts.zip(&drawn).zip(batch).collect();
+                work.into_par_iter()
+                    .map(|((start, samples), (kind, _))| {
+                        let guesses = guesses.get(start..start + samples.len()).unwrap_or(&[]);
+                        pair.measure(samples, *kind, enough, guesses)
+                    })
+                    .collect()
+            }
+        };
         for (part, steps) in measured {
             sums.merge(&part);
             steps.into_iter().for_each(|step| histogram[usize::from(step)] += 1);
         }
     }
-    sums.finish(&histogram, frame)
+    let first = from.positions[from.faces[0][0] as usize];
+    sums.finish(&histogram, frame, first)
 }
 
-/// Measures the samples of a chunk. With the step in the histogram of every angle.
-fn measure(samples: &[Sample], kind: Kind, from: &Mesh, bvh: &Bvh<'_>) -> (Sums, Vec<u16>) {
-    let mut sums = Sums::default();
-    let mut steps = Vec::new();
-    let mut guess = 0;
-    for sample in samples {
-        let Some(hit) = bvh.closest(sample.position, guess) else { continue };
-        guess = hit.face;
-        sums.add_distance(sample, hit, kind);
-        if kind == Kind::Face
-            && let Some(angle) =
-                angle(normal(from, bvh.frame(), sample.face), normal(bvh.mesh(), bvh.frame(), hit.face))
-        {
+impl Pair<'_> {
+    /// Measures the samples of a chunk, of which those that are no farther than `enough` need not be measured where only
+    /// the greatest distance counts. `guesses` are triangles of the tree, one a sample, or none: then the face of the
+    /// sample before is the guess. With the step in the histogram of every angle.
+    fn measure(&self, samples: &[Sample], kind: Kind, enough: f64, guesses: &[u32]) -> (SideSums, Vec<u16>) {
+        let mut sums = SideSums { greatest_sq: enough, ..SideSums::default() };
+        let mut steps = Vec::new();
+        let only_greatest = kind == Kind::Edge || (kind == Kind::Vertex && !self.by_vertices);
+        let mut before = 0;
+        for (i, sample) in samples.iter().enumerate() {
+            let guess = guesses.get(i).and_then(|&triangle| self.to.faces().get(triangle as usize)).copied();
+            let enough = if only_greatest { sums.greatest_sq } else { -1.0 };
+            let Some(hit) = self.to.closest_beyond(sample.position, guess.unwrap_or(before), enough) else { continue };
+            before = hit.face;
+            sums.samples += 1;
+            if hit.distance_sq > sums.greatest_sq {
+                (sums.greatest_sq, sums.worst) = (hit.distance_sq, Some(sample.position));
+            }
+            if only_greatest {
+                continue;
+            }
+            sums.distance.add(hit.distance_sq.sqrt());
+            if kind == Kind::Face {
+                self.measure_attributes(sample, hit, &mut sums, &mut steps);
+            }
+        }
+        (sums, steps)
+    }
+
+    fn measure_attributes(&self, sample: &Sample, hit: Hit, sums: &mut SideSums, steps: &mut Vec<u16>) {
+        let frame = self.to.frame();
+        if let Some(angle) = angle(normal(self.from, frame, sample.face), normal(self.to.mesh(), frame, hit.face)) {
             sums.angle_sum += angle;
             sums.angle_max = sums.angle_max.max(angle);
-            let step = angle / std::f64::consts::PI * ANGLE_STEPS as f64;
+            let step = angle / PI * ANGLE_STEPS as f64;
             steps.push((step as usize).min(ANGLE_STEPS - 1) as u16);
         }
+        if let Some([ours, theirs]) = self.colors {
+            let ours = interpolated(ours, self.from.faces[sample.face as usize], sample.weights);
+            let theirs = interpolated(theirs, self.to.mesh().faces[hit.face as usize], hit.weights);
+            sums.colors.add(ours, theirs);
+        }
     }
-    (sums, steps)
 }
 
 /// Along the normal of a face.
@@ -194,53 +262,41 @@ fn angle(m: DVec3, n: DVec3) -> Option<f64> {
     (m != DVec3::ZERO && n != DVec3::ZERO).then_some(angle)
 }
 
-/// Sums over samples, in the frame.
-#[derive(Debug, Clone, Copy, Default)]
-struct Sums {
-    samples: usize,
-    greatest_sq: f64,
-    worst: Option<DVec3>,
-    /// Vertices and faces: count, sum of distances, sum of their squares.
-    vertices: (usize, f64, f64),
-    faces: (usize, f64, f64),
-    angle_sum: f64,
-    angle_max: f64,
+/// The color at a point of a face.
+fn interpolated(colors: &[[f32; 4]], face: [u32; 3], weights: [f64; 3]) -> [f32; 4] {
+    let corners = face.map(|v| colors[v as usize]);
+    std::array::from_fn(|k| (0..3).map(|i| weights[i] * f64::from(corners[i][k])).sum::<f64>() as f32)
 }
 
-impl Sums {
-    fn add_distance(&mut self, sample: &Sample, hit: Hit, kind: Kind) {
-        self.samples += 1;
-        if self.worst.is_none() || hit.distance_sq > self.greatest_sq {
-            (self.greatest_sq, self.worst) = (hit.distance_sq, Some(sample.position));
-        }
-        let of_kind = match kind {
-            Kind::Vertex => &mut self.vertices,
-            Kind::Face => &mut self.faces,
-            Kind::Edge => return,
-        };
-        add(of_kind, (1, hit.distance_sq.sqrt(), hit.distance_sq));
-    }
+/// Sums over the samples of a side, in the frame.
+#[derive(Debug, Clone, Copy, Default)]
+struct SideSums {
+    samples: usize,
+    greatest_sq: f64,
+    /// Where the greatest distance is, unless it is zero.
+    worst: Option<DVec3>,
+    distance: Sums,
+    angle_sum: f64,
+    angle_max: f64,
+    colors: ColorSums,
+}
 
+impl SideSums {
     fn merge(&mut self, other: &Self) {
         self.samples += other.samples;
-        if other.worst.is_some() && (self.worst.is_none() || other.greatest_sq > self.greatest_sq) {
+        if other.worst.is_some() && other.greatest_sq > self.greatest_sq {
             (self.greatest_sq, self.worst) = (other.greatest_sq, other.worst);
         }
-        add(&mut self.vertices, other.vertices);
-        add(&mut self.faces, other.faces);
+        self.distance.merge(&other.distance);
         self.angle_sum += other.angle_sum;
         self.angle_max = self.angle_max.max(other.angle_max);
+        self.colors.merge(&other.colors);
     }
 
-    fn finish(&self, histogram: &[u64], frame: Frame) -> Side {
-        let (count, sum, squares) = if self.faces.0 > 0 { self.faces } else { self.vertices };
-        let count = count.max(1) as f64;
+    fn finish(&self, histogram: &[u64], frame: Frame, first: DVec3) -> Side {
         let to_model = |length| frame.length_to_model(length);
-        let distance = Spread {
-            max: to_model(self.greatest_sq.sqrt()),
-            mean: to_model(sum / count),
-            rms: to_model((squares / count).sqrt()),
-        };
+        let Spread { mean, rms, .. } = self.distance.finish().unwrap_or_default();
+        let distance = Spread { max: to_model(self.greatest_sq.sqrt()), mean: to_model(mean), rms: to_model(rms) };
         let angles: u64 = histogram.iter().sum();
         let mut below = 0;
         let p95 = histogram.iter().position(|&count| {
@@ -249,16 +305,10 @@ impl Sums {
         });
         let normals = AngleSpread {
             mean_rad: self.angle_sum / angles.max(1) as f64,
-            p95_rad: p95.unwrap_or(0) as f64 / ANGLE_STEPS as f64 * std::f64::consts::PI,
+            p95_rad: p95.unwrap_or(0) as f64 / ANGLE_STEPS as f64 * PI,
             max_rad: self.angle_max,
         };
-        let worst = frame.to_model(self.worst.unwrap_or(DVec3::ZERO)).to_array();
-        Side { samples: self.samples, distance, normals, worst }
+        let worst = self.worst.map_or(first, |worst| frame.to_model(worst)).to_array();
+        Side { samples: self.samples, distance, normals, worst, colors: self.colors.finish() }
     }
-}
-
-fn add(sums: &mut (usize, f64, f64), more: (usize, f64, f64)) {
-    sums.0 += more.0;
-    sums.1 += more.1;
-    sums.2 += more.2;
 }
