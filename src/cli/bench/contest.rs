@@ -16,7 +16,7 @@ pub struct Series {
     /// What the first run made.
     pub output: Mesh,
     /// Whether every run made the same bytes.
-    pub repeats: bool,
+    pub repeatable: bool,
     /// Those that count, in the order they were run.
     pub trials: Vec<Trial>,
 }
@@ -50,7 +50,7 @@ pub fn contest(
     let first = |contender: &Contender| {
         ticker.show(&format!("warming up, {}", contender.name));
         let Run { mesh, .. } = contender.run(case, faces).map_err(|error| error.to_string())?;
-        Ok(Series { output: mesh, repeats: true, trials: Vec::with_capacity(repeats) })
+        Ok(Series { output: mesh, repeatable: true, trials: Vec::with_capacity(repeats) })
     };
     let mut all: Vec<Result<Series, String>> = contenders.iter().map(first).collect();
     for repeat in 1..=repeats {
@@ -68,7 +68,7 @@ pub fn contest(
 impl Series {
     fn add(&mut self, case: &Case, run: coarsen::Result<Run>) -> Result<(), String> {
         let run = run.map_err(|error| error.to_string())?;
-        self.repeats &= same_bytes(&self.output, &run.mesh);
+        self.repeatable &= same_bytes(&self.output, &run.mesh);
         let clock = Instant::now();
         formats::write_to(&run.mesh, Format::Ply, &WriteOptions::default(), &mut io::sink())
             .map_err(|error| error.to_string())?;

@@ -5,6 +5,7 @@ use std::thread;
 
 use coarsen::Budget;
 use coarsen::backend::{Selector, adapters};
+use coarsen::mesh::SAMPLES;
 
 use super::baseline::Rival;
 use super::contender::Wish;
@@ -17,8 +18,7 @@ use crate::cli::resolve::{Problems, selector};
 use crate::cli::sink::Sink;
 use crate::cli::source::Source;
 
-/// What is taken when no mesh is named: small enough for two minutes on two cores.
-const SAMPLES: [&str; 4] = ["statue", "part", "terrain", "assembly"];
+/// The faces of the samples when no mesh is named: few enough for two minutes on two cores.
 const SAMPLE_FACES: usize = 100_000;
 /// What is kept when no target is named.
 const KEEP: [f64; 2] = [0.1, 0.01];
@@ -99,7 +99,7 @@ fn sources(args: &args::Bench, problems: &mut Problems) -> Vec<Source> {
             let name = name.strip_prefix("sample:").unwrap_or(name);
             args.job.sizes.iter().map(|&faces| sample(name, faces)).collect()
         }
-        None if args.meshes.is_empty() => SAMPLES.map(|name| sample(name, SAMPLE_FACES)).to_vec(),
+        None if args.meshes.is_empty() => SAMPLES.iter().map(|(name, ..)| sample(name, SAMPLE_FACES)).collect(),
         None => args.meshes.clone(),
     };
     if names.iter().any(|name| name == "-") {

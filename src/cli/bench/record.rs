@@ -221,7 +221,7 @@ impl Figures {
             rounds_on_gpu: told.map(|told| told.rounds_on_gpu),
             bytes_moved: told.map(|told| told.bytes_moved),
             peak_bytes: None,
-            repeatable: series.repeats,
+            repeatable: series.repeatable,
             same_bytes_as: None,
             deviation: None,
             warnings: told.map(|told| told.warnings.clone()).unwrap_or_default(),
