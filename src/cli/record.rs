@@ -49,18 +49,18 @@ struct Deviation {
 }
 
 /// Wall-clock seconds by phase.
-#[derive(Debug, Serialize)]
-struct Seconds {
-    read: f64,
-    weld: f64,
-    build: f64,
-    cost: f64,
-    select: f64,
-    filter: f64,
-    apply: f64,
-    transfer: f64,
-    write: f64,
-    total: f64,
+#[derive(Debug, Clone, Serialize)]
+pub struct Seconds {
+    pub read: f64,
+    pub weld: f64,
+    pub build: f64,
+    pub cost: f64,
+    pub select: f64,
+    pub filter: f64,
+    pub apply: f64,
+    pub transfer: f64,
+    pub write: f64,
+    pub total: f64,
 }
 
 /// Seconds that the library does not see.
@@ -72,6 +72,15 @@ pub struct Clocks {
     pub total: f64,
 }
 
+impl Seconds {
+    /// The library's phases between the program's own.
+    pub fn new(phases: &Phases, clocks: &Clocks) -> Self {
+        let Phases { weld, build, cost, select, filter, apply, transfer, .. } = *phases;
+        let Clocks { read, write, total, .. } = *clocks;
+        Self { read, weld, build, cost, select, filter, apply, transfer, write, total }
+    }
+}
+
 impl Record {
     /// The record of a run that is done.
     pub fn new(job: &Job, input: &Mesh, outcome: &Outcome, device: &Device, clocks: &Clocks) -> Self {
@@ -81,7 +90,6 @@ impl Record {
         };
         let diagonal = input.diagonal();
         let estimate = outcome.error_estimate;
-        let Phases { weld, build, cost, select, filter, apply, transfer, .. } = outcome.seconds;
         Self {
             schema: 1,
             input: job.source.to_string(),
@@ -102,18 +110,7 @@ impl Record {
             blocked: outcome.blocked,
             error: Deviation { estimate, estimate_relative: if diagonal > 0.0 { estimate / diagonal } else { 0.0 } },
             rounds: outcome.rounds.clone(),
-            seconds: Seconds {
-                read: clocks.read,
-                weld,
-                build,
-                cost,
-                select,
-                filter,
-                apply,
-                transfer,
-                write: clocks.write,
-                total: clocks.total,
-            },
+            seconds: Seconds::new(&outcome.seconds, clocks),
             peak_memory: memory::peak(),
             warnings: outcome.warnings.clone(),
         }

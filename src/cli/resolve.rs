@@ -58,7 +58,7 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         problems.note(sink.check(input, args.writing.overwrite));
     }
     let (Some(budget), Some(selector), Some(source), Some(sink), true) =
-        (budget, selector, source, sink, problems.0.is_empty())
+        (budget, selector, source, sink, problems.is_empty())
     else {
         return Err(problems.into_error());
     };
@@ -90,14 +90,14 @@ pub fn inspect(args: &args::Inspect) -> anyhow::Result<Source> {
     let mut problems = Problems::default();
     let format = problems.format(args.format.as_deref(), [args.input == "-", false]);
     match problems.source(&args.input, format) {
-        Some(source) if problems.0.is_empty() => Ok(source),
+        Some(source) if problems.is_empty() => Ok(source),
         _ => Err(problems.into_error()),
     }
 }
 
 /// What was found wrong so far.
 #[derive(Debug, Default)]
-struct Problems(Vec<anyhow::Error>);
+pub struct Problems(Vec<anyhow::Error>);
 
 /// The format of the pipes.
 #[derive(Debug, Clone, Copy)]
@@ -109,12 +109,13 @@ enum PipeFormat {
 }
 
 impl Problems {
-    fn add(&mut self, message: impl Into<String>) {
+    /// One more problem of usage.
+    pub fn add(&mut self, message: impl Into<String>) {
         self.0.push(refuse(Exit::Usage, message));
     }
 
     /// The value, or `None` and one more problem.
-    fn note<T, E: Into<anyhow::Error>>(&mut self, result: Result<T, E>) -> Option<T> {
+    pub fn note<T, E: Into<anyhow::Error>>(&mut self, result: Result<T, E>) -> Option<T> {
         result.map_err(|error| self.0.push(error.into())).ok()
     }
 
@@ -142,7 +143,13 @@ impl Problems {
         }
     }
 
-    fn into_error(mut self) -> anyhow::Error {
+    /// Whether nothing is wrong.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// All of them in one error; there is one at least.
+    pub fn into_error(mut self) -> anyhow::Error {
         match self.0.len() {
             1 => self.0.remove(0),
             count => {
@@ -165,7 +172,11 @@ fn budget(target: &args::Target) -> anyhow::Result<Budget> {
     Ok(budget)
 }
 
-fn selector(text: &str) -> anyhow::Result<Selector> {
+/// The device that `--device` names.
+///
+/// # Errors
+/// A text that names none.
+pub fn selector(text: &str) -> anyhow::Result<Selector> {
     Ok(match (text, text.strip_prefix("gpu:")) {
         ("auto", _) => Selector::Auto,
         ("cpu", _) => Selector::Cpu,

@@ -132,6 +132,8 @@ struct Run<'a> {
     widening: f64,
     rounds: Vec<RoundRecord>,
     seconds: Phases,
+    /// By queues that are gone.
+    bytes_moved: u64,
     warnings: Vec<String>,
 }
 
@@ -169,6 +171,7 @@ impl<'a> Run<'a> {
             candidates: Vec::new(),
             widening: 1.0,
             rounds: Vec::new(),
+            bytes_moved: 0,
             warnings,
         })
     }
@@ -281,6 +284,7 @@ impl<'a> Run<'a> {
     /// Goes on on the host from here.
     fn take_over(&mut self) -> Result<()> {
         let queue = self.device.cpu_queue();
+        self.bytes_moved += self.evaluator.queue.bytes_moved();
         self.evaluator = Evaluator::on_host(queue, &self.host, self.options, self.prepared.has_border)?;
         Ok(())
     }
@@ -337,6 +341,7 @@ impl<'a> Run<'a> {
             error_estimate: frame.length_to_model(f64::from(self.committer.deviation)),
             rounds: self.rounds,
             seconds: self.seconds,
+            bytes_moved: self.bytes_moved + self.evaluator.queue.bytes_moved(),
             device,
             warnings: self.warnings,
         })
