@@ -332,7 +332,7 @@ impl<'a> Run<'a> {
             device = self.device.cpu_description();
         }
         Ok(Outcome {
-            mesh: Mesh { positions, faces, normals: carried.normals, colors: carried.colors },
+            mesh: Mesh { positions, faces, normals: carried.normals, colors: carried.colors, texcoords: None },
             vertex_origin: carried.origin,
             faces_in: input.faces.len(),
             target,

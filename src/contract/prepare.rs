@@ -73,7 +73,10 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     if pruned > 0 {
         warnings.push(format!("{pruned} small parts dropped"));
     }
-    let Welded { mesh: Mesh { positions, mut faces, normals, colors }, vertex_source, .. } = welded;
+    if mesh.texcoords.is_some() {
+        warnings.push("texture coordinates are dropped: they are not carried through contractions yet".into());
+    }
+    let Welded { mesh: Mesh { positions, mut faces, normals, colors, .. }, vertex_source, .. } = welded;
 
     let rings = Rings::new(&faces, positions.len());
     let turned = orient(&faces, &rings);
@@ -153,7 +156,13 @@ fn unwelded(mesh: &Mesh) -> Welded {
     let degenerate_faces = mesh.faces.len() - face_source.len();
     let faces = face_source.iter().map(|&f| mesh.faces[f as usize]).collect();
     Welded {
-        mesh: Mesh { faces, ..mesh.clone() },
+        mesh: Mesh {
+            positions: mesh.positions.clone(),
+            faces,
+            normals: mesh.normals.clone(),
+            colors: mesh.colors.clone(),
+            texcoords: mesh.texcoords.as_ref().map(|rows| face_source.iter().map(|&f| rows[f as usize]).collect()),
+        },
         vertex_source: (0..mesh.positions.len() as u32).collect(),
         face_source,
         joined_vertices: 0,
@@ -179,7 +188,7 @@ fn weld_warnings(welded: &Welded) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::DVec3;
+    use crate::math::{DVec3, Vec2};
     use crate::mesh::shapes;
 
     #[test]
@@ -195,6 +204,19 @@ mod tests {
         let options = Options { lock_border: true, ..Options::default() };
         let prepared = prepare(&shapes::plane(3, 2), &options).expect("a valid mesh");
         assert!(prepared.positions.iter().all(|p| (p.flags & LOCKED != 0) == (p.flags & BORDER != 0)));
+    }
+
+    #[test]
+    fn dropped_texture_coordinates_are_told() {
+        let dropped = |mesh: &Mesh, options: &Options| {
+            let prepared = prepare(mesh, options).expect("a valid mesh");
+            prepared.warnings.iter().any(|warning| warning.starts_with("texture coordinates are dropped"))
+        };
+        let mut mesh = shapes::plane(3, 2);
+        assert!(!dropped(&mesh, &Options::default()));
+        mesh.texcoords = Some(vec![[Vec2::ZERO; 3]; mesh.faces.len()]);
+        assert!(dropped(&mesh, &Options::default()));
+        assert!(dropped(&mesh, &Options { weld: None, ..Options::default() }));
     }
 
     #[test]

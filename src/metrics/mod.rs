@@ -2,17 +2,20 @@
 //!
 //! Lengths are in model units, angles in radians. Nothing depends on the device or on the number of threads.
 
+mod atlas;
 pub mod color;
 pub mod deviation;
 mod proposals;
 pub mod quality;
 pub mod sampling;
 mod sums;
+pub mod texture;
 pub mod view;
 
 pub use color::{ColorDeviation, ColorSums};
 pub use deviation::{AngleSpread, Deviation, Options, Side, deviation, vertex_distances};
 pub use quality::{Quality, quality};
+pub use texture::{TextureDeviation, texture_deviation};
 pub use view::View;
 
 /// A deviation over many samples.
