@@ -5,12 +5,8 @@
 //!
 //! # Reference
 //! Metro \[CRS98\]: the three kinds of samples. Departs: face samples are stratified, one to every equal part
-<<<<<<< HEAD
-//! of the area, which spreads them more evenly than independent ones; the step along edges is bounded below, so that a
-=======
 //! of the area, and follow a quasirandom sequence \[Rob18\] within a face, which makes the integral over two faces as
 //! exact as over many (independent samples leave 1e-3 of a million); the step along edges is bounded below, so that a
->>>>>>> bvh
 //! surface of slivers has no more than two edge samples to a face sample.
 
 use std::ops::Range;
@@ -187,11 +183,7 @@ impl<'a> Sampler<'a> {
 
     fn faces(&self, indices: Range<usize>, samples: &mut Vec<Sample>) {
         let Some(&area) = self.area_ends.last() else { return };
-<<<<<<< HEAD
-        let place = |i: usize| (i as f64 + unit(self.seed, i, 0)) / self.face_samples as f64 * area;
-=======
         let place = |i: usize| (i as f64 + unit(random(self.seed, i as u64 + 2))) / self.face_samples as f64 * area;
->>>>>>> bvh
         let last = self.area_ends.len() - 1;
         let mut f = self.area_ends.partition_point(|&end| end <= place(indices.start));
         for i in indices {
@@ -202,12 +194,8 @@ impl<'a> Sampler<'a> {
             f = f.min(last);
             let [a, b, c] = self.frame.corners(self.mesh, self.mesh.faces[f]);
             // The root makes equal areas of equal shares \[Turk90\].
-<<<<<<< HEAD
-            let (r, s) = (unit(self.seed, i, 1).sqrt(), unit(self.seed, i, 2));
-=======
             let [r, s] = spread(self.seed, i);
             let r = r.sqrt();
->>>>>>> bvh
             let weights = [1.0 - r, r * (1.0 - s), r * s];
             let position = a * weights[0] + b * weights[1] + c * weights[2];
             samples.push(Sample { position, face: f as u32, weights });
@@ -215,14 +203,6 @@ impl<'a> Sampler<'a> {
     }
 }
 
-<<<<<<< HEAD
-/// A number in `[0, 1)` that looks random: the splitmix64 finalizer \[SLF14\] of seed, index and dimension.
-fn unit(seed: u64, index: usize, dimension: u64) -> f64 {
-    let z = seed.wrapping_add((4 * index as u64 + dimension + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-=======
 /// 64 bits that look random: the splitmix64 generator \[SLF14\] from `seed` on, after so many steps.
 fn random(seed: u64, steps: u64) -> u64 {
     let z = seed.wrapping_add(steps.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
@@ -241,5 +221,4 @@ fn unit(bits: u64) -> f64 {
 fn spread(seed: u64, index: usize) -> [f64; 2] {
     const STEPS: [u64; 2] = [0xc13f_a9a9_02a6_328f, 0x91e1_0da5_c79e_7b1d];
     [0, 1].map(|k| unit(random(seed, k as u64).wrapping_add((index as u64).wrapping_mul(STEPS[k]))))
->>>>>>> bvh
 }

@@ -8,11 +8,7 @@ use super::split::{Bounds, Item, bounds_of, split};
 use crate::math::{DVec3, Vec3};
 use crate::mesh::Mesh;
 
-<<<<<<< HEAD
-/// Most triangles in a leaf. With 2 queries are as fast and the nodes twice as many; 8 are slower.
-=======
 /// Most triangles in a leaf: makes 0.64 nodes a face.
->>>>>>> bvh
 pub const LEAF: usize = 4;
 
 /// Levels below the root at most: 32 cut by cost, then halving, which takes 2³⁰ triangles to a leaf in 28.
@@ -41,11 +37,7 @@ impl Node {
     }
 }
 
-<<<<<<< HEAD
-/// The tree over a mesh: about 43 bytes a face, 80 while it is built.
-=======
 /// The tree over a mesh: 36 bytes a face, some 75 while it is built.
->>>>>>> bvh
 ///
 /// The same for any number of threads.
 #[derive(Debug)]
@@ -146,18 +138,12 @@ fn build(items: &mut [Item]) -> Vec<Node> {
     for (node, subtree) in subtrees {
         // The subtree's root is there already, so its other nodes move by one less.
         let shift = nodes.len() as u32 - 1;
-<<<<<<< HEAD
-        let moved = |n: &Node| Node { first: if n.count == 0 { n.first + shift } else { n.first }, ..*n };
-        nodes[node] = moved(&subtree[0]);
-        nodes.extend(subtree[1..].iter().map(moved));
-=======
         let moved = |n: Node| Node { first: if n.count == 0 { n.first + shift } else { n.first }, ..n };
         let mut subtree = subtree.into_iter().map(moved);
         if let Some(root) = subtree.next() {
             nodes[node] = root;
         }
         nodes.extend(subtree);
->>>>>>> bvh
     }
     nodes
 }
