@@ -60,6 +60,7 @@ pub mod kernel;
 pub mod math;
 pub mod mesh;
 pub mod metrics;
+pub mod report;
 pub mod simplify;
 pub mod spatial;
 

@@ -2,8 +2,9 @@
 
 use std::fmt;
 
+use coarsen::metrics::Spread;
 use coarsen::simplify::{Blocked, Outcome, Phases, RoundRecord};
-use coarsen::{Budget, Device, Mesh, Method, StopReason, contract};
+use coarsen::{Budget, Device, Mesh, Method, StopReason, contract, metrics};
 use serde::Serialize;
 
 use super::memory;
@@ -46,6 +47,21 @@ struct Deviation {
     estimate: f64,
     /// As a fraction of the bounding box's diagonal.
     estimate_relative: f64,
+    /// With --measure.
+    measured: Option<Measured>,
+}
+
+/// The symmetric deviation of result and input.
+#[derive(Debug, Serialize)]
+struct Measured {
+    /// In model units: the Hausdorff distance, the greater mean of both sides, the greater root mean square.
+    max: f64,
+    mean: f64,
+    rms: f64,
+    /// As fractions of the bounding box's diagonal.
+    max_relative: f64,
+    mean_relative: f64,
+    rms_relative: f64,
 }
 
 /// Wall-clock seconds by phase.
@@ -60,6 +76,7 @@ pub struct Seconds {
     pub apply: f64,
     pub transfer: f64,
     pub write: f64,
+    pub measure: f64,
     pub total: f64,
 }
 
@@ -69,6 +86,7 @@ pub struct Clocks {
     pub read: f64,
     pub solve: f64,
     pub write: f64,
+    pub measure: f64,
     pub total: f64,
 }
 
@@ -76,8 +94,8 @@ impl Seconds {
     /// The library's phases between the program's own.
     pub fn new(phases: &Phases, clocks: &Clocks) -> Self {
         let Phases { weld, build, cost, select, filter, apply, transfer, .. } = *phases;
-        let Clocks { read, write, total, .. } = *clocks;
-        Self { read, weld, build, cost, select, filter, apply, transfer, write, total }
+        let Clocks { read, write, measure, total, .. } = *clocks;
+        Self { read, weld, build, cost, select, filter, apply, transfer, write, measure, total }
     }
 }
 
@@ -108,12 +126,27 @@ impl Record {
             stop_reason: outcome.stop,
             simplify_ms: clocks.solve * 1e3,
             blocked: outcome.blocked,
-            error: Deviation { estimate, estimate_relative: if diagonal > 0.0 { estimate / diagonal } else { 0.0 } },
+            error: Deviation {
+                estimate,
+                estimate_relative: if diagonal > 0.0 { estimate / diagonal } else { 0.0 },
+                measured: None,
+            },
             rounds: outcome.rounds.clone(),
             seconds: Seconds::new(&outcome.seconds, clocks),
             peak_memory: memory::peak(),
             warnings: outcome.warnings.clone(),
         }
+    }
+
+    /// The record with what was measured.
+    pub fn with_measured(mut self, measured: Option<&metrics::Deviation>) -> Self {
+        self.error.measured = measured.map(|deviation| {
+            let Spread { max, mean, rms } = deviation.symmetric();
+            let relative = |length: f64| if deviation.diagonal > 0.0 { length / deviation.diagonal } else { 0.0 };
+            let [max_relative, mean_relative, rms_relative] = [max, mean, rms].map(relative);
+            Measured { max, mean, rms, max_relative, mean_relative, rms_relative }
+        });
+        self
     }
 
     /// What was missed, for `--require-target`.
@@ -165,7 +198,17 @@ impl fmt::Display for Record {
             self.simplify_ms / 1e3,
             self.seconds.write,
             self.device,
-        )
+        )?;
+        if let Some(measured) = &self.error.measured {
+            let [max, mean, rms] =
+                [measured.max_relative, measured.mean_relative, measured.rms_relative].map(|share| share * 100.0);
+            write!(
+                f,
+                "\nmeasured: greatest {max:.4}%, mean {mean:.4}%, root mean square {rms:.4}% of the diagonal, {:.2} s",
+                self.seconds.measure
+            )?;
+        }
+        Ok(())
     }
 }
 

@@ -5,7 +5,7 @@ use std::f64;
 use coarsen::backend::Selector;
 use coarsen::contract::{self, Options};
 use coarsen::formats::{Format, WriteOptions};
-use coarsen::{Budget, Method};
+use coarsen::{Budget, Method, metrics};
 
 use super::Exit;
 use super::args::{self, Progress};
@@ -27,6 +27,8 @@ pub struct Job {
     pub threads: usize,
     pub memory_limit: Option<u64>,
     pub writing: WriteOptions,
+    /// Whether to measure the result, and how.
+    pub measure: Option<metrics::Options>,
     pub json: bool,
     pub verbosity: Verbosity,
     pub progress: Progress,
@@ -72,6 +74,8 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         threads: args.device.threads.into(),
         memory_limit: args.device.memory_limit,
         writing: WriteOptions { ascii: args.writing.ascii },
+        measure: (args.writing.measure)
+            .then(|| metrics::Options { samples: args.writing.samples, ..metrics::Options::default() }),
         json: args.writing.json,
         verbosity: match (args.writing.quiet, args.writing.verbose) {
             (true, _) => Verbosity::Quiet,
@@ -101,7 +105,7 @@ pub struct Problems(Vec<anyhow::Error>);
 
 /// The format of the pipes.
 #[derive(Debug, Clone, Copy)]
-enum PipeFormat {
+pub enum PipeFormat {
     Known(Format),
     Absent,
     /// Named wrongly, which is told already.
@@ -119,7 +123,8 @@ impl Problems {
         result.map_err(|error| self.0.push(error.into())).ok()
     }
 
-    fn format(&mut self, name: Option<&str>, pipes: [bool; 2]) -> PipeFormat {
+    /// The format that `--format` names for those of two names that are `-`.
+    pub fn format(&mut self, name: Option<&str>, pipes: [bool; 2]) -> PipeFormat {
         let Some(name) = name else { return PipeFormat::Absent };
         if pipes == [false, false] {
             self.add("--format is for '-': the format of a file follows from its extension");
@@ -127,7 +132,8 @@ impl Problems {
         self.note(Format::from_name(name)).map_or(PipeFormat::Unknown, PipeFormat::Known)
     }
 
-    fn source(&mut self, text: &str, format: PipeFormat) -> Option<Source> {
+    /// The input that `text` names.
+    pub fn source(&mut self, text: &str, format: PipeFormat) -> Option<Source> {
         match format {
             PipeFormat::Unknown if text == "-" => None,
             PipeFormat::Known(format) => self.note(Source::new(text, Some(format))),

@@ -87,7 +87,7 @@ impl fmt::Display for Sink {
 /// Whether two names lead to one file, through links too.
 ///
 /// Two hard links are two names here: the output replaces its name and leaves the input's content as it was.
-fn same_file(a: &Path, b: &Path) -> bool {
+pub fn same_file(a: &Path, b: &Path) -> bool {
     matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
 }
 

@@ -240,6 +240,15 @@ pub fn write(mesh: &Mesh, path: &Path, options: &WriteOptions) -> Result<()> {
         .map_err(|source| Error::Write { path: path.to_path_buf(), source })
 }
 
+/// Writes a finished file that is no mesh, such as a picture, as atomically as [`write`].
+///
+/// # Errors
+/// [`Error::Write`] with the path when the system refuses; then a file already there is untouched.
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
+    output::atomically(path, |file| file.write_all(bytes))
+        .map_err(|source| Error::Write { path: path.to_path_buf(), source })
+}
+
 /// Writes `mesh` in `format`, uncompressed, to a stream such as standard output, and flushes it.
 ///
 /// # Errors

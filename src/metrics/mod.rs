@@ -4,6 +4,7 @@
 
 mod atlas;
 pub mod color;
+pub mod compare;
 pub mod deviation;
 mod proposals;
 pub mod quality;
@@ -13,6 +14,7 @@ pub mod texture;
 pub mod view;
 
 pub use color::{ColorDeviation, ColorSums};
+pub use compare::{Comparison, compare};
 pub use deviation::{AngleSpread, Deviation, Options, Side, deviation, vertex_distances};
 pub use quality::{Quality, quality};
 pub use texture::{TextureDeviation, texture_deviation};

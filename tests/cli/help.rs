@@ -15,6 +15,7 @@ fn help_is_as_recorded() {
         ("inspect", "inspect --help"),
         ("devices", "devices --help"),
         ("bench", "bench --help"),
+        ("compare", "compare --help"),
         ("completions", "completions --help"),
     ] {
         let ran = dir.run(line).succeeds();
@@ -40,6 +41,8 @@ fn help_fits_a_terminal() {
         "devices -h",
         "bench -h",
         "bench --help",
+        "compare -h",
+        "compare --help",
         "completions -h",
     ] {
         let help = String::from_utf8(dir.run(line).succeeds().out).expect("help in UTF-8");
@@ -61,6 +64,7 @@ fn small(example: &str) -> String {
     let words: Vec<String> = line.split_whitespace().map(shrink).collect();
     let options = match words[0].as_str() {
         "simplify" => " -g cpu -w",
+        "compare" => " -g cpu",
         "bench" if words.len() == 1 => " sample:part@1k -g cpu,gpu --repeats 1 --samples 1k",
         "bench" if !line.contains("--repeats") => " --repeats 1 --samples 1k",
         "bench" => " --samples 1k",
@@ -74,7 +78,7 @@ fn examples_run() {
     let dir = Dir::new();
     let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("README.md");
     let mut texts = vec![readme.replace("cargo run --release -- ", "coarsen ")];
-    for verb in ["", "simplify", "inspect", "devices", "bench", "completions", "man"] {
+    for verb in ["", "simplify", "inspect", "devices", "bench", "compare", "completions", "man"] {
         texts.push(String::from_utf8(dir.run(&format!("{verb} --help")).succeeds().out).expect("help in UTF-8"));
     }
     let examples: Vec<&str> = (texts.iter().flat_map(|text| text.lines()))

@@ -3,12 +3,14 @@
 //! Parsing touches no file. A doc comment's first line is the short help, all of it the long help.
 
 mod bench;
+mod compare;
 mod simplify;
 
 use clap::{Args, Command, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 
 pub use bench::{Bench, Job as BenchJob};
+pub use compare::{Compare, Up};
 pub use simplify::{Method, Metric, Placement, Progress, Shape, Simplify, Target};
 
 /// Reduce triangle meshes, on the GPU or the CPU, with the same bytes on both.
@@ -55,6 +57,7 @@ fn wrapped(text: &str, width: usize) -> String {
 pub enum Verb {
     Simplify(Box<Simplify>),
     Inspect(Inspect),
+    Compare(Box<Compare>),
     Devices(Devices),
     Bench(Bench),
     Completions(Completions),
@@ -119,6 +122,7 @@ const EXAMPLES: &str = "\
 Examples:
   coarsen simplify sample:statue out.ply --faces 20000
   coarsen inspect sample:part
+  coarsen compare sample:statue@100k sample:statue@10k
   coarsen bench sample:statue@100k --device cpu,software
   coarsen devices";
 
@@ -153,7 +157,7 @@ mod tests {
         let command = command();
         let simplify = command.find_subcommand("simplify").expect("the verb");
         let flags = simplify.get_arguments().filter(|arg| matches!(arg.get_action(), ArgAction::SetTrue)).count();
-        assert_eq!(flags, 7);
+        assert_eq!(flags, 8);
     }
 
     #[test]

@@ -73,7 +73,8 @@ impl Series {
         formats::write_to(&run.mesh, Format::Ply, &WriteOptions::default(), &mut io::sink())
             .map_err(|error| error.to_string())?;
         let write = clock.elapsed().as_secs_f64();
-        let clocks = Clocks { read: case.read_secs, solve: run.secs, write, total: case.read_secs + run.secs + write };
+        let total = case.read_secs + run.secs + write;
+        let clocks = Clocks { read: case.read_secs, solve: run.secs, write, total, ..Clocks::default() };
         let told = run.outcome.map(|outcome| Told {
             phases: Seconds::new(&outcome.seconds, &clocks),
             rounds: outcome.rounds.len(),
