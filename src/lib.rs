@@ -46,6 +46,7 @@
 //! - [`contract`]: the engine and its options.
 //! - [`kernel`]: what runs on a GPU, each kernel beside its twin; [`backend`]: who runs it.
 //! - [`metrics`]: how far two surfaces are apart; [`spatial`]: the tree behind it.
+//! - [`report`]: heat maps and pictures of it.
 //! - [`mesh`]: welding, topology, validation, shapes and samples; [`formats`]: files.
 
 #[cfg(doctest)]

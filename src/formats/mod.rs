@@ -240,7 +240,7 @@ pub fn write(mesh: &Mesh, path: &Path, options: &WriteOptions) -> Result<()> {
         .map_err(|source| Error::Write { path: path.to_path_buf(), source })
 }
 
-/// Writes a finished file that is no mesh, such as a picture, as atomically as [`write`].
+/// Writes a finished file that is no mesh, such as a picture, as atomically as [`write()`].
 ///
 /// # Errors
 /// [`Error::Write`] with the path when the system refuses; then a file already there is untouched.
