@@ -45,6 +45,8 @@
 //! - [`simplify()`]: the one entry; [`Budget`], [`Method`], [`Outcome`].
 //! - [`contract`]: the engine and its options.
 //! - [`kernel`]: what runs on a GPU, each kernel beside its twin; [`backend`]: who runs it.
+//! - [`metrics`]: how far two surfaces are apart; [`spatial`]: the tree behind it.
+//! - [`report`]: heat maps and pictures of it.
 //! - [`mesh`]: welding, topology, validation, shapes and samples; [`formats`]: files.
 
 #[cfg(doctest)]
@@ -58,7 +60,10 @@ pub mod formats;
 pub mod kernel;
 pub mod math;
 pub mod mesh;
+pub mod metrics;
+pub mod report;
 pub mod simplify;
+pub mod spatial;
 
 pub use backend::Device;
 pub use error::{Error, Result};

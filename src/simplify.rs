@@ -189,6 +189,8 @@ pub struct Outcome {
     pub rounds: Vec<RoundRecord>,
     /// Seconds by phase.
     pub seconds: Phases,
+    /// Bytes moved to and from the GPU; 0 on the CPU.
+    pub bytes_moved: u64,
     /// The device that did the work, in words.
     pub device: String,
     /// What the caller should know: repaired input, a device that was lost.

@@ -18,6 +18,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("contract", &["backend", "error", "kernel", "math", "mesh", "simplify", "spatial"]),
     ("simplify", &["backend", "contract", "error", "math", "mesh"]),
     ("formats", &["error", "math", "mesh"]),
+    ("metrics", &["backend", "error", "kernel", "math", "mesh", "spatial"]),
+    ("report", &["error", "math", "mesh", "metrics", "simplify", "spatial"]),
     // The command line uses the library by its public name and nothing uses the command line.
     ("cli", &[]),
 ];

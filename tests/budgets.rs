@@ -5,7 +5,7 @@ mod support;
 use std::ops::ControlFlow;
 
 use coarsen::contract::Options;
-use coarsen::math::DVec3;
+use coarsen::math::{DVec3, Vec2};
 use coarsen::mesh::shapes;
 use coarsen::simplify::Progress;
 use coarsen::{Budget, Error, Mesh, Method, StopReason, formats, simplify};
@@ -180,6 +180,8 @@ fn meshes_that_are_none_are_refused() {
         with(0, DVec3::new(0.0, 0.0, f64::NEG_INFINITY)),
         Mesh { colors: Some(vec![[0.0; 4]; 2]), ..with(0, DVec3::ZERO) },
         Mesh { normals: Some(vec![]), ..with(0, DVec3::ZERO) },
+        Mesh { texcoords: Some(vec![[Vec2::ZERO; 3]; 2]), ..with(0, DVec3::ZERO) },
+        Mesh { texcoords: Some(vec![[Vec2::ZERO, Vec2::NAN, Vec2::ZERO]]), ..with(0, DVec3::ZERO) },
     ];
     for mesh in bad {
         let result = try_contract(&mesh, Options::default(), Budget::faces(1));

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use coarsen::formats::{self, Compression, Format, WriteOptions};
-use coarsen::math::{DVec3, Vec3};
+use coarsen::math::{DVec3, Vec2, Vec3};
 use coarsen::{Error, Mesh};
 
 const SUFFIXES: [&str; 3] = ["", ".gz", ".zst"];
@@ -30,6 +30,12 @@ fn with_attributes(mut mesh: Mesh) -> Mesh {
     mesh.normals = Some(mesh.positions.iter().map(unit).collect());
     let shade = |i: usize| (i % 97) as f32 / 96.0;
     mesh.colors = Some((0..mesh.positions.len()).map(|i| [shade(i), shade(3 * i), 1.0, shade(5 * i)]).collect());
+    // Every seventh face is a chart of its own, every eleventh has none.
+    let place = |f: usize, v: u32| match f {
+        f if f % 11 == 0 => Vec2::ZERO,
+        f => Vec2::new(v as f32 / 7.0, -0.1 * (v % 10) as f32) + if f % 7 == 0 { Vec2::X } else { Vec2::ZERO },
+    };
+    mesh.texcoords = Some(mesh.faces.iter().enumerate().map(|(f, face)| face.map(|v| place(f, v))).collect());
     mesh
 }
 
@@ -59,6 +65,7 @@ fn assert_same(read: &Mesh, written: &Mesh, format: Format, name: &str) {
         let far = a.iter().zip(expected).any(|(a, b)| (a - b).abs() > 1.0 / 255.0);
         assert!(!far, "{name}: color {vertex} is {a:?}, expected {expected:?}");
     }
+    assert_eq!(read.texcoords.as_ref(), written.texcoords.as_ref().filter(|_| traits.texcoords), "{name}: texture");
 }
 
 #[test]
@@ -159,25 +166,26 @@ fn corpus(kind: &str) -> Vec<Case> {
 #[test]
 fn good_files_are_read() {
     let cases = corpus("good");
-    assert_eq!(cases.len(), 22);
+    assert_eq!(cases.len(), 28);
     for case in cases {
         let mesh = formats::read_bytes(&case.bytes, case.format).unwrap_or_else(|e| panic!("{}: {e}", case.name));
         mesh.check().unwrap();
         let area: f64 = corners(&mesh).iter().map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0).sum();
-        let expected = |key: &str| -> f64 {
-            let line = case.expect.lines().find_map(|line| line.strip_prefix(key));
-            line.and_then(|value| value.trim().parse().ok()).unwrap_or_else(|| panic!("{}: no {key}", case.name))
-        };
+        let line = |key: &str| case.expect.lines().find_map(|line| line.strip_prefix(key)?.trim().parse().ok());
+        let expected = |key: &str| -> f64 { line(key).unwrap_or_else(|| panic!("{}: no {key}", case.name)) };
         assert_eq!(mesh.positions.len() as f64, expected("vertices"), "{}: vertices", case.name);
         assert_eq!(mesh.faces.len() as f64, expected("faces"), "{}: faces", case.name);
         assert!((area - expected("area")).abs() < 1e-9, "{}: the area is {area}, {}", case.name, case.expect);
+        let covered = |[a, b, c]: &[Vec2; 3]| f64::from((b - a).perp_dot(c - a).abs()) / 2.0;
+        let texture: Option<f64> = mesh.texcoords.as_ref().map(|rows| rows.iter().map(covered).sum());
+        assert_eq!(texture, line("texture"), "{}: the area in the texture", case.name);
     }
 }
 
 #[test]
 fn bad_files_are_refused_with_the_place() {
     let cases = corpus("bad");
-    assert_eq!(cases.len(), 48);
+    assert_eq!(cases.len(), 53);
     for case in cases {
         let start = Instant::now();
         let error = formats::read_bytes(&case.bytes, case.format)

@@ -44,5 +44,7 @@ export NODEVICE_SELECT=1
 
 cargo fmt --check
 cargo clippy --all-targets --locked -- -D warnings
+cargo clippy --all-targets --locked --features baseline -- -D warnings
 RUSTDOCFLAGS=-Dwarnings cargo doc --no-deps --locked
 cargo test --locked
+cargo test --locked --features baseline --test cli bench::

@@ -13,6 +13,7 @@ struct PlaneQuadric {
     weight: f32,
 }
 struct Candidate { key: u32, half_edge: u32 }
+struct TreeNode { low_x: f32, low_y: f32, low_z: f32, first: u32, high_x: f32, high_y: f32, high_z: f32, count: u32 }
 
 fn xyz(p: Position) -> vec3f {
     return vec3f(p.x, p.y, p.z);

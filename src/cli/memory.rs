@@ -37,8 +37,18 @@ pub fn check(faces: usize, on_gpu: bool, limit: Option<u64>) -> anyhow::Result<(
 
 /// The most bytes that were resident in this process so far, where the system tells.
 pub fn peak() -> Option<u64> {
+    status("VmHWM:")
+}
+
+/// The bytes that are resident in this process now, where the system tells.
+pub fn resident() -> Option<u64> {
+    status("VmRSS:")
+}
+
+/// A size of this process by its name in Linux's status file.
+fn status(name: &str) -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
-    let kilobytes = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes = status.lines().find_map(|line| line.strip_prefix(name))?;
     kilobytes.trim().strip_suffix(" kB")?.parse::<u64>().ok().map(|n| n * 1024)
 }
 

@@ -1,9 +1,11 @@
 //! The command line: parse without touching a file, resolve into domain values, run.
 //!
-//! Standard output carries data only, so everything a person reads goes to standard error; only `inspect` and `devices`,
-//! whose data is for people, print a table there.
+//! Standard output carries data only, so everything a person reads goes to standard error; only `inspect`, `compare` and
+//! `devices`, whose data is for people, print a table there, and `bench` Markdown.
 
 mod args;
+mod bench;
+mod compare;
 mod console;
 mod devices;
 mod failure;
@@ -57,6 +59,8 @@ pub fn run(arguments: Arguments) -> anyhow::Result<Exit> {
         Verb::Simplify(args) => simplify::run(resolve::simplify(&args)?),
         Verb::Inspect(args) => inspect::run(&resolve::inspect(&args)?, args.json),
         Verb::Devices(args) => devices::run(args.json),
+        Verb::Compare(args) => compare::run(&compare::Job::new(&args)?),
+        Verb::Bench(args) => bench::run(&args),
         Verb::Completions(args) => generated::completions(args.shell),
         Verb::Man => generated::man(),
     }

@@ -2,8 +2,9 @@
 
 use std::fmt;
 
+use coarsen::metrics::Spread;
 use coarsen::simplify::{Blocked, Outcome, Phases, RoundRecord};
-use coarsen::{Budget, Device, Mesh, Method, StopReason, contract};
+use coarsen::{Budget, Device, Mesh, Method, StopReason, contract, metrics};
 use serde::Serialize;
 
 use super::memory;
@@ -46,21 +47,37 @@ struct Deviation {
     estimate: f64,
     /// As a fraction of the bounding box's diagonal.
     estimate_relative: f64,
+    /// With --measure.
+    measured: Option<Measured>,
+}
+
+/// The symmetric deviation of result and input.
+#[derive(Debug, Serialize)]
+struct Measured {
+    /// In model units: the Hausdorff distance, the greater mean of both sides, the greater root mean square.
+    max: f64,
+    mean: f64,
+    rms: f64,
+    /// As fractions of the bounding box's diagonal.
+    max_relative: f64,
+    mean_relative: f64,
+    rms_relative: f64,
 }
 
 /// Wall-clock seconds by phase.
-#[derive(Debug, Serialize)]
-struct Seconds {
-    read: f64,
-    weld: f64,
-    build: f64,
-    cost: f64,
-    select: f64,
-    filter: f64,
-    apply: f64,
-    transfer: f64,
-    write: f64,
-    total: f64,
+#[derive(Debug, Clone, Serialize)]
+pub struct Seconds {
+    pub read: f64,
+    pub weld: f64,
+    pub build: f64,
+    pub cost: f64,
+    pub select: f64,
+    pub filter: f64,
+    pub apply: f64,
+    pub transfer: f64,
+    pub write: f64,
+    pub measure: f64,
+    pub total: f64,
 }
 
 /// Seconds that the library does not see.
@@ -69,7 +86,17 @@ pub struct Clocks {
     pub read: f64,
     pub solve: f64,
     pub write: f64,
+    pub measure: f64,
     pub total: f64,
+}
+
+impl Seconds {
+    /// The library's phases between the program's own.
+    pub fn new(phases: &Phases, clocks: &Clocks) -> Self {
+        let Phases { weld, build, cost, select, filter, apply, transfer, .. } = *phases;
+        let Clocks { read, write, measure, total, .. } = *clocks;
+        Self { read, weld, build, cost, select, filter, apply, transfer, write, measure, total }
+    }
 }
 
 impl Record {
@@ -81,7 +108,6 @@ impl Record {
         };
         let diagonal = input.diagonal();
         let estimate = outcome.error_estimate;
-        let Phases { weld, build, cost, select, filter, apply, transfer, .. } = outcome.seconds;
         Self {
             schema: 1,
             input: job.source.to_string(),
@@ -100,23 +126,27 @@ impl Record {
             stop_reason: outcome.stop,
             simplify_ms: clocks.solve * 1e3,
             blocked: outcome.blocked,
-            error: Deviation { estimate, estimate_relative: if diagonal > 0.0 { estimate / diagonal } else { 0.0 } },
-            rounds: outcome.rounds.clone(),
-            seconds: Seconds {
-                read: clocks.read,
-                weld,
-                build,
-                cost,
-                select,
-                filter,
-                apply,
-                transfer,
-                write: clocks.write,
-                total: clocks.total,
+            error: Deviation {
+                estimate,
+                estimate_relative: if diagonal > 0.0 { estimate / diagonal } else { 0.0 },
+                measured: None,
             },
+            rounds: outcome.rounds.clone(),
+            seconds: Seconds::new(&outcome.seconds, clocks),
             peak_memory: memory::peak(),
             warnings: outcome.warnings.clone(),
         }
+    }
+
+    /// The record with what was measured.
+    pub fn with_measured(mut self, measured: Option<&metrics::Deviation>) -> Self {
+        self.error.measured = measured.map(|deviation| {
+            let Spread { max, mean, rms } = deviation.symmetric();
+            let relative = |length: f64| if deviation.diagonal > 0.0 { length / deviation.diagonal } else { 0.0 };
+            let [max_relative, mean_relative, rms_relative] = [max, mean, rms].map(relative);
+            Measured { max, mean, rms, max_relative, mean_relative, rms_relative }
+        });
+        self
     }
 
     /// What was missed, for `--require-target`.
@@ -168,7 +198,17 @@ impl fmt::Display for Record {
             self.simplify_ms / 1e3,
             self.seconds.write,
             self.device,
-        )
+        )?;
+        if let Some(measured) = &self.error.measured {
+            let [max, mean, rms] =
+                [measured.max_relative, measured.mean_relative, measured.rms_relative].map(|share| share * 100.0);
+            write!(
+                f,
+                "\nmeasured: greatest {max:.4}%, mean {mean:.4}%, root mean square {rms:.4}% of the diagonal, {:.2} s",
+                self.seconds.measure
+            )?;
+        }
+        Ok(())
     }
 }
 

@@ -5,7 +5,7 @@ use std::f64;
 use coarsen::backend::Selector;
 use coarsen::contract::{self, Options};
 use coarsen::formats::{Format, WriteOptions};
-use coarsen::{Budget, Method};
+use coarsen::{Budget, Method, metrics};
 
 use super::Exit;
 use super::args::{self, Progress};
@@ -27,6 +27,8 @@ pub struct Job {
     pub threads: usize,
     pub memory_limit: Option<u64>,
     pub writing: WriteOptions,
+    /// Whether to measure the result, and how.
+    pub measure: Option<metrics::Options>,
     pub json: bool,
     pub verbosity: Verbosity,
     pub progress: Progress,
@@ -58,7 +60,7 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         problems.note(sink.check(input, args.writing.overwrite));
     }
     let (Some(budget), Some(selector), Some(source), Some(sink), true) =
-        (budget, selector, source, sink, problems.0.is_empty())
+        (budget, selector, source, sink, problems.is_empty())
     else {
         return Err(problems.into_error());
     };
@@ -72,6 +74,8 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         threads: args.device.threads.into(),
         memory_limit: args.device.memory_limit,
         writing: WriteOptions { ascii: args.writing.ascii },
+        measure: (args.writing.measure)
+            .then(|| metrics::Options { samples: args.writing.samples, ..metrics::Options::default() }),
         json: args.writing.json,
         verbosity: match (args.writing.quiet, args.writing.verbose) {
             (true, _) => Verbosity::Quiet,
@@ -90,18 +94,18 @@ pub fn inspect(args: &args::Inspect) -> anyhow::Result<Source> {
     let mut problems = Problems::default();
     let format = problems.format(args.format.as_deref(), [args.input == "-", false]);
     match problems.source(&args.input, format) {
-        Some(source) if problems.0.is_empty() => Ok(source),
+        Some(source) if problems.is_empty() => Ok(source),
         _ => Err(problems.into_error()),
     }
 }
 
 /// What was found wrong so far.
 #[derive(Debug, Default)]
-struct Problems(Vec<anyhow::Error>);
+pub struct Problems(Vec<anyhow::Error>);
 
 /// The format of the pipes.
 #[derive(Debug, Clone, Copy)]
-enum PipeFormat {
+pub enum PipeFormat {
     Known(Format),
     Absent,
     /// Named wrongly, which is told already.
@@ -109,16 +113,18 @@ enum PipeFormat {
 }
 
 impl Problems {
-    fn add(&mut self, message: impl Into<String>) {
+    /// One more problem of usage.
+    pub fn add(&mut self, message: impl Into<String>) {
         self.0.push(refuse(Exit::Usage, message));
     }
 
     /// The value, or `None` and one more problem.
-    fn note<T, E: Into<anyhow::Error>>(&mut self, result: Result<T, E>) -> Option<T> {
+    pub fn note<T, E: Into<anyhow::Error>>(&mut self, result: Result<T, E>) -> Option<T> {
         result.map_err(|error| self.0.push(error.into())).ok()
     }
 
-    fn format(&mut self, name: Option<&str>, pipes: [bool; 2]) -> PipeFormat {
+    /// The format that `--format` names for those of two names that are `-`.
+    pub fn format(&mut self, name: Option<&str>, pipes: [bool; 2]) -> PipeFormat {
         let Some(name) = name else { return PipeFormat::Absent };
         if pipes == [false, false] {
             self.add("--format is for '-': the format of a file follows from its extension");
@@ -126,7 +132,8 @@ impl Problems {
         self.note(Format::from_name(name)).map_or(PipeFormat::Unknown, PipeFormat::Known)
     }
 
-    fn source(&mut self, text: &str, format: PipeFormat) -> Option<Source> {
+    /// The input that `text` names.
+    pub fn source(&mut self, text: &str, format: PipeFormat) -> Option<Source> {
         match format {
             PipeFormat::Unknown if text == "-" => None,
             PipeFormat::Known(format) => self.note(Source::new(text, Some(format))),
@@ -142,7 +149,13 @@ impl Problems {
         }
     }
 
-    fn into_error(mut self) -> anyhow::Error {
+    /// Whether nothing is wrong.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// All of them in one error; there is one at least.
+    pub fn into_error(mut self) -> anyhow::Error {
         match self.0.len() {
             1 => self.0.remove(0),
             count => {
@@ -165,7 +178,11 @@ fn budget(target: &args::Target) -> anyhow::Result<Budget> {
     Ok(budget)
 }
 
-fn selector(text: &str) -> anyhow::Result<Selector> {
+/// The device that `--device` names.
+///
+/// # Errors
+/// A text that names none.
+pub fn selector(text: &str) -> anyhow::Result<Selector> {
     Ok(match (text, text.strip_prefix("gpu:")) {
         ("auto", _) => Selector::Auto,
         ("cpu", _) => Selector::Cpu,

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use coarsen::metrics::deviation;
 use coarsen::{Device, Mesh, Outcome, StopReason};
 
 use super::console::{self, Verbosity};
@@ -38,8 +39,11 @@ pub fn run(job: Job) -> anyhow::Result<Exit> {
     let (written, write) =
         timed(|| interrupt::shielded(|| device.install(|| job.sink.write(&outcome.mesh, &job.writing))));
     written?;
-    let clocks = Clocks { read, solve, write, total: clock.elapsed().as_secs_f64() };
-    tell(&job, &Record::new(&job, &input, &outcome, &device, &clocks))
+    // The result is safe by now, whatever happens to the measuring.
+    let (measured, measure) = timed(|| job.measure.map(|options| deviation(&input, &outcome.mesh, &options, &device)));
+    let measured = measured.transpose().map_err(|error| at(job.source.to_string().as_ref(), error))?;
+    let clocks = Clocks { read, solve, write, measure, total: clock.elapsed().as_secs_f64() };
+    tell(&job, &Record::new(&job, &input, &outcome, &device, &clocks).with_measured(measured.as_ref()))
 }
 
 fn timed<R>(work: impl FnOnce() -> R) -> (R, f64) {

@@ -1,5 +1,7 @@
 //! Numbers as people write them on a command line: `20k`, `10%`, `8GiB`.
 
+use coarsen::metrics::View;
+
 /// A count: `20000`, `20_000`, `20k`, `1.5M`, `2G`.
 pub fn count(text: &str) -> Result<usize, String> {
     if text.ends_with('%') {
@@ -72,6 +74,16 @@ pub fn weld(text: &str) -> Result<Weld, String> {
     }
 }
 
+/// A view: `DISTANCE,FOV,HEIGHT` in model units, degrees and pixels.
+pub fn view(text: &str) -> Result<View, String> {
+    let numbers: Result<Vec<f64>, ()> = text.split(',').map(|part| number(part.trim())).collect();
+    let Ok(&[distance, degrees, height]) = numbers.as_deref() else {
+        return Err("give distance, degrees and pixels, such as 10,45,1080".into());
+    };
+    let view = View { distance, fov_rad: degrees.to_radians(), height };
+    view.check().map(|()| view).map_err(|error| error.to_string())
+}
+
 /// Bytes: `8GiB`, `8G` and `8g` are 8 × 2³⁰, `500MB` is 500 × 10⁶, a bare number counts bytes.
 pub fn bytes(text: &str) -> Result<u64, String> {
     let end = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
@@ -124,6 +136,16 @@ mod tests {
         assert_eq!(fraction("25"), Err("it is more than the whole: write 25% for a percentage".into()));
         for text in ["", "%", "-0.1", "101%", "1e9", "nan", "inf%", "10 %"] {
             assert!(fraction(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn views() {
+        let expected = View { distance: 10.0, fov_rad: std::f64::consts::FRAC_PI_4, height: 1080.0 };
+        assert_eq!((view("10,45,1080"), view("10, 45, 1080")), (Ok(expected), Ok(expected)));
+        for text in ["", "10", "10,45", "10,45,1080,1", "0,45,1080", "10,180,1080", "10,45,0", "10,nan,1080", "-1,45,9"]
+        {
+            assert!(view(text).is_err(), "{text}");
         }
     }
 

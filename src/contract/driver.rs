@@ -129,6 +129,8 @@ struct Run<'a> {
     deviation: f32,
     rounds: Vec<RoundRecord>,
     seconds: Phases,
+    /// By queues that are gone.
+    bytes_moved: u64,
     warnings: Vec<String>,
 }
 
@@ -165,6 +167,7 @@ impl<'a> Run<'a> {
             widening: 1.0,
             deviation: 0.0,
             rounds: Vec::new(),
+            bytes_moved: 0,
             warnings,
         })
     }
@@ -259,6 +262,7 @@ impl<'a> Run<'a> {
     /// Goes on on the host from here.
     fn take_over(&mut self) -> Result<()> {
         let queue = self.device.cpu_queue();
+        self.bytes_moved += self.evaluator.queue.bytes_moved();
         self.evaluator = Evaluator::on_host(queue, &self.host, self.options, self.prepared.has_border)?;
         Ok(())
     }
@@ -311,6 +315,7 @@ impl<'a> Run<'a> {
             error_estimate: frame.length_to_model(f64::from(self.deviation)),
             rounds: self.rounds,
             seconds: self.seconds,
+            bytes_moved: self.bytes_moved + self.evaluator.queue.bytes_moved(),
             device,
             warnings: self.warnings,
         })

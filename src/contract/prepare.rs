@@ -130,7 +130,9 @@ fn arrange(mesh: &Mesh, options: &Options) -> Result<(Arranged, Attributes, Vec<
         (pruned, "small parts dropped"),
     ];
     let warnings = warnings.into_iter().filter(|&(count, _)| count > 0).map(|(count, what)| format!("{count} {what}"));
-    Ok((arranged, attributes, warnings.collect()))
+    let dropped = "texture coordinates are dropped: they are not carried through contractions yet";
+    let dropped = mesh.texcoords.is_some().then(|| dropped.into());
+    Ok((arranged, attributes, warnings.chain(dropped).collect()))
 }
 
 impl Prepared {
@@ -192,7 +194,13 @@ fn weld(mesh: &Mesh, tolerance: Option<f64>) -> Welded {
     let degenerate_faces = mesh.faces.len() - face_source.len();
     let faces = face_source.iter().map(|&f| mesh.faces[f as usize]).collect();
     Welded {
-        mesh: Mesh { faces, ..mesh.clone() },
+        mesh: Mesh {
+            positions: mesh.positions.clone(),
+            faces,
+            normals: mesh.normals.clone(),
+            colors: mesh.colors.clone(),
+            texcoords: mesh.texcoords.as_ref().map(|rows| face_source.iter().map(|&f| rows[f as usize]).collect()),
+        },
         vertex_source: (0..mesh.positions.len() as u32).collect(),
         face_source,
         joined_vertices: 0,
@@ -206,7 +214,7 @@ fn weld(mesh: &Mesh, tolerance: Option<f64>) -> Welded {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::DVec3;
+    use crate::math::{DVec3, Vec2};
     use crate::mesh::shapes;
 
     #[test]
@@ -222,6 +230,19 @@ mod tests {
         let options = Options { lock_border: true, ..Options::default() };
         let prepared = prepare(&shapes::plane(3, 2), &options).expect("a valid mesh");
         assert!(prepared.positions.iter().all(|p| (p.flags & LOCKED != 0) == (p.flags & BORDER != 0)));
+    }
+
+    #[test]
+    fn dropped_texture_coordinates_are_told() {
+        let dropped = |mesh: &Mesh, options: &Options| {
+            let prepared = prepare(mesh, options).expect("a valid mesh");
+            prepared.warnings.iter().any(|warning| warning.starts_with("texture coordinates are dropped"))
+        };
+        let mut mesh = shapes::plane(3, 2);
+        assert!(!dropped(&mesh, &Options::default()));
+        mesh.texcoords = Some(vec![[Vec2::ZERO; 3]; mesh.faces.len()]);
+        assert!(dropped(&mesh, &Options::default()));
+        assert!(dropped(&mesh, &Options { weld: None, ..Options::default() }));
     }
 
     #[test]

@@ -43,6 +43,7 @@ pub fn restore(
         faces: by_origin(&face_origin, TURNED, input.faces.len()).par_iter().with_min_len(ROWS).map(corners).collect(),
         normals: normals.map(|rows| take(&rows, &vertex_order)),
         colors: colors.map(|rows| take(&rows, &vertex_order)),
+        texcoords: None,
     };
     let origin = take(&origin, &vertex_order);
     (mesh, origin.into_iter().map(|origin| if origin & MOVED_FROM == 0 { origin } else { MOVED }).collect())

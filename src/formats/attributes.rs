@@ -1,6 +1,8 @@
-//! Vertex colors and normals between what files store and what a mesh holds.
+//! Vertex colors, normals and texture coordinates between what files store and what a mesh holds.
 
-use crate::math::Vec3;
+use rayon::prelude::*;
+
+use crate::math::{Vec2, Vec3};
 
 /// One channel of `[0, 1]` as a byte.
 pub(super) fn to_byte(channel: f32) -> u8 {
@@ -34,6 +36,17 @@ pub(super) fn unit_normal(stored: Vec3) -> Vec3 {
 /// A normal as it is written: zero when it is no direction, since text has no NaN that every reader takes.
 pub(super) fn written_normal(normal: Vec3) -> Vec3 {
     if normal.is_finite() { normal } else { Vec3::ZERO }
+}
+
+/// A stored texture coordinate; zero when it is not finite or too large for f32.
+pub(super) fn texcoord(u: f64, v: f64) -> Vec2 {
+    let stored = Vec2::new(u as f32, v as f32);
+    if stored.is_finite() { stored } else { Vec2::ZERO }
+}
+
+/// A row for each face from texture coordinates that a file has for each vertex.
+pub(super) fn of_corners(faces: &[[u32; 3]], of_vertex: &[Vec2]) -> Vec<[Vec2; 3]> {
+    faces.par_iter().map(|face| face.map(|vertex| of_vertex[vertex as usize])).collect()
 }
 
 #[cfg(test)]

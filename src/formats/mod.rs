@@ -2,19 +2,21 @@
 //!
 //! The format follows from the extension and is checked against the content; `.gz` and `.zst` behind it compress.
 //!
-//! | format | extension | text | binary | positions | normals | colors | faces read |
-//! |--------|-----------|------|--------|-----------|---------|--------|------------|
-//! | OBJ | obj | yes | no | f64 | yes | rgb | polygons |
-//! | PLY | ply | yes | yes | f32 or f64 | yes | rgba | polygons |
-//! | STL | stl | yes | yes | f32 | no | no | triangles |
-//! | OFF | off | yes | no | f64 | yes | rgba | polygons |
+//! | format | extension | text | binary | positions | normals | colors | texture coordinates | faces read |
+//! |--------|-----------|------|--------|-----------|---------|--------|---------------------|------------|
+//! | OBJ | obj | yes | no | f64 | yes | rgb | yes | polygons |
+//! | PLY | ply | yes | yes | f32 or f64 | yes | rgba | yes | polygons |
+//! | STL | stl | yes | yes | f32 | no | no | no | triangles |
+//! | OFF | off | yes | no | f64 | yes | rgba | no | polygons |
 //!
 //! The same table as data is [`Format::traits`]. What every reader does:
 //! - polygons become triangles, concave ones by ear clipping ([`earcut`]), and keep every corner;
 //! - coordinates must be finite, indices in range, and there must be a face, or it is [`Error::Format`] with the place;
 //! - a count in a header is believed only as far as the bytes that follow can hold it;
 //! - colors become `[0, 1]` with alpha 1 where none is stored; normals become unit length, zero where a vertex has none;
-//! - texture coordinates, materials, groups and face colors are dropped.
+//! - texture coordinates belong to corners, zero where a corner has none or one that is not finite; those that a file has
+//!   at its vertices (PLY, OFF with `ST`) are given to the corners, and what no corner has is none;
+//! - materials, groups and face colors are dropped.
 //!
 //! Text is written with the fewest digits that read back as the same number. Text STL therefore keeps f64 positions.
 //! The bytes written do not depend on the number of threads.
@@ -77,6 +79,8 @@ pub struct Traits {
     pub normals: bool,
     /// The channels of vertex colors, empty for none.
     pub colors: &'static str,
+    /// Whether texture coordinates are carried.
+    pub texcoords: bool,
     /// The faces a file may hold.
     pub faces: &'static str,
 }
@@ -95,6 +99,7 @@ impl Format {
             positions: "f64",
             normals: true,
             colors: "rgba",
+            texcoords: true,
             faces: "polygons",
         };
         match self {
@@ -107,10 +112,11 @@ impl Format {
                 positions: "f32",
                 normals: false,
                 colors: "",
+                texcoords: false,
                 faces: "triangles",
                 ..polygons
             },
-            Self::Off => Traits { name: "OFF", extension: "off", ..polygons },
+            Self::Off => Traits { name: "OFF", extension: "off", texcoords: false, ..polygons },
         }
     }
 
@@ -234,6 +240,15 @@ pub fn write(mesh: &Mesh, path: &Path, options: &WriteOptions) -> Result<()> {
         .map_err(|source| Error::Write { path: path.to_path_buf(), source })
 }
 
+/// Writes a finished file that is no mesh, such as a picture, as atomically as [`write()`].
+///
+/// # Errors
+/// [`Error::Write`] with the path when the system refuses; then a file already there is untouched.
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
+    output::atomically(path, |file| file.write_all(bytes))
+        .map_err(|source| Error::Write { path: path.to_path_buf(), source })
+}
+
 /// Writes `mesh` in `format`, uncompressed, to a stream such as standard output, and flushes it.
 ///
 /// # Errors
@@ -282,7 +297,9 @@ mod tests {
         for format in Format::ALL {
             let t = format.traits();
             let colors = if t.colors.is_empty() { "no" } else { t.colors };
-            let cells = [t.name, t.extension, yes(t.text), yes(t.binary), t.positions, yes(t.normals), colors, t.faces];
+            let texcoords = yes(t.texcoords);
+            let head = [t.name, t.extension, yes(t.text), yes(t.binary), t.positions];
+            let cells = [&head[..], &[yes(t.normals), colors, texcoords, t.faces]].concat();
             let row = format!("//! | {} |", cells.join(" | "));
             assert!(include_str!("mod.rs").lines().any(|line| line == row), "missing in the table: {row}");
         }

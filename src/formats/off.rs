@@ -1,14 +1,16 @@
-//! OFF, the text format of Geomview: an optional `C` (colors) and `N` (normals) before the keyword, then counts and rows.
+//! OFF, the text format of Geomview: an optional `ST` (texture coordinates), `C` (colors) and `N` (normals) before the
+//! keyword, then counts and rows.
 //!
 //! ```text
 //! COFF
 //! 3 1 0               vertices faces edges (the edges are ignored)
-//! 0 0 0 255 0 0 255   x y z, then nx ny nz for N, then r g b [a] for C, as bytes or fractions
+//! 0 0 0 255 0 0 255   x y z, then nx ny nz for N, then r g b [a] for C, as bytes or fractions, then s t for ST
 //! 1 0 0 0 255 0 255
 //! 0 1 0 0 0 255 255
 //! 3 0 1 2             corners, then a face color that is ignored
 //! ```
-//! Faces of one or two corners (points and lines) are left out.
+//! Faces of one or two corners (points and lines) are left out. Texture coordinates are read but not written: a vertex has
+//! one pair here, which a seam would split.
 
 use std::io::{self, Write};
 
@@ -16,7 +18,7 @@ use super::polygon::Triangulator;
 use super::text::{Lines, Row, Rows, number, quote};
 use super::{attributes, output};
 use crate::error::{Error, Result};
-use crate::math::DVec3;
+use crate::math::{DVec3, Vec2};
 use crate::mesh::Mesh;
 
 const FORMAT: &str = "OFF";
@@ -24,6 +26,7 @@ const FORMAT: &str = "OFF";
 /// What the keyword says stands in a vertex row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Keyword {
+    texcoords: bool,
     normals: bool,
     colors: bool,
 }
@@ -46,7 +49,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh> {
             room - 1
         )));
     }
-    let mut mesh = read_vertices(&mut rows, vertex_count, keyword)?;
+    let (mut mesh, texcoords) = read_vertices(&mut rows, vertex_count, keyword)?;
     let mut triangulator = Triangulator::new();
     let mut corners = Vec::new();
     for at in 0..face_count {
@@ -56,21 +59,26 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh> {
         for _ in 0..corner_count {
             corners.push(row.index(mesh.positions.len())?);
         }
-        triangulator.append(&corners, &mesh.positions, &mut mesh.faces);
+        triangulator.append(&corners, &[], &mut mesh);
     }
     rows.expect_end()?;
+    mesh.texcoords = texcoords.map(|of_vertex| attributes::of_corners(&mesh.faces, &of_vertex));
     Ok(mesh)
 }
 
 fn keyword(header: &mut Row<'_>) -> Result<Keyword> {
     let word = header.expect("the keyword 'OFF'")?;
-    let keyword = match word {
-        b"OFF" | b"STOFF" => Keyword::default(),
-        b"COFF" | b"STCOFF" => Keyword { colors: true, normals: false },
-        b"NOFF" | b"STNOFF" => Keyword { normals: true, colors: false },
-        b"CNOFF" | b"STCNOFF" | b"NCOFF" => Keyword { normals: true, colors: true },
+    let (texcoords, rest) = word.strip_prefix(b"ST").map_or((false, word), |rest| (true, rest));
+    let keyword = match rest {
+        b"OFF" => Keyword { texcoords, ..Keyword::default() },
+        b"COFF" => Keyword { texcoords, colors: true, normals: false },
+        b"NOFF" => Keyword { texcoords, normals: true, colors: false },
+        b"CNOFF" | b"NCOFF" => Keyword { texcoords, normals: true, colors: true },
         _ if word.ends_with(b"OFF") => {
-            return Err(Error::Unsupported(format!("OFF in {} form; known are OFF, COFF, NOFF, CNOFF", quote(word))));
+            return Err(Error::Unsupported(format!(
+                "OFF in {} form; known are OFF, COFF, NOFF, CNOFF, also with ST before",
+                quote(word)
+            )));
         }
         _ => return Err(header.error(format!("found {}, expected the keyword 'OFF'", quote(word)))),
     };
@@ -80,10 +88,12 @@ fn keyword(header: &mut Row<'_>) -> Result<Keyword> {
     }
 }
 
-fn read_vertices(rows: &mut Rows<'_>, vertex_count: u64, keyword: Keyword) -> Result<Mesh> {
+/// The vertices, and their texture coordinates.
+fn read_vertices(rows: &mut Rows<'_>, vertex_count: u64, keyword: Keyword) -> Result<(Mesh, Option<Vec<Vec2>>)> {
     let mut mesh = Mesh { positions: Vec::with_capacity(vertex_count as usize), ..Mesh::default() };
     let mut normals = Vec::new();
     let mut colors = Vec::new();
+    let mut texcoords = keyword.texcoords.then(Vec::new);
     let mut greatest_channel = 0.0_f64;
     let mut fractions = false;
     for at in 0..vertex_count {
@@ -97,9 +107,14 @@ fn read_vertices(rows: &mut Rows<'_>, vertex_count: u64, keyword: Keyword) -> Re
             fractions |= row.clone().next().is_some_and(|token| token.contains(&b'.'));
             let rgb = [row.number("red")?, row.number("green")?, row.number("blue")?];
             greatest_channel = rgb.into_iter().fold(greatest_channel, f64::max);
-            let alpha = row.next().and_then(number);
+            // The pair of a texture coordinate is no alpha.
+            let more = row.words() > if keyword.texcoords { 2 } else { 0 };
+            let alpha = if more { row.next().and_then(number) } else { None };
             greatest_channel = greatest_channel.max(alpha.unwrap_or(0.0));
             colors.push((rgb, alpha));
+        }
+        if let Some(texcoords) = &mut texcoords {
+            texcoords.push(attributes::texcoord(row.number("s")?, row.number("t")?));
         }
     }
     if keyword.normals {
@@ -113,7 +128,7 @@ fn read_vertices(rows: &mut Rows<'_>, vertex_count: u64, keyword: Keyword) -> Re
         };
         mesh.colors = Some(colors.into_iter().map(unit).collect());
     }
-    Ok(mesh)
+    Ok((mesh, texcoords))
 }
 
 /// Writes OFF text; colors as bytes, the form that most readers expect.
@@ -136,7 +151,10 @@ pub(super) fn write(mesh: &Mesh, out: &mut dyn Write) -> io::Result<()> {
         }
         buffer.push(b'\n');
     })?;
-    output::rows(out, mesh.faces.len(), |face, buffer| output::push_triangle(buffer, mesh.faces[face]))
+    output::rows(out, mesh.faces.len(), |face, buffer| {
+        output::push_triangle(buffer, mesh.faces[face]);
+        buffer.push(b'\n');
+    })
 }
 
 #[cfg(test)]
@@ -156,6 +174,19 @@ mod tests {
         let mesh = read(text).unwrap();
         assert_eq!(mesh.normals, Some(vec![Vec3::Z; 3]));
         assert_eq!(mesh.colors.map(|colors| colors[0]), Some([0.2, 0.0, 0.0, 1.0]));
+    }
+
+    #[test]
+    fn texture_coordinates_come_last() {
+        for (colors, alpha) in [("0 0 255", 1.0), ("0 0 255 51", 0.2)] {
+            let vertex = |x: u32, y: u32| format!("{x} {y} 0 {colors} 0.{x}5 -{y}\n");
+            let text = format!("STCOFF\n3 1 0\n{}{}{}3 2 0 1\n", vertex(0, 0), vertex(1, 0), vertex(0, 1));
+            let mesh = read(text.as_bytes()).unwrap();
+            assert_eq!(mesh.texcoords, Some(vec![[(0.05, -1.0), (0.05, 0.0), (0.15, 0.0)].map(Vec2::from)]));
+            assert_eq!(mesh.colors, Some(vec![[0.0, 0.0, 1.0, alpha]; 3]));
+        }
+        let message = read(b"STOFF\n1 0 0\n0 0 0 0.5\n").unwrap_err().to_string();
+        assert!(message.starts_with("OFF line 3: the line ends, expected t"), "{message}");
     }
 
     #[test]

@@ -127,14 +127,13 @@ pub(super) fn push_floats<F: zmij::Float + Copy>(buffer: &mut Vec<u8>, values: &
     }
 }
 
-/// Appends the row `3 a b c` of a triangle, the same in OFF and text PLY.
+/// Appends `3 a b c` for a triangle, the same in OFF and text PLY.
 pub(super) fn push_triangle(buffer: &mut Vec<u8>, face: [u32; 3]) {
     buffer.push(b'3');
     for corner in face {
         buffer.push(b' ');
         push_integer(buffer, corner);
     }
-    buffer.push(b'\n');
 }
 
 #[cfg(test)]

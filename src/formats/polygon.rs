@@ -2,7 +2,8 @@
 
 use earcut::Earcut;
 
-use crate::math::DVec3;
+use crate::math::{DVec3, Vec2};
+use crate::mesh::Mesh;
 
 /// Splits polygons into triangles; holds the scratch memory.
 pub(super) struct Triangulator {
@@ -21,21 +22,38 @@ impl Triangulator {
         Self { earcut: Earcut::new(), flat: Vec::new(), clipped: Vec::new(), triangles: Vec::new() }
     }
 
-    /// Appends the `corners.len() - 2` triangles of a polygon to `faces`; none for fewer than three corners.
+    /// Appends the `corners.len() - 2` triangles of a polygon to `mesh`; none for fewer than three corners.
     ///
     /// A convex polygon becomes the fan of its first corner, a concave one is clipped ear by ear in its plane. What
     /// cannot be clipped (no area, crossing itself, too large) becomes the fan, so that no face is lost. The
-    /// corners must be indices into `positions`.
-    pub(super) fn append(&mut self, corners: &[u32], positions: &[DVec3], faces: &mut Vec<[u32; 3]>) {
-        match *corners {
-            [] | [_] | [_, _] => {}
-            [a, b, c] => faces.push([a, b, c]),
-            _ => {
-                let clippable = corners.len() <= GREATEST_CLIPPED && self.project(corners, positions);
+    /// corners must be vertices of the mesh. Where it has texture coordinates, those of the corners go along; the corners
+    /// without one get zeros.
+    #[inline]
+    pub(super) fn append(&mut self, corners: &[u32], texcoords: &[Vec2], mesh: &mut Mesh) {
+        match (corners, &mesh.texcoords) {
+            // By far the most.
+            (&[a, b, c], None) => mesh.faces.push([a, b, c]),
+            _ => self.append_polygon(corners, texcoords, mesh),
+        }
+    }
+
+    fn append_polygon(&mut self, corners: &[u32], texcoords: &[Vec2], mesh: &mut Mesh) {
+        let Mesh { positions, faces, texcoords: rows, .. } = mesh;
+        let mut push = |triangle: [usize; 3]| {
+            faces.push(triangle.map(|i| corners[i]));
+            if let Some(rows) = rows {
+                rows.push(triangle.map(|i| texcoords.get(i).copied().unwrap_or_default()));
+            }
+        };
+        match corners.len() {
+            0..3 => {}
+            3 => push([0, 1, 2]),
+            count => {
+                let clippable = count <= GREATEST_CLIPPED && self.project(corners, positions);
                 if clippable && !is_convex(&self.flat) && self.clip() {
-                    faces.extend(self.triangles.iter().map(|t| t.map(|i| corners[i as usize])));
+                    self.triangles.iter().for_each(|triangle| push(triangle.map(|i| i as usize)));
                 } else {
-                    faces.extend(corners[1..].windows(2).map(|edge| [corners[0], edge[0], edge[1]]));
+                    (2..count).for_each(|i| push([0, i - 1, i]));
                 }
             }
         }
@@ -146,13 +164,15 @@ mod tests {
     fn triangulate(points: &[[f64; 3]]) -> (Vec<[u32; 3]>, DVec3, f64) {
         let positions: Vec<DVec3> = points.iter().map(|&p| DVec3::from(p)).collect();
         let corners: Vec<u32> = (0..points.len() as u32).collect();
-        let mut faces = Vec::new();
-        Triangulator::new().append(&corners, &positions, &mut faces);
-        let areas = faces.iter().map(|f| {
-            let [a, b, c] = f.map(|v| positions[v as usize]);
-            (b - a).cross(c - a) / 2.0
-        });
-        (faces.clone(), areas.clone().sum(), areas.map(DVec3::length).sum())
+        let mut mesh = Mesh::new(positions, Vec::new());
+        mesh.texcoords = Some(Vec::new());
+        let texcoords: Vec<Vec2> = corners.iter().map(|&corner| Vec2::splat(corner as f32)).collect();
+        Triangulator::new().append(&corners, &texcoords, &mut mesh);
+        let rows: Vec<[Vec2; 3]> =
+            mesh.faces.iter().map(|face| face.map(|corner| Vec2::splat(corner as f32))).collect();
+        assert_eq!(mesh.texcoords, Some(rows), "the texture coordinates left their corners");
+        let areas = mesh.faces.iter().map(|&face| mesh.cross(face) / 2.0);
+        (mesh.faces.clone(), areas.clone().sum(), areas.map(DVec3::length).sum())
     }
 
     #[test]

@@ -159,6 +159,11 @@ impl<'a> Row<'a> {
         Some(token)
     }
 
+    /// How many words are left.
+    pub(super) fn words(&self) -> usize {
+        tokens(self.rest).count()
+    }
+
     /// The next word, which must be there.
     pub(super) fn expect(&mut self, what: &str) -> Result<&'a [u8]> {
         match self.next() {

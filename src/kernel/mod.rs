@@ -25,6 +25,7 @@ pub mod plane_costs;
 pub mod plane_quadric;
 pub mod plane_sums;
 pub mod rows;
+pub mod sample_distances;
 pub mod scan_add;
 pub mod scan_blocks;
 pub(crate) mod split;

@@ -177,6 +177,23 @@ pub struct Candidate {
     pub half_edge: u32,
 }
 
+/// A box of a bounding volume hierarchy, and what is in it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "the corners of a box")]
+pub struct TreeNode {
+    pub low_x: f32,
+    pub low_y: f32,
+    pub low_z: f32,
+    /// The first of two nodes below, which stand side by side, or of a leaf's triangles.
+    pub first: u32,
+    pub high_x: f32,
+    pub high_y: f32,
+    pub high_z: f32,
+    /// Triangles of a leaf; 0 for an inner node.
+    pub count: u32,
+}
+
 macro_rules! matrix {
     ($row:ty) => {
         impl $row {
@@ -216,3 +233,4 @@ row!(VolumeSum { xx, xy, xz, yy, yz, zz, nx, ny, nz });
 row!(BorderSum { xx, xy, xz, yy, yz, zz });
 row!(PlaneQuadric { xx, xy, xz, yy, yz, zz, bx, by, bz, c, weight });
 row!(Candidate { key, half_edge });
+row!(TreeNode { low_x, low_y, low_z, first, high_x, high_y, high_z, count });

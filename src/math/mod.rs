@@ -3,4 +3,4 @@
 pub mod exact;
 pub mod lanes;
 
-pub use glam::{DMat3, DVec3, Vec3, Vec4};
+pub use glam::{DMat3, DVec2, DVec3, Vec2, Vec3, Vec4};

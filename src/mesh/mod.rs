@@ -4,7 +4,8 @@
 //! Checked by [`Mesh::check`]; every function that takes a mesh may rely on them once it has called it.
 //! - every index in `faces` is below `positions.len()`;
 //! - every coordinate is finite;
-//! - `normals` and `colors`, where present, have one row a vertex.
+//! - `normals` and `colors`, where present, have one row a vertex;
+//! - `texcoords`, where present, has one row a face, and all of it is finite.
 
 pub mod adjacency;
 pub(crate) mod arrange;
@@ -35,7 +36,7 @@ pub use weld::{Welded, weld};
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::math::{DVec3, Vec3};
+use crate::math::{DVec3, Vec2, Vec3};
 
 /// The fewest rows worth handing to another thread.
 const PARALLEL_ROWS: usize = 4096;
@@ -53,12 +54,16 @@ pub struct Mesh {
     pub normals: Option<Vec<Vec3>>,
     /// Red, green, blue, alpha in `[0, 1]`, as stored (sRGB), one a vertex.
     pub colors: Option<Vec<[f32; 4]>>,
+    /// Texture coordinates, one pair a corner in the order of the face's corners: a seam needs no vertex twice.
+    ///
+    /// A texture covers `[0, 1]` in both directions and repeats outside. A face without any has zeros.
+    pub texcoords: Option<Vec<[Vec2; 3]>>,
 }
 
 impl Mesh {
     /// A mesh of positions and faces only.
     pub fn new(positions: Vec<DVec3>, faces: Vec<[u32; 3]>) -> Self {
-        Self { positions, faces, normals: None, colors: None }
+        Self { positions, faces, normals: None, colors: None, texcoords: None }
     }
 
     /// Checks the invariants of this module.
@@ -85,14 +90,24 @@ impl Mesh {
                 self.faces[f]
             )));
         }
-        for (name, rows) in
-            [("normals", self.normals.as_ref().map(Vec::len)), ("colors", self.colors.as_ref().map(Vec::len))]
-        {
+        let vertices = (vertex_count, "vertices");
+        for (name, rows, (count, of)) in [
+            ("normals", self.normals.as_ref().map(Vec::len), vertices),
+            ("colors", self.colors.as_ref().map(Vec::len), vertices),
+            ("rows of texture coordinates", self.texcoords.as_ref().map(Vec::len), (self.faces.len(), "faces")),
+        ] {
             if let Some(rows) = rows
-                && rows != vertex_count
+                && rows != count
             {
-                return Err(Error::Mesh(format!("{rows} {name} for {vertex_count} vertices")));
+                return Err(Error::Mesh(format!("{rows} {name} for {count} {of}")));
             }
+        }
+        let texcoords = self.texcoords.as_deref().unwrap_or_default();
+        if let Some(f) = texcoords.iter().position(|corners| corners.iter().any(|uv| !uv.is_finite())) {
+            return Err(Error::Mesh(format!(
+                "face {f} has a texture coordinate that is not finite: {:?}",
+                texcoords[f].map(|uv| uv.to_array())
+            )));
         }
         Ok(())
     }

@@ -35,8 +35,11 @@ pub fn prune(welded: &mut Welded, fraction: f64) -> usize {
         *new = count;
         count += u32::from(stays);
     }
-    let Mesh { positions, faces, normals, colors } = &mut welded.mesh;
+    let Mesh { positions, faces, normals, colors, texcoords } = &mut welded.mesh;
     *faces = kept.iter().map(|&f| faces[f].map(|v| new_vertex[v as usize])).collect();
+    if let Some(texcoords) = texcoords {
+        *texcoords = kept.iter().map(|&f| texcoords[f]).collect();
+    }
     retain(positions, &stays);
     retain(&mut welded.vertex_source, &stays);
     if let Some(normals) = normals {
@@ -58,6 +61,7 @@ mod tests {
     use super::super::shapes;
     use super::super::weld::weld;
     use super::*;
+    use crate::math::Vec2;
 
     /// An icosahedron of diagonal about 3.4 and, after it, one of a tenth of that beside it.
     fn large_and_small() -> Mesh {
@@ -77,6 +81,18 @@ mod tests {
         assert_eq!(welded.mesh, shapes::icosahedron());
         assert_eq!(welded.vertex_source, (0..12).collect::<Vec<_>>());
         assert_eq!(welded.face_source, (0..20).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn texture_coordinates_go_with_their_faces() {
+        let mut mesh = large_and_small();
+        // The small part first, so that rows move.
+        mesh.faces.rotate_right(20);
+        mesh.texcoords = Some((0..40).map(|f| [Vec2::splat(f as f32); 3]).collect());
+        let mut welded = weld(&mesh, 0.0);
+        assert_eq!(prune(&mut welded, 0.2), 1);
+        assert_eq!(welded.mesh.texcoords, Some((20..40).map(|f| [Vec2::splat(f as f32); 3]).collect()));
+        assert!(welded.mesh.check().is_ok());
     }
 
     #[test]

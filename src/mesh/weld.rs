@@ -34,7 +34,7 @@ pub struct Welded {
 /// Zero (and anything below, or not a number) joins equal positions, where `-0.0` equals `0.0`. Above zero, joining is
 /// transitive: a row of vertices each within the tolerance of the next becomes one vertex. The lowest input vertex gives the
 /// position; vertices and faces keep their order. Normals and colors of joined vertices are averaged; normals that cancel
-/// out fall back to that of the lowest vertex.
+/// out fall back to that of the lowest vertex. Texture coordinates stay with their corners; a seam is kept that way.
 pub fn weld(mesh: &Mesh, tolerance: f64) -> Welded {
     let lowest = if tolerance > 0.0 { within(&mesh.positions, tolerance) } else { PointTable::new(&mesh.positions).1 };
     let joined_vertices = count(lowest.len(), |v| lowest[v] as usize != v);
@@ -62,10 +62,12 @@ pub fn weld(mesh: &Mesh, tolerance: f64) -> Welded {
 
     let positions = take(&mesh.positions, &vertex_source);
     let (normals, colors) = joined_attributes(mesh, (joined_vertices > 0).then_some(&lowest), &vertex_source);
+    // Faces keep the order of their corners.
+    let texcoords = mesh.texcoords.as_ref().map(|rows| take(rows, &face_source));
 
     Welded {
         unreferenced_vertices: mesh.positions.len() - joined_vertices - positions.len(),
-        mesh: Mesh { positions, faces, normals, colors },
+        mesh: Mesh { positions, faces, normals, colors, texcoords },
         vertex_source,
         face_source,
         joined_vertices,
@@ -257,7 +259,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::math::DVec3;
+    use crate::math::{DVec3, Vec2};
 
     fn points<const N: usize>(coordinates: [[f64; 3]; N]) -> Vec<DVec3> {
         coordinates.map(DVec3::from).to_vec()
@@ -331,6 +333,19 @@ mod tests {
         assert!(normals[1].abs_diff_eq(Vec3::new(half, 0.0, half), 1e-6));
         assert_eq!(normals[2], Vec3::Y, "opposite normals cancel out: the lowest vertex's stays");
         assert_eq!(welded.colors.expect("colors were given")[1], [0.5, 0.25, 0.0, 0.5]);
+    }
+
+    #[test]
+    fn texture_coordinates_stay_with_their_corners() {
+        let mut mesh = soup();
+        mesh.faces = vec![[4, 6, 1], [1, 1, 2], [1, 2, 3], [3, 1, 2], [4, 5, 6]];
+        let row = |f: usize| [0, 1, 2].map(|corner| Vec2::new(f as f32, corner as f32));
+        mesh.texcoords = Some((0..5).map(row).collect());
+        let welded = weld(&mesh, 0.0);
+        // The degenerate face 1 goes, and faces 2 and 3, which repeat face 0 from another corner.
+        assert_eq!(welded.face_source, [0, 4]);
+        assert_eq!(welded.mesh.texcoords, Some(vec![row(0), row(4)]));
+        assert!(welded.mesh.check().is_ok());
     }
 
     #[test]

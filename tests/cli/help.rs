@@ -14,6 +14,8 @@ fn help_is_as_recorded() {
         ("simplify", "simplify --help"),
         ("inspect", "inspect --help"),
         ("devices", "devices --help"),
+        ("bench", "bench --help"),
+        ("compare", "compare --help"),
         ("completions", "completions --help"),
     ] {
         let ran = dir.run(line).succeeds();
@@ -30,7 +32,19 @@ fn help_is_as_recorded() {
 #[test]
 fn help_fits_a_terminal() {
     let dir = Dir::new();
-    for line in ["--help", "-h", "simplify -h", "simplify --help", "inspect --help", "devices -h", "completions -h"] {
+    for line in [
+        "--help",
+        "-h",
+        "simplify -h",
+        "simplify --help",
+        "inspect --help",
+        "devices -h",
+        "bench -h",
+        "bench --help",
+        "compare -h",
+        "compare --help",
+        "completions -h",
+    ] {
         let help = String::from_utf8(dir.run(line).succeeds().out).expect("help in UTF-8");
         for row in help.lines() {
             // clap alone decides on the line that lists the shells.
@@ -44,10 +58,18 @@ fn small(example: &str) -> String {
     let line = example.split(['>', '#']).next().unwrap_or_default();
     let shrink = |word: &str| match word.strip_prefix("sample:") {
         Some(name) => format!("sample:{}@1k", name.split('@').next().unwrap_or_default()),
+        None if word.starts_with("100k,") => "1k,2k".to_string(),
         None => word.to_string(),
     };
     let words: Vec<String> = line.split_whitespace().map(shrink).collect();
-    let options = if words[0] == "simplify" { " -g cpu -w" } else { "" };
+    let options = match words[0].as_str() {
+        "simplify" => " -g cpu -w",
+        "compare" => " -g cpu",
+        "bench" if words.len() == 1 => " sample:part@1k -g cpu,gpu --repeats 1 --samples 1k",
+        "bench" if !line.contains("--repeats") => " --repeats 1 --samples 1k",
+        "bench" => " --samples 1k",
+        _ => "",
+    };
     words.join(" ") + options
 }
 
@@ -56,7 +78,7 @@ fn examples_run() {
     let dir = Dir::new();
     let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("README.md");
     let mut texts = vec![readme.replace("cargo run --release -- ", "coarsen ")];
-    for verb in ["", "simplify", "inspect", "devices", "completions", "man"] {
+    for verb in ["", "simplify", "inspect", "devices", "bench", "compare", "completions", "man"] {
         texts.push(String::from_utf8(dir.run(&format!("{verb} --help")).succeeds().out).expect("help in UTF-8"));
     }
     let examples: Vec<&str> = (texts.iter().flat_map(|text| text.lines()))

@@ -1,5 +1,7 @@
 //! The program from end to end: help, exit codes, messages, pipes, files that must not be touched.
 
+mod bench;
+mod compare;
 mod errors;
 mod help;
 mod output;

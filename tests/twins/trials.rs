@@ -3,6 +3,7 @@
 mod costs;
 mod gate;
 mod inputs;
+mod nearest;
 mod surface;
 
 use coarsen::Result;
@@ -56,7 +57,7 @@ impl Seen {
 /// The trial of every kernel.
 pub fn trials() -> impl Iterator<Item = Trial> {
     let arithmetic = [Trial { name: "exact_probe", run: exact_probe }];
-    arithmetic.into_iter().chain(surface::TRIALS).chain(costs::TRIALS).chain(gate::TRIALS)
+    arithmetic.into_iter().chain(surface::TRIALS).chain(costs::TRIALS).chain(gate::TRIALS).chain(nearest::TRIALS)
 }
 
 fn exact_probe(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {

@@ -1,8 +1,8 @@
-//! OBJ, Wavefront's text format: `v`, `vn` and `f` lines; everything else is skipped.
+//! OBJ, Wavefront's text format: `v`, `vt`, `vn` and `f` lines; everything else is skipped.
 //!
 //! `tobj` parses numbers and faces. [`normalize`] feeds it a plainer text in which the things it cannot do are already
 //! done: continued lines, vertices without a color among colored ones, corners without a normal among others, indices
-//! out of range. Groups and materials are dropped on the way, so that vertices keep their number in the file and no
+//! out of range. It also keeps the texture coordinates, which `tobj` need not see. Groups and materials are dropped on the way, so that vertices keep their number in the file and no
 //! material border becomes an open border.
 
 mod normalize;

@@ -5,16 +5,40 @@ use std::io::{self, BufRead, Read, Write};
 
 use super::FORMAT;
 use crate::error::{Error, Place, Result};
+use crate::formats::attributes;
 use crate::formats::text::{Lines, integer, number, quote, tokens};
+use crate::math::Vec2;
 
 /// Corners of a polygon of the prelude.
 const PRELUDE_CORNERS: usize = 1024;
+
+/// The mark of a corner without a texture coordinate.
+const NO_TEXCOORD: u32 = u32::MAX;
+
+/// The texture coordinates of a file, and which of them the corners of its faces use, in order.
+#[derive(Debug, Default)]
+pub(super) struct Texture {
+    coordinates: Vec<Vec2>,
+    corners: Vec<u32>,
+}
+
+impl Texture {
+    /// The coordinates of all corners, zero where they have none; `None` when no corner has any.
+    pub(super) fn of_corners(&self) -> Option<Vec<Vec2>> {
+        let of = |&index: &u32| self.coordinates.get(index as usize).copied();
+        self.corners.iter().any(|corner| of(corner).is_some()).then(|| {
+            let corners = self.corners.iter();
+            corners.map(|corner| of(corner).unwrap_or_default()).collect()
+        })
+    }
+}
 
 /// What a file holds, counted before it is parsed.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Counts {
     pub(super) vertices: usize,
     pub(super) normals: usize,
+    pub(super) texcoords: usize,
     /// Whether any vertex has a color.
     pub(super) colored: bool,
 }
@@ -29,6 +53,7 @@ impl Counts {
                     counts.colored |= tokens(&line).nth(6).is_some();
                 }
                 b"vn" => counts.normals += 1,
+                b"vt" => counts.texcoords += 1,
                 _ => {}
             }
         }
@@ -45,11 +70,11 @@ impl Counts {
 ///
 /// It begins with faces whose corners are all vertices in order: `tobj` numbers vertices by their first use, so they
 /// keep their number in the file, the unused ones too. It ends with a zero normal, which the corners without a normal
-/// use: `tobj` would give them the one of the corner before.
+/// use: `tobj` would give them the one of the corner before. Texture coordinates are left out and collected here.
 pub(super) struct Normalized<'a> {
     statements: Statements<'a>,
     totals: Counts,
-    /// Vertices and normals so far, to which negative indices are relative.
+    /// Vertices, normals and texture coordinates so far, to which negative indices are relative.
     seen: Counts,
     prelude_vertex: usize,
     has_epilogue: bool,
@@ -57,6 +82,7 @@ pub(super) struct Normalized<'a> {
     read: usize,
     /// The line that stands in the buffer.
     pub(super) line: u64,
+    pub(super) texture: Texture,
     /// Why the text ended early.
     pub(super) failure: Option<Error>,
 }
@@ -72,6 +98,7 @@ impl<'a> Normalized<'a> {
             buffer: Vec::new(),
             read: 0,
             line: 0,
+            texture: Texture::default(),
             failure: None,
         }
     }
@@ -94,6 +121,10 @@ impl<'a> Normalized<'a> {
                     b"vn" => {
                         self.seen.normals += 1;
                         self.buffer.extend_from_slice(&text);
+                    }
+                    b"vt" => {
+                        self.texcoord(&text)?;
+                        continue;
                     }
                     b"f" => self.face(&text)?,
                     _ => continue,
@@ -143,6 +174,17 @@ impl<'a> Normalized<'a> {
         Ok(())
     }
 
+    /// Collects `vt u [v [w]]`.
+    fn texcoord(&mut self, text: &[u8]) -> Result<()> {
+        self.seen.texcoords += 1;
+        let mut values = tokens(text).skip(1).map(number);
+        match (values.next(), values.next().unwrap_or(Some(0.0))) {
+            (Some(Some(u)), Some(v)) => self.texture.coordinates.push(attributes::texcoord(u, v)),
+            _ => return Err(self.error("found a texture coordinate that is not u [v [w]], expected numbers".into())),
+        }
+        Ok(())
+    }
+
     /// Copies a face whose indices are all in range.
     fn face(&mut self, text: &[u8]) -> Result<()> {
         let corner_count = tokens(text).skip(1).count();
@@ -152,13 +194,25 @@ impl<'a> Normalized<'a> {
         self.buffer.push(b'f');
         for corner in tokens(text).skip(1) {
             let mut parts = corner.split(|&b| b == b'/');
-            let (vertex, _texture, normal) = (parts.next().unwrap_or_default(), parts.next(), parts.next());
+            let (vertex, texcoord, normal) = (parts.next().unwrap_or_default(), parts.next(), parts.next());
             let vertex = self.resolve(corner, vertex, "vertex", self.seen.vertices, self.totals.vertices)?;
             let _ = write!(self.buffer, " {vertex}");
             if parts.next().is_some() {
                 return Err(
                     self.error(format!("found the corner {}, expected v, v/vt, v//vn or v/vt/vn", quote(corner)))
                 );
+            }
+            // Some exporters number texture coordinates that they do not write.
+            if self.totals.texcoords > 0 {
+                let what = "texture coordinate";
+                let texcoord = match texcoord {
+                    None | Some([]) => NO_TEXCOORD,
+                    Some(index) => {
+                        let number = self.resolve(corner, index, what, self.seen.texcoords, self.totals.texcoords)?;
+                        u32::try_from(number - 1).unwrap_or(NO_TEXCOORD)
+                    }
+                };
+                self.texture.corners.push(texcoord);
             }
             if self.totals.normals > 0 {
                 let normal = match normal {
@@ -229,7 +283,7 @@ impl<'a> Iterator for Statements<'a> {
         let mut statement = Cow::Borrowed(without_comment(self.lines.next()?));
         let first = self.lines.number;
         // A path or a name may end in a backslash, too.
-        if matches!(keyword(&statement), b"v" | b"vn" | b"f") {
+        if matches!(keyword(&statement), b"v" | b"vn" | b"vt" | b"f") {
             while let Some(continued) = statement.trim_ascii_end().strip_suffix(b"\\") {
                 let next = without_comment(self.lines.next().unwrap_or_default());
                 statement = Cow::Owned([continued, b" ", next].concat());
@@ -262,7 +316,7 @@ mod tests {
     fn lines_are_joined_and_everything_else_dropped() {
         assert_eq!(
             normalized(
-                "# a\nmtllib x\ng b\nv 0 0 \\\r\n 1\nv 1 0 0 # c\nvt 1\nv 0 1 0\nusemtl d\nf -3/1 2/9 \\\n3/1\n"
+                "# a\nmtllib x\ng b\nv 0 0 \\\r\n 1\nv 1 0 0 # c\nvt 1\nv 0 1 0\nusemtl d\nf -3/1 2/-1 \\\n3/1\n"
             ),
             "f 1 2 3\nv 0 0   1\nv 1 0 0 \nv 0 1 0\nf 1 2 3\n"
         );

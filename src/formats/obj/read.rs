@@ -5,7 +5,7 @@ use super::normalize::{Counts, Normalized, Statements, keyword};
 use crate::error::{Error, Place, Result};
 use crate::formats::attributes;
 use crate::formats::polygon::Triangulator;
-use crate::math::{DVec3, Vec3};
+use crate::math::{DVec3, Vec2, Vec3};
 use crate::mesh::Mesh;
 
 /// Reads OBJ text.
@@ -21,7 +21,7 @@ pub(in crate::formats) fn read(bytes: &[u8]) -> Result<Mesh> {
     };
     // Without groups there is one model.
     let Some(model) = models.into_iter().next() else { return Ok(Mesh::default()) };
-    assemble(bytes, counts, model.mesh)
+    assemble(bytes, counts, model.mesh, text.texture.of_corners())
 }
 
 fn explain(error: tobj::LoadError) -> String {
@@ -35,7 +35,7 @@ fn explain(error: tobj::LoadError) -> String {
 }
 
 /// Takes the prelude off again and triangulates the rest.
-fn assemble(bytes: &[u8], counts: Counts, parsed: tobj::Mesh) -> Result<Mesh> {
+fn assemble(bytes: &[u8], counts: Counts, parsed: tobj::Mesh, texcoords: Option<Vec<Vec2>>) -> Result<Mesh> {
     let positions: Vec<DVec3> = parsed.positions.chunks_exact(3).map(DVec3::from_slice).collect();
     if let Some(vertex) = positions.iter().position(|position| !position.is_finite()) {
         return Err(not_finite(bytes, vertex, positions[vertex]));
@@ -45,13 +45,17 @@ fn assemble(bytes: &[u8], counts: Counts, parsed: tobj::Mesh) -> Result<Mesh> {
     // Without arities all faces are triangles.
     if parsed.face_arities.is_empty() {
         mesh.faces.extend(corners.chunks_exact(3).map(|face| [face[0], face[1], face[2]]));
+        mesh.texcoords = texcoords.map(|uvs| uvs.chunks_exact(3).map(|face| [face[0], face[1], face[2]]).collect());
     } else {
         let mut triangulator = Triangulator::new();
         let mut rest = corners;
+        mesh.texcoords = texcoords.as_ref().map(|_| Vec::with_capacity(corners.len() / 3));
+        let mut rest_texcoords = texcoords.as_deref().unwrap_or_default();
         for &arity in parsed.face_arities.iter().skip(counts.prelude_faces()) {
             let (face, next) = rest.split_at((arity as usize).min(rest.len()));
-            triangulator.append(face, &mesh.positions, &mut mesh.faces);
-            rest = next;
+            let (face_texcoords, next_texcoords) = rest_texcoords.split_at(face.len().min(rest_texcoords.len()));
+            triangulator.append(face, face_texcoords, &mut mesh);
+            (rest, rest_texcoords) = (next, next_texcoords);
         }
     }
     if !parsed.vertex_color.is_empty() {
@@ -132,6 +136,29 @@ mod tests {
     }
 
     #[test]
+    fn corners_keep_their_texture_coordinates() {
+        // A seam at vertex 1, a dart split by ears, a face and a corner without any, an index from the end.
+        let text = b"v 0 0 0\nv 1 1 0\nv 0 2 0\nv 0.5 1 0\nvt 0.5\nvt 0 1 7\nvt 1e39 nan\nvt 0.1 0.25\n\
+            f 1/1 2/2 3/4\nf 2/4 1/-2 4/1\nf 1 2 3\nf 1/1 2// 3/2\nf 1/1 2/2 3/3 4/4\n";
+        let mesh = read(text).unwrap();
+        let [a, b, c, d] = [(0.5, 0.0), (0.0, 1.0), (0.0, 0.0), (0.1, 0.25)].map(Vec2::from);
+        let rows = mesh.texcoords.unwrap();
+        assert_eq!(rows[..4], [[a, b, d], [d, c, a], [Vec2::ZERO; 3], [a, Vec2::ZERO, b]]);
+        for (face, row) in mesh.faces[4..].iter().zip(&rows[4..]) {
+            assert_eq!(*row, face.map(|vertex| [a, b, c, d][vertex as usize]));
+        }
+        assert_eq!((mesh.faces.len(), rows.len()), (6, 6));
+    }
+
+    #[test]
+    fn texture_coordinates_that_no_corner_has_are_none() {
+        for text in ["vt 0 1\nf 1 2 3\n", "f 1/1 2/2 3/3\n", "vt 0 0\nf 1// 2// 3//\n"] {
+            let mesh = read(format!("v 0 0 0\nv 1 0 0\nv 0 1 0\n{text}").as_bytes()).unwrap();
+            assert_eq!((mesh.texcoords, mesh.faces.len()), (None, 1), "{text}");
+        }
+    }
+
+    #[test]
     fn errors_have_a_line() {
         for (text, expected) in [
             ("v 0 0 0\nv 1 0 \nv 0 1 0\nf 1 2 3\n", "OBJ line 2: found a vertex of 2 values"),
@@ -141,6 +168,12 @@ mod tests {
             ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 0\n", "OBJ line 4: found the corner '0'"),
             ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n", "OBJ line 4: found the corner '-4'"),
             ("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//-9\n", "OBJ line 5: found the corner '3//-9'"),
+            (
+                "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0\nf 1/1 2/1 3/2\n",
+                "OBJ line 5: found the corner '3/2', expected a texture",
+            ),
+            ("vt 0 a\n", "OBJ line 1: found a texture coordinate that is not u [v [w]]"),
+            ("vt\n", "OBJ line 1: found a texture coordinate that is not u [v [w]]"),
             ("v 0 0 0\nv 1 0 0\nf 1 2\n", "OBJ line 3: found a face of 2 corners"),
         ] {
             let message = read(text.as_bytes()).unwrap_err().to_string();

@@ -1,8 +1,11 @@
-//! Writes OBJ: `v x y z [r g b]`, `vn x y z`, `f v//vn …` or `f v …`.
+//! Writes OBJ: `v x y z [r g b]`, `vt u v`, `vn x y z`, `f v/vt/vn …` or less.
 
 use std::io::{self, Write};
 
+use rustc_hash::FxHashMap;
+
 use crate::formats::{attributes, output};
+use crate::math::Vec2;
 use crate::mesh::Mesh;
 
 /// Writes OBJ text. Alpha is dropped.
@@ -17,6 +20,14 @@ pub(in crate::formats) fn write(mesh: &Mesh, out: &mut dyn Write) -> io::Result<
         }
         buffer.push(b'\n');
     })?;
+    let texture = mesh.texcoords.as_deref().map(Texture::of);
+    if let Some(texture) = &texture {
+        output::rows(out, texture.coordinates.len(), |at, buffer| {
+            buffer.extend_from_slice(b"vt");
+            output::push_floats(buffer, &texture.coordinates[at].to_array());
+            buffer.push(b'\n');
+        })?;
+    }
     if let Some(normals) = &mesh.normals {
         output::rows(out, normals.len(), |vertex, buffer| {
             buffer.extend_from_slice(b"vn");
@@ -26,14 +37,40 @@ pub(in crate::formats) fn write(mesh: &Mesh, out: &mut dyn Write) -> io::Result<
     }
     output::rows(out, mesh.faces.len(), |face, buffer| {
         buffer.push(b'f');
-        for corner in mesh.faces[face] {
+        for (i, corner) in mesh.faces[face].into_iter().enumerate() {
             buffer.push(b' ');
             output::push_integer(buffer, corner + 1);
+            if let Some(texture) = &texture {
+                buffer.push(b'/');
+                output::push_integer(buffer, texture.corners[face][i] + 1);
+            }
             if mesh.normals.is_some() {
-                buffer.extend_from_slice(b"//");
+                buffer.extend_from_slice(if texture.is_some() { b"/" } else { b"//" });
                 output::push_integer(buffer, corner + 1);
             }
         }
         buffer.push(b'\n');
     })
+}
+
+/// Texture coordinates numbered by their first use.
+struct Texture {
+    coordinates: Vec<Vec2>,
+    corners: Vec<[u32; 3]>,
+}
+
+impl Texture {
+    fn of(rows: &[[Vec2; 3]]) -> Self {
+        let mut coordinates = Vec::new();
+        // Equal bits, so that a negative zero is read back as one.
+        let mut numbers: FxHashMap<[u32; 2], u32> = FxHashMap::default();
+        let mut number = |uv: Vec2| {
+            *numbers.entry(uv.to_array().map(f32::to_bits)).or_insert_with(|| {
+                coordinates.push(uv);
+                coordinates.len() as u32 - 1
+            })
+        };
+        let corners = rows.iter().map(|row| row.map(&mut number)).collect();
+        Self { coordinates, corners }
+    }
 }

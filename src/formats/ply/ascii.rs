@@ -1,21 +1,21 @@
 //! Rows as text, one a line.
 
 use super::FORMAT;
+use super::face::{FaceLayout, Faces};
 use super::header::{Element, Header, Kind, Role};
-use super::vertex::VertexLayout;
+use super::vertex::{VertexLayout, Vertices};
 use crate::error::Result;
-use crate::formats::polygon::Triangulator;
 use crate::formats::text::{Lines, Row, Rows};
 use crate::mesh::Mesh;
 
 /// Reads the rows after the header.
 pub(super) fn read(header: &Header, bytes: &[u8]) -> Result<Mesh> {
     let mut rows = Rows::new(FORMAT, Lines::after(header.lines, &bytes[header.body_start..]), None);
-    let mut mesh = Mesh::default();
+    let mut vertices = Vertices::default();
     for element in &header.elements {
         match &element.role {
-            Role::Vertex(layout) => mesh = read_vertices(&mut rows, element, layout)?,
-            Role::Face(list) => read_faces(&mut rows, element, *list, &mut mesh)?,
+            Role::Vertex(layout) => vertices = read_vertices(&mut rows, element, layout)?,
+            Role::Face(layout) => read_faces(&mut rows, element, layout, &mut vertices.mesh)?,
             // Rows without values are blank lines, which are skipped anyway.
             Role::Skipped if element.properties.is_empty() => {}
             Role::Skipped => {
@@ -26,12 +26,12 @@ pub(super) fn read(header: &Header, bytes: &[u8]) -> Result<Mesh> {
         }
     }
     rows.expect_end()?;
-    Ok(mesh)
+    Ok(vertices.into_mesh())
 }
 
-fn read_vertices(rows: &mut Rows<'_>, element: &Element, layout: &VertexLayout) -> Result<Mesh> {
-    let mut mesh = layout.empty_mesh();
-    mesh.positions.reserve(element.count as usize);
+fn read_vertices(rows: &mut Rows<'_>, element: &Element, layout: &VertexLayout) -> Result<Vertices> {
+    let mut vertices = layout.no_vertices();
+    vertices.mesh.positions.reserve(element.count as usize);
     let mut values = vec![0.0; element.properties.len()];
     for at in 0..element.count {
         let mut row = rows.expect("vertices", at, element.count)?;
@@ -42,33 +42,41 @@ fn read_vertices(rows: &mut Rows<'_>, element: &Element, layout: &VertexLayout) 
                 Kind::List { .. } => skip_list(&mut row)?,
             }
         }
-        layout.push(&mut mesh, |place| values[place]);
+        layout.push(&mut vertices, |place| values[place]);
     }
-    Ok(mesh)
+    Ok(vertices)
 }
 
-fn read_faces(rows: &mut Rows<'_>, element: &Element, list: usize, mesh: &mut Mesh) -> Result<()> {
-    let mut triangulator = Triangulator::new();
-    let mut corners = Vec::new();
-    mesh.faces.reserve(element.count as usize);
+fn read_faces(rows: &mut Rows<'_>, element: &Element, layout: &FaceLayout, mesh: &mut Mesh) -> Result<()> {
+    let vertex_count = mesh.positions.len();
+    let mut faces = Faces::new(mesh, layout);
+    faces.mesh.faces.reserve(element.count as usize);
+    let last = layout.texcoords.unwrap_or_default().max(layout.corners);
     for at in 0..element.count {
         let mut row = rows.expect("faces", at, element.count)?;
-        for property in &element.properties[..list] {
+        for (place, property) in element.properties[..=last].iter().enumerate() {
             match property.kind {
                 Kind::Scalar(_) => drop(row.expect(&property.name)?),
+                Kind::List { .. } if place == layout.corners => {
+                    let corner_count = row.count("the number of corners")?;
+                    if corner_count < 3 {
+                        return Err(row.error(format!("found a face of {corner_count} corners, expected at least 3")));
+                    }
+                    for _ in 0..corner_count {
+                        faces.corners.push(row.index(vertex_count)?);
+                    }
+                }
+                Kind::List { .. } if layout.texcoords == Some(place) => {
+                    for _ in 0..row.count("the number of texture coordinates")? {
+                        faces.texcoords.push(row.number("a texture coordinate")?);
+                    }
+                }
                 Kind::List { .. } => skip_list(&mut row)?,
             }
         }
-        let corner_count = row.count("the number of corners")?;
-        if corner_count < 3 {
-            return Err(row.error(format!("found a face of {corner_count} corners, expected at least 3")));
-        }
-        corners.clear();
-        for _ in 0..corner_count {
-            corners.push(row.index(mesh.positions.len())?);
-        }
-        triangulator.append(&corners, &mesh.positions, &mut mesh.faces);
+        faces.end_row().map_err(|message| row.error(message))?;
     }
+    faces.end();
     Ok(())
 }
 

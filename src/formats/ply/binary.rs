@@ -3,11 +3,12 @@
 use rayon::prelude::*;
 
 use super::FORMAT;
+use super::face::{FaceLayout, Faces};
 use super::header::{Element, Header, Kind, Role};
 use super::scalar::{Order, Scalar};
-use super::vertex::{VertexLayout, normal};
+use super::vertex::{VertexLayout, Vertices, normal, texcoord};
 use crate::error::{Error, Place, Result};
-use crate::formats::polygon::Triangulator;
+use crate::formats::attributes;
 use crate::mesh::Mesh;
 
 /// Rows below which a thread of its own does not pay.
@@ -16,17 +17,17 @@ const LEAST_ROWS: usize = 1 << 14;
 /// Reads the rows after the header.
 pub(super) fn read(header: &Header, order: Order, bytes: &[u8]) -> Result<Mesh> {
     let mut cursor = Cursor { bytes, at: header.body_start, order };
-    let mut mesh = Mesh::default();
+    let mut vertices = Vertices::default();
     for element in &header.elements {
         match &element.role {
-            Role::Vertex(layout) => mesh = read_vertices(&mut cursor, element, layout)?,
-            Role::Face(list) => read_faces(&mut cursor, element, *list, &mut mesh)?,
+            Role::Vertex(layout) => vertices = read_vertices(&mut cursor, element, layout)?,
+            Role::Face(layout) => read_faces(&mut cursor, element, layout, &mut vertices.mesh)?,
             Role::Skipped => skip(&mut cursor, element)?,
         }
     }
     // Some writers end the file with a line end or padding.
     match bytes[cursor.at..].iter().position(|&b| b != 0 && !b.is_ascii_whitespace()) {
-        None => Ok(mesh),
+        None => Ok(vertices.into_mesh()),
         Some(_) => Err(cursor.error(format!(
             "found {} bytes after the rows that the header promises, expected the end of the file",
             bytes.len() - cursor.at
@@ -97,7 +98,7 @@ fn skip(cursor: &mut Cursor<'_>, element: &Element) -> Result<()> {
     Ok(())
 }
 
-fn read_vertices(cursor: &mut Cursor<'_>, element: &Element, layout: &VertexLayout) -> Result<Mesh> {
+fn read_vertices(cursor: &mut Cursor<'_>, element: &Element, layout: &VertexLayout) -> Result<Vertices> {
     let start = cursor.at;
     let Some(row_bytes) = element.row_bytes() else { return walk_vertices(cursor, element, layout) };
     let rows = cursor.take_rows(element, row_bytes)?;
@@ -121,9 +122,11 @@ fn read_vertices(cursor: &mut Cursor<'_>, element: &Element, layout: &VertexLayo
         faces: Vec::new(),
         normals: layout.normal.map(|places| rows().map(|row| normal(places, |place| value(row, place))).collect()),
         colors: layout.color.as_ref().map(|color| rows().map(|row| color.color(|place| value(row, place))).collect()),
+        texcoords: None,
     };
+    let texcoords = layout.texcoord.map(|places| rows().map(|row| texcoord(places, |at| value(row, at))).collect());
     match mesh.positions.par_iter().with_min_len(LEAST_ROWS).position_first(|position| !position.is_finite()) {
-        None => Ok(mesh),
+        None => Ok(Vertices { mesh, texcoords }),
         Some(vertex) => {
             cursor.at = start + vertex * row_bytes;
             Err(not_finite(cursor, &mesh, vertex))
@@ -136,8 +139,8 @@ fn not_finite(cursor: &Cursor<'_>, mesh: &Mesh, vertex: usize) -> Error {
 }
 
 /// Vertices whose rows hold lists.
-fn walk_vertices(cursor: &mut Cursor<'_>, element: &Element, layout: &VertexLayout) -> Result<Mesh> {
-    let mut mesh = layout.empty_mesh();
+fn walk_vertices(cursor: &mut Cursor<'_>, element: &Element, layout: &VertexLayout) -> Result<Vertices> {
+    let mut vertices = layout.no_vertices();
     let mut values = vec![0.0; element.properties.len()];
     for vertex in 0..element.count as usize {
         let start = cursor.at;
@@ -147,95 +150,117 @@ fn walk_vertices(cursor: &mut Cursor<'_>, element: &Element, layout: &VertexLayo
                 list => cursor.skip(list)?,
             }
         }
-        layout.push(&mut mesh, |place| values[place]);
-        if !mesh.positions[vertex].is_finite() {
+        layout.push(&mut vertices, |place| values[place]);
+        if !vertices.mesh.positions[vertex].is_finite() {
             cursor.at = start;
-            return Err(not_finite(cursor, &mesh, vertex));
+            return Err(not_finite(cursor, &vertices.mesh, vertex));
         }
     }
-    Ok(mesh)
+    Ok(vertices)
 }
 
-fn read_faces(cursor: &mut Cursor<'_>, element: &Element, list: usize, mesh: &mut Mesh) -> Result<()> {
-    let Kind::List { length, item } = element.properties[list].kind else { return Ok(()) };
-    match triangle_rows(cursor, element, list) {
-        Some((rows, row_bytes, list_at)) => {
-            let order = cursor.order;
-            let corners_at = list_at + length.size();
-            let corner = |row: &[u8], i: usize| item.decode_index(&row[corners_at + i * item.size()..], order);
-            mesh.faces = rows
-                .par_chunks_exact(row_bytes)
-                .with_min_len(LEAST_ROWS)
-                .map(|row| std::array::from_fn(|i| corner(row, i)))
-                .collect();
-            let vertex_count = mesh.positions.len();
-            let out_of_range = |face: &[u32; 3]| face.iter().any(|&vertex| vertex as usize >= vertex_count);
-            let faces = mesh.faces.par_iter().with_min_len(LEAST_ROWS);
-            if let Some(face) = faces.position_first(out_of_range) {
-                cursor.at += face * row_bytes;
-                let row = &rows[face * row_bytes..];
-                let found: [f64; 3] = std::array::from_fn(|i| item.decode(&row[corners_at + i * item.size()..], order));
-                return Err(bad_corners(cursor, &found, vertex_count));
-            }
-            cursor.at += rows.len();
-            Ok(())
-        }
-        None => walk_faces(cursor, element, list, mesh),
+fn read_faces(cursor: &mut Cursor<'_>, element: &Element, layout: &FaceLayout, mesh: &mut Mesh) -> Result<()> {
+    let Some(triangles) = Triangles::of(cursor, element, layout) else {
+        return walk_faces(cursor, element, layout, mesh);
+    };
+    let (order, vertex_count) = (cursor.order, mesh.positions.len());
+    let (corners_at, item) = triangles.corners;
+    let rows = || triangles.rows.par_chunks_exact(triangles.row_bytes).with_min_len(LEAST_ROWS);
+    let corner = |row: &[u8], i: usize| item.decode_index(&row[corners_at + i * item.size()..], order);
+    mesh.faces = rows().map(|row| std::array::from_fn(|i| corner(row, i))).collect();
+    let out_of_range = |face: &[u32; 3]| face.iter().any(|&vertex| vertex as usize >= vertex_count);
+    if let Some(face) = mesh.faces.par_iter().with_min_len(LEAST_ROWS).position_first(out_of_range) {
+        cursor.at += face * triangles.row_bytes;
+        let row = &triangles.rows[face * triangles.row_bytes..];
+        let found: [f64; 3] = std::array::from_fn(|i| item.decode(&row[corners_at + i * item.size()..], order));
+        return Err(bad_corners(cursor, &found, vertex_count));
     }
+    if let Some((at, item)) = triangles.texcoords {
+        let number = |row: &[u8], i: usize| item.decode(&row[at + i * item.size()..], order);
+        let pair = |row: &[u8], i: usize| attributes::texcoord(number(row, 2 * i), number(row, 2 * i + 1));
+        mesh.texcoords = Some(rows().map(|row| std::array::from_fn(|i| pair(row, i))).collect());
+    }
+    cursor.at += triangles.rows.len();
+    Ok(())
 }
 
-/// The rows, their size and the offset of the corner list, when every row is a triangle and holds no other list.
-///
-/// Whether all are triangles is only known by looking: a row's size follows from the rows before it.
-fn triangle_rows<'a>(cursor: &Cursor<'a>, element: &Element, list: usize) -> Option<(&'a [u8], usize, usize)> {
-    let mut row_bytes = 0;
-    let mut list_at = 0;
-    for (place, property) in element.properties.iter().enumerate() {
-        match property.kind {
-            Kind::Scalar(scalar) => row_bytes += scalar.size(),
-            Kind::List { length, item } if place == list => {
-                list_at = row_bytes;
-                row_bytes += length.size() + 3 * item.size();
+/// Rows of one size, each a triangle: where the items of its lists start in a row, and their type.
+struct Triangles<'a> {
+    rows: &'a [u8],
+    row_bytes: usize,
+    corners: (usize, Scalar),
+    texcoords: Option<(usize, Scalar)>,
+}
+
+impl<'a> Triangles<'a> {
+    /// The rows, when every one has three corners, the texture coordinates of all if any, and no other list.
+    ///
+    /// Whether all are triangles is only known by looking: a row's size follows from the rows before it.
+    fn of(cursor: &Cursor<'a>, element: &Element, layout: &FaceLayout) -> Option<Self> {
+        let mut row_bytes = 0;
+        let mut lists: [Option<(usize, Scalar)>; 2] = [None; 2];
+        let mut lengths = Vec::new();
+        for (place, property) in element.properties.iter().enumerate() {
+            match property.kind {
+                Kind::Scalar(scalar) => row_bytes += scalar.size(),
+                Kind::List { length, item } => {
+                    let (list, count) = match place {
+                        place if place == layout.corners => (0, 3),
+                        place if layout.texcoords == Some(place) => (1, 6),
+                        _ => return None,
+                    };
+                    lengths.push((row_bytes, length, count));
+                    lists[list] = Some((row_bytes + length.size(), item));
+                    row_bytes += length.size() + count as usize * item.size();
+                }
             }
-            Kind::List { .. } => return None,
         }
+        let bytes = usize::try_from(element.count).ok()?.checked_mul(row_bytes)?;
+        let rows = cursor.bytes[cursor.at..].get(..bytes)?;
+        let is_triangle = |row: &[u8]| {
+            lengths.iter().all(|&(at, length, count)| length.decode_index(&row[at..], cursor.order) == count)
+        };
+        let triangles = rows.par_chunks_exact(row_bytes).with_min_len(LEAST_ROWS).all(is_triangle);
+        triangles.then_some(Self { rows, row_bytes, corners: lists[0]?, texcoords: lists[1] })
     }
-    let Kind::List { length, .. } = element.properties[list].kind else { return None };
-    let bytes = usize::try_from(element.count).ok()?.checked_mul(row_bytes)?;
-    let rows = cursor.bytes[cursor.at..].get(..bytes)?;
-    let triangle = |row: &[u8]| length.decode_index(&row[list_at..], cursor.order) == 3;
-    let triangles = rows.par_chunks_exact(row_bytes).with_min_len(LEAST_ROWS).all(triangle);
-    triangles.then_some((rows, row_bytes, list_at))
 }
 
 /// Faces of varying size.
-fn walk_faces(cursor: &mut Cursor<'_>, element: &Element, list: usize, mesh: &mut Mesh) -> Result<()> {
-    let mut triangulator = Triangulator::new();
-    let mut corners = Vec::new();
+fn walk_faces(cursor: &mut Cursor<'_>, element: &Element, layout: &FaceLayout, mesh: &mut Mesh) -> Result<()> {
+    let order = cursor.order;
+    let vertex_count = mesh.positions.len();
+    let mut faces = Faces::new(mesh, layout);
     for _ in 0..element.count {
         let start = cursor.at;
-        corners.clear();
         for (place, property) in element.properties.iter().enumerate() {
             match property.kind {
-                Kind::List { length, item } if place == list => {
+                Kind::List { length, item } if place == layout.corners => {
                     let items = cursor.list(length, item)?.chunks_exact(item.size());
                     if items.len() < 3 {
                         let message = format!("found a face of {} corners, expected at least 3", items.len());
                         cursor.at = start;
                         return Err(cursor.error(message));
                     }
-                    corners.extend(items.clone().map(|bytes| item.decode_index(bytes, cursor.order)));
-                    if corners.iter().any(|&corner| corner as usize >= mesh.positions.len()) {
-                        let found: Vec<f64> = items.map(|bytes| item.decode(bytes, cursor.order)).collect();
+                    faces.corners.extend(items.clone().map(|bytes| item.decode_index(bytes, order)));
+                    if faces.corners.iter().any(|&corner| corner as usize >= vertex_count) {
+                        let found: Vec<f64> = items.map(|bytes| item.decode(bytes, order)).collect();
                         cursor.at = start;
-                        return Err(bad_corners(cursor, &found, mesh.positions.len()));
+                        return Err(bad_corners(cursor, &found, vertex_count));
                     }
+                }
+                Kind::List { length, item } if layout.texcoords == Some(place) => {
+                    let items = cursor.list(length, item)?.chunks_exact(item.size());
+                    faces.texcoords.extend(items.map(|bytes| item.decode(bytes, order)));
                 }
                 kind => cursor.skip(kind)?,
             }
         }
-        triangulator.append(&corners, &mesh.positions, &mut mesh.faces);
+        if let Err(message) = faces.end_row() {
+            cursor.at = start;
+            return Err(cursor.error(message));
+        }
     }
+    faces.end();
     Ok(())
 }
 

@@ -4,6 +4,7 @@ use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{DefaultElement, ElementDef, Encoding, PropertyType};
 
 use super::FORMAT;
+use super::face::FaceLayout;
 use super::scalar::{Order, Scalar};
 use super::vertex::VertexLayout;
 use crate::error::{Error, Place, Result};
@@ -40,8 +41,7 @@ pub(super) struct Element {
 #[derive(Debug)]
 pub(super) enum Role {
     Vertex(VertexLayout),
-    /// The corner list is the property at this place.
-    Face(usize),
+    Face(FaceLayout),
     Skipped,
 }
 
@@ -192,21 +192,10 @@ fn element(parsed: &ElementDef) -> Result<Element> {
         .collect();
     let role = match parsed.name.as_str() {
         "vertex" => Role::Vertex(VertexLayout::of(&properties)?),
-        "face" => Role::Face(corner_list(&properties)?),
+        "face" => Role::Face(FaceLayout::of(&properties)?),
         _ => Role::Skipped,
     };
     Ok(Element { role, name: parsed.name.clone(), count: parsed.count as u64, properties })
-}
-
-fn corner_list(properties: &[Property]) -> Result<usize> {
-    let is_corner_list = |property: &Property| {
-        matches!(property.name.as_str(), "vertex_indices" | "vertex_index")
-            && matches!(property.kind, Kind::List { .. })
-    };
-    properties.iter().position(is_corner_list).ok_or_else(|| {
-        let message = "the element 'face' has no list 'vertex_indices' or 'vertex_index'";
-        Error::format(FORMAT, Place::File, message)
-    })
 }
 
 #[cfg(test)]

@@ -5,17 +5,21 @@
 //! | vertex | x y z | any |
 //! | | nx ny nz | any |
 //! | | red green blue \[alpha\], also with `diffuse_` before | float in `[0, 1]`, ushort, or byte |
+//! | | s t, u v, or texture_u texture_v | float |
 //! | face | list vertex_indices or vertex_index | any whole number |
+//! | | list texcoord, two numbers a corner or none | float |
 //!
 //! All else is skipped. Rows of a fixed size (every common file: scalar vertices, faces of three corners) are decoded
 //! by all threads straight from the mapped file; lists of varying length are walked row by row.
 //!
 //! Written positions are `float`, or `double` when rounding to f32 would move a vertex by more than
 //! 1e-6 of the bounding box's diagonal; text keeps all digits of f64 either way, and they are read whatever the declared
-//! type. Written colors are bytes, with alpha where any vertex is not opaque.
+//! type. Written colors are bytes, with alpha where any vertex is not opaque. Texture coordinates are written as the list
+//! `texcoord` of the faces, which wins over those of vertices on reading.
 
 mod ascii;
 mod binary;
+mod face;
 mod header;
 mod scalar;
 mod vertex;

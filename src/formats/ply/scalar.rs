@@ -48,6 +48,11 @@ impl Scalar {
         }
     }
 
+    /// Whether it is a floating-point number.
+    pub(super) fn is_float(self) -> bool {
+        matches!(self, Self::F32 | Self::F64)
+    }
+
     /// Decodes the number at the start of `bytes`, which must hold it. Every type fits f64 exactly.
     #[inline]
     pub(super) fn decode(self, bytes: &[u8], order: Order) -> f64 {

@@ -5,7 +5,7 @@ use super::header::{Kind, Property};
 use super::scalar::Scalar;
 use crate::error::{Error, Place, Result};
 use crate::formats::attributes;
-use crate::math::{DVec3, Vec3};
+use crate::math::{DVec3, Vec2, Vec3};
 use crate::mesh::Mesh;
 
 /// The places of the values in the row, as indices of properties.
@@ -14,6 +14,25 @@ pub(super) struct VertexLayout {
     pub(super) position: [usize; 3],
     pub(super) normal: Option<[usize; 3]>,
     pub(super) color: Option<ColorLayout>,
+    pub(super) texcoord: Option<[usize; 2]>,
+}
+
+/// Vertices as they are read: the texture coordinates wait here for the faces, whose corners get them.
+#[derive(Debug, Default)]
+pub(super) struct Vertices {
+    pub(super) mesh: Mesh,
+    pub(super) texcoords: Option<Vec<Vec2>>,
+}
+
+impl Vertices {
+    /// The mesh, once its faces are read. Texture coordinates that these have of their own stay.
+    pub(super) fn into_mesh(self) -> Mesh {
+        let mut mesh = self.mesh;
+        if let (Some(of_vertex), None) = (&self.texcoords, &mesh.texcoords) {
+            mesh.texcoords = Some(attributes::of_corners(&mesh.faces, of_vertex));
+        }
+        mesh
+    }
 }
 
 /// The places of the color channels.
@@ -56,7 +75,11 @@ impl VertexLayout {
                 factors: [factor(red), factor(green), factor(blue), alpha.map_or(1.0, factor)],
             })
         });
-        Ok(Self { position, normal: places(["nx", "ny", "nz"]), color })
+        let float = |name: &str| scalar(name).filter(|(_, scalar)| scalar.is_float()).map(|(at, _)| at);
+        let texcoord = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]]
+            .into_iter()
+            .find_map(|[u, v]| Some([float(u)?, float(v)?]));
+        Ok(Self { position, normal: places(["nx", "ny", "nz"]), color, texcoord })
     }
 
     /// The position of the row whose property `at` has the value `value(at)`.
@@ -65,8 +88,9 @@ impl VertexLayout {
         DVec3::from(self.position.map(value))
     }
 
-    /// Appends a row to `mesh`, whose normals and colors are there when the layout has them.
-    pub(super) fn push(&self, mesh: &mut Mesh, value: impl Fn(usize) -> f64) {
+    /// Appends a row to `vertices`, which [`VertexLayout::no_vertices`] made.
+    pub(super) fn push(&self, vertices: &mut Vertices, value: impl Fn(usize) -> f64) {
+        let Vertices { mesh, texcoords } = vertices;
         mesh.positions.push(self.position(&value));
         if let (Some(places), Some(normals)) = (self.normal, &mut mesh.normals) {
             normals.push(normal(places, &value));
@@ -74,16 +98,25 @@ impl VertexLayout {
         if let (Some(layout), Some(colors)) = (&self.color, &mut mesh.colors) {
             colors.push(layout.color(&value));
         }
+        if let (Some(places), Some(texcoords)) = (self.texcoord, texcoords) {
+            texcoords.push(texcoord(places, &value));
+        }
     }
 
-    /// A mesh without vertices, ready for [`VertexLayout::push`].
-    pub(super) fn empty_mesh(&self) -> Mesh {
-        Mesh {
+    /// No vertices, ready for [`VertexLayout::push`].
+    pub(super) fn no_vertices(&self) -> Vertices {
+        let mesh = Mesh {
             normals: self.normal.is_some().then(Vec::new),
             colors: self.color.is_some().then(Vec::new),
             ..Mesh::default()
-        }
+        };
+        Vertices { mesh, texcoords: self.texcoord.is_some().then(Vec::new) }
     }
+}
+
+/// The texture coordinates of a row.
+pub(super) fn texcoord(places: [usize; 2], value: impl Fn(usize) -> f64) -> Vec2 {
+    attributes::texcoord(value(places[0]), value(places[1]))
 }
 
 /// The unit normal of a row.

@@ -39,8 +39,11 @@ fn header(mesh: &Mesh, options: &WriteOptions, double: bool, alpha: bool) -> Str
     if mesh.colors.is_some() {
         property("uchar", &["red", "green", "blue", "alpha"][..if alpha { 4 } else { 3 }]);
     }
-    header
-        .push_str(&format!("element face {}\nproperty list uchar int vertex_indices\nend_header\n", mesh.faces.len()));
+    header.push_str(&format!("element face {}\nproperty list uchar int vertex_indices\n", mesh.faces.len()));
+    if mesh.texcoords.is_some() {
+        header.push_str("property list uchar float texcoord\n");
+    }
+    header.push_str("end_header\n");
     header
 }
 
@@ -66,6 +69,12 @@ fn write_binary(mesh: &Mesh, double: bool, alpha: bool, out: &mut dyn Write) -> 
         for corner in mesh.faces[face] {
             buffer.extend_from_slice(&corner.to_le_bytes());
         }
+        if let Some(texcoords) = &mesh.texcoords {
+            buffer.push(6);
+            for number in texcoords[face].into_iter().flat_map(|uv| uv.to_array()) {
+                buffer.extend_from_slice(&number.to_le_bytes());
+            }
+        }
     })
 }
 
@@ -85,5 +94,12 @@ fn write_text(mesh: &Mesh, alpha: bool, out: &mut dyn Write) -> io::Result<()> {
         }
         buffer.push(b'\n');
     })?;
-    output::rows(out, mesh.faces.len(), |face, buffer| output::push_triangle(buffer, mesh.faces[face]))
+    output::rows(out, mesh.faces.len(), |face, buffer| {
+        output::push_triangle(buffer, mesh.faces[face]);
+        if let Some(texcoords) = &mesh.texcoords {
+            buffer.extend_from_slice(b" 6");
+            texcoords[face].iter().for_each(|uv| output::push_floats(buffer, &uv.to_array()));
+        }
+        buffer.push(b'\n');
+    })
 }

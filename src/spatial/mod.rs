@@ -1,0 +1,17 @@
+//! Where things are: a bounding volume hierarchy over a mesh's triangles and the exact closest point.
+//!
+//! # Invariants
+//! - Everything here is in a [`Frame`] common to the meshes that are compared: centered, within −1 .. 1.
+//! - A node's box holds every corner below it: bounds are rounded outward to single precision.
+//! - [`Bvh::closest`] gives the least of the distances that [`triangle::closest_point`] computes over all faces, the
+//!   lowest face where several are at that distance, whatever the guess: the tree only leaves out what is farther.
+
+pub mod bvh;
+mod closest;
+mod frame;
+mod split;
+pub mod triangle;
+
+pub use bvh::{Bvh, Node};
+pub use closest::Hit;
+pub use frame::Frame;
