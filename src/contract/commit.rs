@@ -155,6 +155,7 @@ impl Committer {
                 sort(&mut own, &mut Vec::new(), task.round);
                 let sorting = clock.elapsed();
                 let most = (fitting as u128 * own.len() as u128 / total as u128) as usize;
+                patch.warm_up();
                 let mut work = Work::new(patch, task);
                 let left = work.attempt_within(&own, most);
                 let spent = Spent { sorting, examining: work.examining(), total: clock.elapsed() };
