@@ -1,12 +1,17 @@
-// How many pairs the half-edges of every block of faces own. Twin: src/kernel/count_pairs.rs
+// How many pairs the vertices of every block list. Twin: src/kernel/count_pairs.rs
 
 fn run(block: u32) {
-    var owned = 0u;
-    for (var f = block * PAIR_BLOCK; f < min((block + 1u) * PAIR_BLOCK, params.count); f++) {
-        let face = load_faces(f);
-        owned += select(0u, 1u, owns_pair(face.a, face.b));
-        owned += select(0u, 1u, owns_pair(face.b, face.c));
-        owned += select(0u, 1u, owns_pair(face.c, face.a));
+    var count = 0u;
+    for (var u = block * PAIR_BLOCK; u < min((block + 1u) * PAIR_BLOCK, params.count); u++) {
+        if (load_positions(u).flags & HUB) != 0u {
+            continue;
+        }
+        let end = load_ring_starts(u + 1u);
+        for (var i = load_ring_starts(u); i < end; i++) {
+            let own = spoke(load_faces(load_ring_faces(i)), u);
+            count += select(0u, 1u, lists(u, own.next));
+            count += select(0u, 1u, lists_border(u, own.last));
+        }
     }
-    store_counts(block, owned);
+    store_counts(block, count);
 }

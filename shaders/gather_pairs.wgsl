@@ -1,13 +1,21 @@
-// Writes the half-edges that own a pair, ascending. Twin: src/kernel/gather_pairs.rs
+// Writes the pairs that the vertices of every block list. Twin: src/kernel/gather_pairs.rs
 
 fn run(block: u32) {
     var out = load_starts(block);
-    for (var f = block * PAIR_BLOCK; f < min((block + 1u) * PAIR_BLOCK, params.count); f++) {
-        let face = load_faces(f);
-        let corners = array<u32, 4>(face.a, face.b, face.c, face.a);
-        for (var corner = 0u; corner < 3u; corner++) {
-            if owns_pair(corners[corner], corners[corner + 1u]) {
-                store_pairs(out, 3u * f + corner);
+    for (var u = block * PAIR_BLOCK; u < min((block + 1u) * PAIR_BLOCK, params.count); u++) {
+        if (load_positions(u).flags & HUB) != 0u {
+            continue;
+        }
+        let end = load_ring_starts(u + 1u);
+        for (var i = load_ring_starts(u); i < end; i++) {
+            let f = load_ring_faces(i);
+            let own = spoke(load_faces(f), u);
+            if lists(u, own.next) {
+                store_pairs(out, Edge(3u * f + own.corner, face_from(own.next, u)));
+                out++;
+            }
+            if lists_border(u, own.last) {
+                store_pairs(out, Edge(3u * f + (own.corner + 2u) % 3u, NO_FACE));
                 out++;
             }
         }

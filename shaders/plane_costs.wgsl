@@ -33,7 +33,7 @@ fn plane_key(pair: Pair) -> u32 {
 }
 
 fn run(i: u32) {
-    let corners = half_edge_corners(load_pairs(i));
+    let corners = half_edge_corners(load_pairs(i).half_edge);
     let u = corners.x;
     let w = corners.y;
     store_keys(i, plane_key(Pair(load_positions(u), load_positions(w), load_quadrics(u), load_quadrics(w))));

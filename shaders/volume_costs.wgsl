@@ -95,17 +95,16 @@ fn ends_key(ends: Ends, pair: Pair) -> u32 {
 }
 
 fn run(i: u32) {
-    let half_edge = load_pairs(i);
-    let corners = half_edge_corners(half_edge);
+    let edge = load_pairs(i);
+    let corners = half_edge_corners(edge.half_edge);
     let u = corners.x;
     let w = corners.y;
-    let beyond = across(half_edge / 3u, u, w);
-    let pair = pair_between(half_edge / 3u, beyond, u, w);
+    let pair = pair_between(edge.half_edge / 3u, edge.across, u, w);
     var ends = ends_of(pair);
     if ((pair.pu.flags | pair.pw.flags) & BORDER) != 0u {
         let e = sub3(xyz(pair.pw), xyz(pair.pu));
         var on_border = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        if beyond == NO_FACE {
+        if edge.across == NO_FACE {
             on_border = border_term(e);
         }
         let weight = mul(params.border_weight, dot3(e, e));

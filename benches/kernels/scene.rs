@@ -3,7 +3,7 @@
 use coarsen::backend::{Buffer, Queue, Row};
 use coarsen::kernel::contract_vertices::{GONE, KEEPS};
 use coarsen::kernel::cost_histogram::BUCKETS;
-use coarsen::kernel::rows::{BorderSum, Candidate, Contraction, Face, Normal, PlaneQuadric, Position, VolumeSum};
+use coarsen::kernel::rows::{BorderSum, Candidate, Contraction, Edge, Face, Normal, PlaneQuadric, Position, VolumeSum};
 use coarsen::kernel::scan_blocks::SCAN_BLOCK;
 use coarsen::mesh::{Rings, sample};
 
@@ -45,11 +45,11 @@ scene! {
     sums: VolumeSum,
     borders: BorderSum,
     quadrics: PlaneQuadric,
-    /// Pairs of every block of faces.
+    /// Pairs of every block of vertices.
     pair_counts: u32,
     /// Pairs before every block.
     pair_starts: u32,
-    pairs: u32,
+    pairs: Edge,
     keys: u32,
     /// Keys by the other metric.
     plane_keys: u32,
@@ -98,6 +98,7 @@ impl Scene {
         let positions: Vec<Position> = mesh.positions.iter().map(row).collect();
         let (v, f) = (positions.len(), faces.len());
         let (contractions, roles) = contractions(&positions, &faces);
+        let pairs = upload(queue, vec![Edge::default(); 3 * f]);
         let mut zeros = |len| upload(queue, vec![0_u32; len]);
         let mut scene = Self {
             vertex_count: v as u32,
@@ -109,7 +110,7 @@ impl Scene {
             ring_faces: zeros(0),
             pair_counts: zeros(f),
             pair_starts: zeros(0),
-            pairs: zeros(3 * f),
+            pairs,
             keys: zeros(3 * f),
             plane_keys: zeros(3 * f),
             buckets: zeros(BUCKETS as usize),

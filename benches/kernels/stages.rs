@@ -85,12 +85,12 @@ pub const STAGES: &[Stage] = &[
         border_weight: 1.0,
         quadrics: &mut s.quadrics,
     }),
-    stage!("count_pairs", faces, |s| CountPairs {
+    stage!("count_pairs", vertices, |s| CountPairs {
         positions: &s.positions,
         faces: &s.faces,
         ring_starts: &s.ring_starts,
         ring_faces: &s.ring_faces,
-        face_count: s.face_count,
+        vertex_count: s.vertex_count,
         counts: &mut s.pair_counts,
     }),
     stage!("scan_blocks", faces, |s| ScanBlocks {
@@ -99,20 +99,18 @@ pub const STAGES: &[Stage] = &[
         sums: &mut s.block_sums,
     }),
     stage!("scan_add", faces, |s| ScanAdd { sums: &s.block_sums, values: &mut s.values, count: s.face_count + 1 }),
-    stage!("gather_pairs", faces, |s| GatherPairs {
+    stage!("gather_pairs", vertices, |s| GatherPairs {
         positions: &s.positions,
         faces: &s.faces,
         ring_starts: &s.ring_starts,
         ring_faces: &s.ring_faces,
-        face_count: s.face_count,
+        vertex_count: s.vertex_count,
         starts: &s.pair_starts,
         pairs: &mut s.pairs,
     }),
     stage!("volume_costs", pairs, |s| VolumeCosts {
         positions: &s.positions,
         faces: &s.faces,
-        ring_starts: &s.ring_starts,
-        ring_faces: &s.ring_faces,
         normals: &s.normals,
         sums: &s.sums,
         borders: &s.borders,

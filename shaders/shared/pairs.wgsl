@@ -1,41 +1,53 @@
-// Which half-edges own a pair, and what is across. Twin: src/kernel/pairs.rs
+// Which edges are pairs, and the half-edge and the face that stand for each. Twin: src/kernel/pairs.rs
 
-// The first face of the ring of `around` that has the half-edge from a to b, or NO_FACE.
-fn face_with(a: u32, b: u32, around: u32) -> u32 {
-    let end = load_ring_starts(around + 1u);
-    for (var i = load_ring_starts(around); i < end; i++) {
+// A face seen from one of its corners.
+struct Spoke { corner: u32, next: u32, last: u32 }
+
+fn spoke(face: Face, vertex: u32) -> Spoke {
+    if face.a == vertex {
+        return Spoke(0u, face.b, face.c);
+    }
+    if face.b == vertex {
+        return Spoke(1u, face.c, face.a);
+    }
+    return Spoke(2u, face.a, face.b);
+}
+
+// Whether the edge of u and w is a pair that u lists.
+fn lists(u: u32, w: u32) -> bool {
+    if u > w {
+        return false;
+    }
+    let at_u = load_positions(u).flags;
+    let at_w = load_positions(w).flags;
+    return (at_u & at_w & LOCKED) == 0u && ((at_u | at_w) & HUB) == 0u;
+}
+
+// The first face around u whose corner before u is w, or NO_FACE.
+fn face_from(w: u32, u: u32) -> u32 {
+    let end = load_ring_starts(u + 1u);
+    for (var i = load_ring_starts(u); i < end; i++) {
         let f = load_ring_faces(i);
-        let face = load_faces(f);
-        if (face.a == a && face.b == b) || (face.b == a && face.c == b) || (face.c == a && face.a == b) {
+        if spoke(load_faces(f), u).last == w {
             return f;
         }
     }
     return NO_FACE;
 }
 
-// The first face around both u and w but f, or NO_FACE.
-fn across(f: u32, u: u32, w: u32) -> u32 {
+// The first face around u whose corner after u is w, or NO_FACE.
+fn face_to(w: u32, u: u32) -> u32 {
     let end = load_ring_starts(u + 1u);
     for (var i = load_ring_starts(u); i < end; i++) {
-        let face = load_ring_faces(i);
-        if face != f && has(load_faces(face), w) {
-            return face;
+        let f = load_ring_faces(i);
+        if spoke(load_faces(f), u).next == w {
+            return f;
         }
     }
     return NO_FACE;
 }
 
-fn owns_pair(u: u32, w: u32) -> bool {
-    let at_u = load_positions(u).flags;
-    let at_w = load_positions(w).flags;
-    if (at_u & at_w & LOCKED) != 0u || ((at_u | at_w) & HUB) != 0u {
-        return false;
-    }
-    if u > w && (at_u & at_w & BORDER) == 0u {
-        return false;
-    }
-    if u < w {
-        return true;
-    }
-    return face_with(w, u, u) == NO_FACE;
+// Whether u lists the pair with the corner before it in one of its faces, for want of a half-edge that starts at u.
+fn lists_border(u: u32, last: u32) -> bool {
+    return (load_positions(u).flags & BORDER) != 0u && lists(u, last) && face_to(last, u) == NO_FACE;
 }

@@ -12,6 +12,7 @@ struct PlaneQuadric {
     c: f32,
     weight: f32,
 }
+struct Edge { half_edge: u32, across: u32 }
 struct Candidate { key: u32, half_edge: u32 }
 struct TreeNode { low_x: f32, low_y: f32, low_z: f32, first: u32, high_x: f32, high_y: f32, high_z: f32, count: u32 }
 

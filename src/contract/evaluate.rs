@@ -11,7 +11,7 @@ use crate::kernel::gather_pairs::GatherPairs;
 use crate::kernel::pairs::PAIR_BLOCK;
 use crate::kernel::plane_costs::PlaneCosts;
 use crate::kernel::plane_sums::PlaneSums;
-use crate::kernel::rows::{BorderSum, Candidate, Normal, VolumeSum};
+use crate::kernel::rows::{BorderSum, Candidate, Edge, Normal, VolumeSum};
 use crate::kernel::volume_costs::{BORDER_FACTOR, VolumeCosts};
 use crate::kernel::volume_sums::VolumeSums;
 
@@ -25,7 +25,7 @@ pub struct Evaluation {
     at_endpoints: bool,
     border_weight: f32,
     volume: Option<Volume>,
-    pairs: Buffer<u32>,
+    pairs: Buffer<Edge>,
     keys: Buffer<u32>,
     buckets: Buffer<u32>,
     counts: Buffer<u32>,
@@ -54,7 +54,7 @@ pub struct Gate {
 impl Evaluation {
     /// Buffers for a surface, on its device.
     pub fn new(queue: &mut Queue, surface: &Surface, options: &Options, has_border: bool) -> Result<Self> {
-        let blocks = most_blocks(surface.face_count, 3 * surface.face_count);
+        let blocks = most_blocks(surface.vertex_count, 3 * surface.face_count);
         let volume = match options.metric {
             Metric::Volume => Some(Volume {
                 normals: queue.buffer(surface.face_count)?,
@@ -77,7 +77,7 @@ impl Evaluation {
         })
     }
 
-    /// Appends the round's candidates in the order of their half-edges; returns how many pairs there were.
+    /// Appends the round's candidates in the order of the pairs; returns how many pairs there were.
     pub fn run(
         &mut self,
         queue: &mut Queue,
@@ -116,13 +116,13 @@ impl Evaluation {
         Ok(pairs)
     }
 
-    /// Lists the half-edges that own a pair; returns how many.
+    /// Lists the pairs; returns how many.
     fn find_pairs(&mut self, queue: &mut Queue, surface: &Surface) -> Result<usize> {
         let Surface { positions, faces, ring_starts, ring_faces, .. } = surface;
-        let face_count = surface.face_count as u32;
+        let vertex_count = surface.vertex_count as u32;
         let counts = &mut self.counts;
-        queue.run(CountPairs { positions, faces, ring_starts, ring_faces, face_count, counts })?;
-        let blocks = surface.face_count.div_ceil(PAIR_BLOCK as usize);
+        queue.run(CountPairs { positions, faces, ring_starts, ring_faces, vertex_count, counts })?;
+        let blocks = surface.vertex_count.div_ceil(PAIR_BLOCK as usize);
         self.scan.run(queue, &mut self.counts, blocks + 1)?;
         let mut total = Vec::new();
         queue.read(&self.counts, blocks..blocks + 1, &mut total)?;
@@ -138,7 +138,7 @@ impl Evaluation {
             faces,
             ring_starts,
             ring_faces,
-            face_count,
+            vertex_count,
             starts,
             pairs: &mut self.pairs,
         })?;
@@ -166,8 +166,6 @@ impl Evaluation {
                 queue.run(VolumeCosts {
                     positions,
                     faces,
-                    ring_starts,
-                    ring_faces,
                     normals,
                     sums,
                     borders,
@@ -194,9 +192,9 @@ pub fn plane_sums(queue: &mut Queue, surface: &mut Surface, border_weight: f32) 
     queue.run(PlaneSums { positions, faces, ring_starts, ring_faces, vertex_count, border_weight, quadrics })
 }
 
-/// Blocks that either the faces or the pairs of a surface are counted in, at most.
-fn most_blocks(faces: usize, pairs: usize) -> usize {
-    faces.div_ceil(PAIR_BLOCK as usize).max(pairs.div_ceil(GATE_BLOCK as usize))
+/// Blocks that either the vertices or the pairs of a surface are counted in, at most.
+fn most_blocks(vertices: usize, pairs: usize) -> usize {
+    vertices.div_ceil(PAIR_BLOCK as usize).max(pairs.div_ceil(GATE_BLOCK as usize))
 }
 
 /// Replaces a buffer that cannot hold `len` rows; what it held is lost.

@@ -1,8 +1,8 @@
-//! How many pairs the half-edges of every block of faces own. Twin: `shaders/count_pairs.wgsl`, line for line.
+//! How many pairs the vertices of every block list. Twin: `shaders/count_pairs.wgsl`, line for line.
 
 use rayon::prelude::*;
 
-use super::pairs::{CONSTANTS, PAIR_BLOCK, owns_pair};
+use super::pairs::{CONSTANTS, PAIR_BLOCK, pairs_at};
 use super::rows::{Face, Position};
 use super::stars::Stars;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
@@ -18,8 +18,8 @@ pub struct CountPairs<'a> {
     pub ring_starts: &'a Buffer<u32>,
     /// The faces around every vertex, ascending.
     pub ring_faces: &'a Buffer<u32>,
-    /// F.
-    pub face_count: u32,
+    /// V.
+    pub vertex_count: u32,
     /// Writes one count a block, and 0.
     pub counts: &'a mut Buffer<u32>,
 }
@@ -32,15 +32,12 @@ params! {
 }
 
 #[inline(always)]
-fn owned_in_block(block: u32, face_count: u32, stars: &Stars<'_>) -> u32 {
-    let mut owned = 0;
-    for f in block * PAIR_BLOCK..((block + 1) * PAIR_BLOCK).min(face_count) {
-        let face = stars.faces[f as usize];
-        owned += u32::from(owns_pair(face.a, face.b, stars));
-        owned += u32::from(owns_pair(face.b, face.c, stars));
-        owned += u32::from(owns_pair(face.c, face.a, stars));
+fn listed_in_block(block: u32, vertex_count: u32, stars: &Stars<'_>) -> u32 {
+    let mut count = 0;
+    for u in block * PAIR_BLOCK..((block + 1) * PAIR_BLOCK).min(vertex_count) {
+        pairs_at(u, stars, |_| count += 1);
     }
-    owned
+    count
 }
 
 impl Kernel for CountPairs<'_> {
@@ -53,7 +50,7 @@ impl Kernel for CountPairs<'_> {
     const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
 
     fn params(&self) -> Params {
-        Params { count: self.face_count }
+        Params { count: self.vertex_count }
     }
 
     fn bindings(&self) -> Vec<Binding<'_>> {
@@ -67,17 +64,17 @@ impl Kernel for CountPairs<'_> {
     }
 
     fn invocations(&self) -> u32 {
-        self.face_count.div_ceil(PAIR_BLOCK) + 1
+        self.vertex_count.div_ceil(PAIR_BLOCK) + 1
     }
 
     fn run_cpu(&mut self) {
-        let face_count = self.face_count;
-        let blocks = face_count.div_ceil(PAIR_BLOCK) as usize;
+        let vertex_count = self.vertex_count;
+        let blocks = vertex_count.div_ceil(PAIR_BLOCK) as usize;
         let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
         let counts = &mut self.counts.host_mut()[..=blocks];
         counts[blocks] = 0;
         counts[..blocks].par_iter_mut().enumerate().with_min_len(64).for_each(|(block, count)| {
-            *count = owned_in_block(block as u32, face_count, &stars);
+            *count = listed_in_block(block as u32, vertex_count, &stars);
         });
     }
 }

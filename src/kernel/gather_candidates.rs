@@ -1,10 +1,10 @@
-//! Writes the pairs that pass the gate, in the order of their half-edges. Twin: `shaders/gather_candidates.wgsl`, line
+//! Writes the pairs that pass the gate, in the order of the list. Twin: `shaders/gather_candidates.wgsl`, line
 //! for line.
 
 use rayon::prelude::*;
 
 use super::count_candidates::GATE_BLOCK;
-use super::rows::Candidate;
+use super::rows::{Candidate, Edge};
 use super::split::split_at_bounds;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 
@@ -15,8 +15,8 @@ const BLOCKS_EACH: usize = 512;
 pub struct GatherCandidates<'a> {
     /// Keys, one a pair.
     pub keys: &'a Buffer<u32>,
-    /// The half-edges that own the pairs.
-    pub pairs: &'a Buffer<u32>,
+    /// The pairs.
+    pub pairs: &'a Buffer<Edge>,
     /// How many.
     pub key_count: u32,
     /// Keys below this pass.
@@ -69,7 +69,7 @@ impl Kernel for GatherCandidates<'_> {
         let (pairs, threshold) = (&self.pairs.host()[..keys.len()], self.threshold);
         keys.par_chunks(chunk).zip(pairs.par_chunks(chunk)).zip(pieces).for_each(|((keys, pairs), candidates)| {
             let passing = keys.iter().zip(pairs).filter(|&(&key, _)| key < threshold);
-            for ((&key, &half_edge), candidate) in passing.zip(candidates) {
+            for ((&key, &Edge { half_edge, .. }), candidate) in passing.zip(candidates) {
                 *candidate = Candidate { key, half_edge };
             }
         });

@@ -1,9 +1,9 @@
-//! Writes the half-edges that own a pair, ascending. Twin: `shaders/gather_pairs.wgsl`, line for line.
+//! Writes the pairs that the vertices of every block list. Twin: `shaders/gather_pairs.wgsl`, line for line.
 
 use rayon::prelude::*;
 
-use super::pairs::{CONSTANTS, PAIR_BLOCK, owns_pair};
-use super::rows::{Face, Position};
+use super::pairs::{CONSTANTS, PAIR_BLOCK, pairs_at};
+use super::rows::{Edge, Face, Position};
 use super::split::split_at_bounds;
 use super::stars::Stars;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
@@ -22,12 +22,12 @@ pub struct GatherPairs<'a> {
     pub ring_starts: &'a Buffer<u32>,
     /// The faces around every vertex, ascending.
     pub ring_faces: &'a Buffer<u32>,
-    /// F.
-    pub face_count: u32,
+    /// V.
+    pub vertex_count: u32,
     /// Pairs before every block.
     pub starts: &'a Buffer<u32>,
-    /// Writes the half-edges, 3·face + corner.
-    pub pairs: &'a mut Buffer<u32>,
+    /// Writes the pairs.
+    pub pairs: &'a mut Buffer<Edge>,
 }
 
 params! {
@@ -47,7 +47,7 @@ impl Kernel for GatherPairs<'_> {
     const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
 
     fn params(&self) -> Params {
-        Params { count: self.face_count }
+        Params { count: self.vertex_count }
     }
 
     fn bindings(&self) -> Vec<Binding<'_>> {
@@ -62,30 +62,24 @@ impl Kernel for GatherPairs<'_> {
     }
 
     fn invocations(&self) -> u32 {
-        self.face_count.div_ceil(PAIR_BLOCK)
+        self.vertex_count.div_ceil(PAIR_BLOCK)
     }
 
     fn run_cpu(&mut self) {
         let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
-        let blocks = self.face_count.div_ceil(PAIR_BLOCK) as usize;
+        let blocks = self.vertex_count.div_ceil(PAIR_BLOCK) as usize;
         let starts = self.starts.host();
         let splits: Vec<u32> = (0..blocks).step_by(BLOCKS_EACH).chain([blocks]).map(|block| starts[block]).collect();
         let pieces = split_at_bounds(self.pairs.host_mut(), &splits);
-        let chunk = BLOCKS_EACH * PAIR_BLOCK as usize;
-        stars.faces[..self.face_count as usize].par_chunks(chunk).zip(pieces).enumerate().for_each(
-            |(i, (faces, pairs))| {
-                let mut out = 0;
-                for (face, f) in faces.iter().zip((i * chunk) as u32..) {
-                    for (corner, [u, w]) in
-                        [[face.a, face.b], [face.b, face.c], [face.c, face.a]].into_iter().enumerate()
-                    {
-                        if owns_pair(u, w, &stars) {
-                            pairs[out] = 3 * f + corner as u32;
-                            out += 1;
-                        }
-                    }
-                }
-            },
-        );
+        let chunk = BLOCKS_EACH as u32 * PAIR_BLOCK;
+        (0..self.vertex_count).into_par_iter().step_by(chunk as usize).zip(pieces).for_each(|(first, pairs)| {
+            let mut out = 0;
+            for u in first..(first + chunk).min(self.vertex_count) {
+                pairs_at(u, &stars, |pair| {
+                    pairs[out] = pair;
+                    out += 1;
+                });
+            }
+        });
     }
 }

@@ -1,15 +1,16 @@
-//! Which half-edges own a pair, and what is across. In WGSL: `shaders/shared/pairs.wgsl`.
+//! Which edges are pairs, and the half-edge and the face that stand for each. In WGSL: `shaders/shared/pairs.wgsl`.
 //!
-//! A pair is an edge. Of its two half-edges the one that starts at the lower vertex owns it; on a border there is one.
+//! A pair is an edge that may be contracted; its lower end lists it. Of its two half-edges the one that starts there stands
+//! for it; on a border there is one.
 
-use super::rows::{BORDER, Face, HUB, LOCKED};
-use super::stars::{Stars, has};
+use super::rows::{BORDER, Edge, Face, HUB, LOCKED};
+use super::stars::Stars;
 use crate::backend::Constant;
 
 /// No face: what is across a border.
 pub const NO_FACE: u32 = u32::MAX;
-/// Faces whose pairs one invocation counts and gathers.
-pub const PAIR_BLOCK: u32 = 16;
+/// Vertices whose pairs one invocation counts and gathers.
+pub const PAIR_BLOCK: u32 = 8;
 
 /// The constants of pairs under their names in WGSL.
 pub const CONSTANTS: &[(&str, Constant)] = &[
@@ -20,84 +21,106 @@ pub const CONSTANTS: &[(&str, Constant)] = &[
     ("HUB", Constant::U32(HUB)),
 ];
 
-/// The first face of the ring of `around` that has the half-edge from `a` to `b`, or [`NO_FACE`].
-#[inline(always)]
-pub fn face_with(a: u32, b: u32, around: u32, stars: &Stars<'_>) -> u32 {
-    for &f in stars.ring(around) {
-        let face = stars.faces[f as usize];
-        if (face.a == a && face.b == b) || (face.b == a && face.c == b) || (face.c == a && face.a == b) {
-            return f;
-        }
-    }
-    NO_FACE
-}
-
-/// Faces around a vertex that [`across`] compares at once; few vertices have more.
+/// Faces around a vertex that are looked at together; few vertices have more.
 const WINDOW: usize = 8;
 
-/// All bits where `condition` holds: selections that must not become branches, since no branch predictor knows rings.
+/// A face seen from one of its corners.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Spoke {
+    /// Which corner, from 0 to 2.
+    pub corner: u32,
+    /// The corner after it.
+    pub next: u32,
+    /// The corner before it.
+    pub last: u32,
+}
+
+/// A face from its corner `vertex`.
 #[inline(always)]
-fn mask(condition: bool) -> u32 {
-    u32::from(condition).wrapping_neg()
-}
-
-/// The faces around a vertex and then [`NO_FACE`], where there are few.
-#[inline(always)]
-fn window(vertex: u32, stars: &Stars<'_>) -> Option<[u32; WINDOW]> {
-    let start = stars.ring_starts[vertex as usize];
-    let len = stars.ring_starts[vertex as usize + 1] - start;
-    let mut window: [u32; WINDOW] = *stars.ring_faces.get(start as usize..)?.first_chunk()?;
-    for (i, face) in window.iter_mut().enumerate() {
-        *face |= mask(i as u32 >= len);
+pub fn spoke(face: Face, vertex: u32) -> Spoke {
+    if face.a == vertex {
+        Spoke { corner: 0, next: face.b, last: face.c }
+    } else if face.b == vertex {
+        Spoke { corner: 1, next: face.c, last: face.a }
+    } else {
+        Spoke { corner: 2, next: face.a, last: face.b }
     }
-    (len <= WINDOW as u32).then_some(window)
 }
 
-/// The first face around both `u` and `w` but `f`, or [`NO_FACE`].
-///
-/// The shader walks the ring of `u` and looks at its faces' corners. Here both rings are compared as they stand in
-/// memory, each face with each, which takes neither a branch nor a face's row.
-#[inline(always)]
-pub fn across(f: u32, u: u32, w: u32, stars: &Stars<'_>) -> u32 {
-    let (Some(around_u), Some(around_w)) = (window(u, stars), window(w, stars)) else {
-        return across_walking(f, u, w, stars);
-    };
-    let mut shared = [0; WINDOW];
-    for other in around_w {
-        for (shared, face) in shared.iter_mut().zip(around_u) {
-            *shared |= mask(face == other);
-        }
-    }
-    // A bit for every face that both have: rings ascend, so the lowest is the first.
-    let mut found = 0;
-    for (i, (shared, face)) in shared.into_iter().zip(around_u).enumerate() {
-        found |= shared & mask(face != f) & mask(face != NO_FACE) & (1 << i);
-    }
-    if found == 0 { NO_FACE } else { around_u[found.trailing_zeros() as usize % WINDOW] }
-}
-
-#[cold]
-fn across_walking(f: u32, u: u32, w: u32, stars: &Stars<'_>) -> u32 {
-    let is_across = |&&face: &&u32| face != f && has(stars.faces[face as usize], w);
-    stars.ring(u).iter().find(is_across).copied().unwrap_or(NO_FACE)
-}
-
-/// Whether the half-edge from `u` to `w` owns a pair that may be contracted.
+/// Whether the edge of `u` and `w` is a pair that `u` lists.
 ///
 /// Edges of more than two faces, and those whose faces disagree in orientation, have both ends locked: no pair.
 #[inline(always)]
-pub fn owns_pair(u: u32, w: u32, stars: &Stars<'_>) -> bool {
+pub fn lists(u: u32, w: u32, stars: &Stars<'_>) -> bool {
+    if u > w {
+        return false;
+    }
     let (at_u, at_w) = (stars.positions[u as usize].flags, stars.positions[w as usize].flags);
-    if at_u & at_w & LOCKED != 0 || (at_u | at_w) & HUB != 0 {
-        return false;
+    at_u & at_w & LOCKED == 0 && (at_u | at_w) & HUB == 0
+}
+
+/// Tells the pairs that `u` lists, in the order of its ring.
+///
+/// The shader walks the ring for every spoke. Here the corners of a ring of ordinary length are read once and compared each
+/// with each, which takes no branch that depends on them.
+#[inline(always)]
+pub fn pairs_at(u: u32, stars: &Stars<'_>, mut tell: impl FnMut(Edge)) {
+    let at_u = stars.positions[u as usize].flags;
+    if at_u & HUB != 0 {
+        return;
     }
-    if u > w && at_u & at_w & BORDER == 0 {
-        return false;
+    let ring = stars.ring(u);
+    if ring.len() > WINDOW {
+        pairs_walking(u, stars, &mut tell);
+        return;
     }
-    if u < w {
-        return true;
+    let (mut next, mut last) = ([NO_FACE; WINDOW], [NO_FACE; WINDOW]);
+    let mut corners = [0; WINDOW];
+    for (i, &f) in ring.iter().enumerate() {
+        let spoke = spoke(stars.faces[f as usize], u);
+        (corners[i], next[i], last[i]) = (spoke.corner, spoke.next, spoke.last);
     }
-    face_with(w, u, u, stars) == NO_FACE
+    for (i, &f) in ring.iter().enumerate() {
+        let w = next[i];
+        if lists(u, w, stars) {
+            let across = first_of(last, w);
+            let across = if across < ring.len() { ring[across] } else { NO_FACE };
+            tell(Edge { half_edge: 3 * f + corners[i], across });
+        }
+        let w = last[i];
+        if at_u & BORDER != 0 && lists(u, w, stars) && first_of(next, w) == WINDOW {
+            tell(Edge { half_edge: 3 * f + (corners[i] + 2) % 3, across: NO_FACE });
+        }
+    }
+}
+
+/// Where `vertex` first is among `vertices`, or their number.
+#[inline(always)]
+fn first_of(vertices: [u32; WINDOW], vertex: u32) -> usize {
+    let mut found = 1 << WINDOW;
+    for (i, other) in vertices.into_iter().enumerate() {
+        found |= u32::from(other == vertex) << i;
+    }
+    found.trailing_zeros() as usize
+}
+
+/// [`pairs_at`] of a long ring.
+#[cold]
+fn pairs_walking(u: u32, stars: &Stars<'_>, tell: &mut impl FnMut(Edge)) {
+    let around = |f: u32| spoke(stars.faces[f as usize], u);
+    for &f in stars.ring(u) {
+        let own = around(f);
+        if lists(u, own.next, stars) {
+            let across = stars.ring(u).iter().copied().find(|&g| around(g).last == own.next);
+            tell(Edge { half_edge: 3 * f + own.corner, across: across.unwrap_or(NO_FACE) });
+        }
+        if stars.positions[u as usize].flags & BORDER != 0
+            && lists(u, own.last, stars)
+            && !stars.ring(u).iter().any(|&g| around(g).next == own.last)
+        {
+            tell(Edge { half_edge: 3 * f + (own.corner + 2) % 3, across: NO_FACE });
+        }
+    }
 }
 
 /// The ends of a half-edge, without a branch.
@@ -121,6 +144,7 @@ pub fn half_edge_corners(half_edge: u32, faces: &[Face]) -> [u32; 3] {
 
 #[cfg(test)]
 mod tests {
+    use super::super::stars::has;
     use super::*;
     use crate::kernel::rows::Position;
 
@@ -137,23 +161,44 @@ mod tests {
     }
 
     #[test]
-    fn windows_find_what_a_walk_finds() {
-        let positions = [Position::default(); 32];
+    fn every_edge_is_listed_once_with_both_its_faces() {
         for (len, is_closed) in (3..20).flat_map(|len| [(len, true), (len, false)]) {
-            let (faces, ring_starts, mut ring_faces) = fan(len, is_closed);
-            for spare in [0, 16] {
-                // Behind the last ring a buffer holds what an earlier round left.
-                ring_faces.resize(ring_faces.len() + spare, 0);
-                let stars =
-                    Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
-                for (f, face) in (0..).zip(&faces) {
-                    for [u, w] in [[face.a, face.b], [face.b, face.c], [face.c, face.a]] {
-                        assert_eq!(across(f, u, w, &stars), across_walking(f, u, w, &stars), "{len}: {u} to {w}");
-                    }
-                }
-                let first = across(0, 0, faces[0].b, &stars);
-                assert_eq!(first, if is_closed { len - 1 } else { NO_FACE });
+            let (faces, ring_starts, ring_faces) = fan(len, is_closed);
+            let positions = [Position { flags: BORDER, ..Position::default() }; 32];
+            let stars =
+                Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
+            let (mut found, mut walked) = (Vec::new(), Vec::new());
+            for u in 0..ring_starts.len() as u32 - 1 {
+                pairs_at(u, &stars, |edge| found.push(edge));
+                pairs_walking(u, &stars, &mut |edge| walked.push(edge));
             }
+            assert_eq!(found, walked);
+            let mut ends: Vec<[u32; 2]> = found
+                .iter()
+                .map(|edge| {
+                    let [u, w, _] = half_edge_corners(edge.half_edge, &faces);
+                    let with_both = |f: &u32| has(faces[*f as usize], u) && has(faces[*f as usize], w);
+                    let mut around: Vec<u32> = (0..len).filter(with_both).collect();
+                    around.retain(|&f| f != edge.half_edge / 3);
+                    assert_eq!(around.first().copied().unwrap_or(NO_FACE), edge.across, "{len}: {u} to {w}");
+                    [u.min(w), u.max(w)]
+                })
+                .collect();
+            ends.sort_unstable();
+            ends.dedup();
+            let edges = if is_closed { 2 * len } else { 2 * len + 1 };
+            assert_eq!((ends.len(), found.len()), (edges as usize, edges as usize));
+        }
+    }
+
+    #[test]
+    fn locked_edges_and_hubs_list_nothing() {
+        let (faces, ring_starts, ring_faces) = fan(5, true);
+        for flags in [LOCKED, HUB] {
+            let positions = [Position { flags, ..Position::default() }; 8];
+            let stars =
+                Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
+            (0..6).for_each(|u| pairs_at(u, &stars, |edge| panic!("{edge:?}")));
         }
     }
 

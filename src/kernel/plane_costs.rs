@@ -12,7 +12,7 @@ use super::pair_quadric::{
 };
 use super::pairs::half_edge_ends;
 use super::plane_quadric::{moved, sum_moved};
-use super::rows::{Face, LOCKED, PlaneQuadric, Position};
+use super::rows::{Edge, Face, LOCKED, PlaneQuadric, Position};
 use super::split::CHUNK;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
@@ -31,8 +31,8 @@ pub struct PlaneCosts<'a> {
     pub faces: &'a Buffer<Face>,
     /// V quadrics.
     pub quadrics: &'a Buffer<PlaneQuadric>,
-    /// P half-edges that own a pair.
-    pub pairs: &'a Buffer<u32>,
+    /// P pairs.
+    pub pairs: &'a Buffer<Edge>,
     /// P.
     pub pair_count: u32,
     /// Whether only the two ends may be the placement.
@@ -82,7 +82,7 @@ struct Rows<'a> {
     positions: &'a [Position],
     faces: &'a [Face],
     quadrics: &'a [PlaneQuadric],
-    pairs: &'a [u32],
+    pairs: &'a [Edge],
 }
 
 /// The key of a pair.
@@ -105,7 +105,7 @@ impl Lane for Pair {
 
     #[inline(always)]
     fn load(index: usize, rows: Rows<'_>) -> Self {
-        let [u, w] = half_edge_ends(rows.pairs[index], rows.faces).map(|end| end as usize);
+        let [u, w] = half_edge_ends(rows.pairs[index].half_edge, rows.faces).map(|end| end as usize);
         let (pu, pw) = (rows.positions[u], rows.positions[w]);
         Self { pu, pw, first: rows.quadrics[u], second: rows.quadrics[w] }
     }

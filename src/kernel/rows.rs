@@ -167,6 +167,16 @@ pub struct PlaneQuadric {
     pub weight: f32,
 }
 
+/// A pair as its lower end lists it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
+pub struct Edge {
+    /// The half-edge that stands for it: 3·face + corner.
+    pub half_edge: u32,
+    /// The face on its other side, or [`NO_FACE`](super::pairs::NO_FACE).
+    pub across: u32,
+}
+
 /// A pair that passed the gate.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
@@ -232,5 +242,6 @@ row!(Normal { x, y, z });
 row!(VolumeSum { xx, xy, xz, yy, yz, zz, nx, ny, nz });
 row!(BorderSum { xx, xy, xz, yy, yz, zz });
 row!(PlaneQuadric { xx, xy, xz, yy, yz, zz, bx, by, bz, c, weight });
+row!(Edge { half_edge, across });
 row!(Candidate { key, half_edge });
 row!(TreeNode { low_x, low_y, low_z, first, high_x, high_y, high_z, count });

@@ -11,10 +11,9 @@ use rayon::prelude::*;
 use super::pair_quadric::{
     CONSTANTS, Freedom, NO_AREA, cost_key, end_matrices, half_exponent, pair_cost, scale_down, scale_up,
 };
-use super::pairs::{NO_FACE, across, half_edge_ends};
-use super::rows::{BORDER, BorderSum, Face, LOCKED, Normal, Position, VolumeSum};
+use super::pairs::{NO_FACE, half_edge_ends};
+use super::rows::{BORDER, BorderSum, Edge, Face, LOCKED, Normal, Position, VolumeSum};
 use super::split::CHUNK;
-use super::stars::Stars;
 use super::volume_sums::border_term;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
@@ -34,18 +33,14 @@ pub struct VolumeCosts<'a> {
     pub positions: &'a Buffer<Position>,
     /// F faces.
     pub faces: &'a Buffer<Face>,
-    /// V + 1 starts into `ring_faces`.
-    pub ring_starts: &'a Buffer<u32>,
-    /// The faces around every vertex, ascending.
-    pub ring_faces: &'a Buffer<u32>,
     /// F normals.
     pub normals: &'a Buffer<Normal>,
     /// V sums.
     pub sums: &'a Buffer<VolumeSum>,
     /// V border terms where the mesh has a border.
     pub borders: &'a Buffer<BorderSum>,
-    /// P half-edges that own a pair.
-    pub pairs: &'a Buffer<u32>,
+    /// P pairs.
+    pub pairs: &'a Buffer<Edge>,
     /// P.
     pub pair_count: u32,
     /// Weight of the border term against the volume term, times |a−b|².
@@ -133,19 +128,20 @@ impl Pair {
 /// What pairs are loaded from.
 #[derive(Debug, Clone, Copy)]
 struct Rows<'a> {
-    stars: Stars<'a>,
+    positions: &'a [Position],
+    faces: &'a [Face],
     normals: &'a [Normal],
     sums: &'a [VolumeSum],
     borders: &'a [BorderSum],
-    pairs: &'a [u32],
+    pairs: &'a [Edge],
 }
 
 /// The pair of the half-edge from `u` to `w` between the faces `f` and `g`.
 #[inline(always)]
 fn pair_between(f: u32, g: u32, [u, w]: [u32; 2], rows: &Rows<'_>) -> Pair {
     Pair {
-        pu: rows.stars.positions[u as usize],
-        pw: rows.stars.positions[w as usize],
+        pu: rows.positions[u as usize],
+        pw: rows.positions[w as usize],
         sum_u: rows.sums[u as usize],
         sum_w: rows.sums[w as usize],
         left: rows.normals[f as usize],
@@ -187,9 +183,8 @@ impl Lane for Pair {
 
     #[inline(always)]
     fn load(index: usize, rows: Rows<'_>) -> Self {
-        let half_edge = rows.pairs[index];
-        let [u, w] = half_edge_ends(half_edge, rows.stars.faces);
-        pair_between(half_edge / 3, across(half_edge / 3, u, w, &rows.stars), [u, w], &rows)
+        let Edge { half_edge, across } = rows.pairs[index];
+        pair_between(half_edge / 3, across, half_edge_ends(half_edge, rows.faces), &rows)
     }
 
     /// The key of a pair off the border.
@@ -200,12 +195,11 @@ impl Lane for Pair {
 }
 
 /// The key of a pair with an end on the border.
-fn border_key(half_edge: u32, rows: &Rows<'_>, params: Params) -> u32 {
-    let [u, w] = half_edge_ends(half_edge, rows.stars.faces);
-    let beyond = across(half_edge / 3, u, w, &rows.stars);
-    let pair = pair_between(half_edge / 3, beyond, [u, w], rows);
+fn border_key(edge: Edge, rows: &Rows<'_>, params: Params) -> u32 {
+    let [u, w] = half_edge_ends(edge.half_edge, rows.faces);
+    let pair = pair_between(edge.half_edge / 3, edge.across, [u, w], rows);
     let e = sub3(pair.pw.xyz(), pair.pu.xyz());
-    let on_border = if beyond == NO_FACE { border_term(e) } else { Sym3::default() };
+    let on_border = if edge.across == NO_FACE { border_term(e) } else { Sym3::default() };
     let weight = mul(params.border_weight, dot3(e, e));
     let (first, second) = (rows.borders[u as usize], rows.borders[w as usize]);
     ends_key(with_border(ends_of(&pair), first, second, on_border, weight), &pair, params)
@@ -215,10 +209,8 @@ impl Kernel for VolumeCosts<'_> {
     const NAME: &'static str = "volume_costs";
     const SOURCE: &'static str = include_str!("../../shaders/volume_costs.wgsl");
     const SHARED: &'static [&'static str] = &[
-        include_str!("../../shaders/shared/stars.wgsl"),
         include_str!("../../shaders/shared/border_term.wgsl"),
         include_str!("../../shaders/shared/half_edges.wgsl"),
-        include_str!("../../shaders/shared/pairs.wgsl"),
         include_str!("../../shaders/shared/pair_quadric.wgsl"),
     ];
     type Params = Params;
@@ -237,8 +229,6 @@ impl Kernel for VolumeCosts<'_> {
         vec![
             Binding::new("positions", Access::Read, self.positions),
             Binding::new("faces", Access::Read, self.faces),
-            Binding::new("ring_starts", Access::Read, self.ring_starts),
-            Binding::new("ring_faces", Access::Read, self.ring_faces),
             Binding::new("normals", Access::Read, self.normals),
             Binding::new("sums", Access::Read, self.sums),
             Binding::new("borders", Access::Read, self.borders),
@@ -253,10 +243,10 @@ impl Kernel for VolumeCosts<'_> {
 
     fn run_cpu(&mut self) {
         let params = self.params();
-        let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
+        let (positions, faces) = (self.positions.host(), self.faces.host());
         let (normals, sums, borders) = (self.normals.host(), self.sums.host(), self.borders.host());
         let pairs = &self.pairs.host()[..self.pair_count as usize];
-        let rows = Rows { stars, normals, sums, borders, pairs };
+        let rows = Rows { positions, faces, normals, sums, borders, pairs };
         let has_border = borders.len() > 1;
         let blocks = self.keys.host_mut()[..pairs.len()].par_chunks_mut(LANES).enumerate();
         blocks.with_min_len(CHUNK / LANES).for_each_init(Columns::<Pair, PAIR_WORDS>::new, |block, (i, keys)| {
@@ -286,15 +276,12 @@ mod tests {
 
     #[test]
     fn lanes_have_the_bits_of_scalar_calls() {
-        // Islands of two faces: every edge of the diagonal has a face across, the others have none.
+        // Islands of two faces: one edge of each has a face across, the others have none.
         let islands = 200_u32;
         let position = |i| Position { x: hostile(3 * i), y: hostile(3 * i + 1), z: hostile(3 * i + 2), flags: i & 3 };
         let positions: Vec<Position> = (0..4 * islands).map(position).collect();
         let island = |i| [Face { a: 4 * i, b: 4 * i + 1, c: 4 * i + 2 }, Face { a: 4 * i, b: 4 * i + 2, c: 4 * i + 3 }];
         let faces: Vec<Face> = (0..islands).flat_map(island).collect();
-        let ring_starts: Vec<u32> =
-            (0..islands).flat_map(|i| [0, 2, 3, 5].map(|start| 6 * i + start)).chain([6 * islands]).collect();
-        let ring_faces: Vec<u32> = (0..islands).flat_map(|i| [0, 1, 0, 0, 1, 1].map(|face| 2 * i + face)).collect();
         let normal = |i| Normal { x: hostile(i), y: hostile(7 * i), z: hostile(11 * i + 5) };
         let normals: Vec<Normal> = (0..2 * islands).map(normal).collect();
         let sum = |i: u32| VolumeSum {
@@ -306,9 +293,10 @@ mod tests {
             ..VolumeSum::default()
         };
         let sums: Vec<VolumeSum> = (0..4 * islands).map(sum).collect();
-        let pairs: Vec<u32> = (0..6 * islands).collect();
-        let stars = Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
-        let rows = Rows { stars, normals: &normals, sums: &sums, borders: &[], pairs: &pairs };
+        let across = |i: u32| if i % 3 == 2 { (i / 3) ^ 1 } else { NO_FACE };
+        let pairs: Vec<Edge> = (0..6 * islands).map(|i| Edge { half_edge: i, across: across(i) }).collect();
+        let rows =
+            Rows { positions: &positions, faces: &faces, normals: &normals, sums: &sums, borders: &[], pairs: &pairs };
         let mut block = Columns::<Pair, PAIR_WORDS>::new();
         for at_endpoints in [0, 1] {
             let params = Params { at_endpoints, border_weight: 9.0, regularization: VOLUME_REGULARIZATION };

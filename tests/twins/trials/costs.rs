@@ -47,7 +47,7 @@ impl Mesh {
 /// The positions; perturbed, both ends of a pair are locked.
 fn with_a_lock(round: &Round, perturbed: bool) -> Vec<Position> {
     let mut positions = round.positions.clone();
-    let ends = round.pairs.iter().map(|&pair| half_edge_corners(pair, &round.faces));
+    let ends = round.pairs.iter().map(|pair| half_edge_corners(pair.half_edge, &round.faces));
     let locked = |vertex: u32| round.positions[vertex as usize].flags & LOCKED != 0;
     if let Some([_, free, _]) = ends.into_iter().find(|&[u, w, _]| perturbed && locked(u) && !locked(w)) {
         positions[free as usize].flags ^= LOCKED;
@@ -62,10 +62,13 @@ fn with_a_shift(round: &Round, perturbed: bool) -> Vec<Position> {
     positions
 }
 
-/// How many of the pairs the faces of every block own.
+/// How many pairs the vertices of every block list.
 fn pair_counts(round: &Round) -> Vec<u32> {
-    let mut counts = vec![0; round.faces.len().div_ceil(PAIR_BLOCK as usize)];
-    round.pairs.iter().for_each(|pair| counts[(pair / 3 / PAIR_BLOCK) as usize] += 1);
+    let mut counts = vec![0; round.positions.len().div_ceil(PAIR_BLOCK as usize)];
+    for pair in &round.pairs {
+        let [u, w, _] = half_edge_corners(pair.half_edge, &round.faces);
+        counts[(u.min(w) / PAIR_BLOCK) as usize] += 1;
+    }
     counts
 }
 
@@ -74,9 +77,9 @@ fn count_pairs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()
         seen.input(round.name);
         let mesh = Mesh::new(queue, round, with_a_lock(round, perturbed))?;
         let Mesh { positions, faces, ring_starts, ring_faces } = &mesh;
-        let face_count = round.faces.len() as u32;
+        let vertex_count = round.positions.len() as u32;
         let counts = &mut queue.buffer(pair_counts(round).len() + 1)?;
-        seen.run(queue, CountPairs { positions, faces, ring_starts, ring_faces, face_count, counts })?;
+        seen.run(queue, CountPairs { positions, faces, ring_starts, ring_faces, vertex_count, counts })?;
         seen.output(queue, "counts", counts)?;
     }
     Ok(())
@@ -87,10 +90,10 @@ fn gather_pairs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<(
         seen.input(round.name);
         let mesh = Mesh::new(queue, round, with_a_lock(round, perturbed))?;
         let Mesh { positions, faces, ring_starts, ring_faces } = &mesh;
-        let face_count = round.faces.len() as u32;
+        let vertex_count = round.positions.len() as u32;
         let starts = &queue.buffer_from(scanned(&pair_counts(round)))?;
         let pairs = &mut queue.buffer(round.pairs.len())?;
-        seen.run(queue, GatherPairs { positions, faces, ring_starts, ring_faces, face_count, starts, pairs })?;
+        seen.run(queue, GatherPairs { positions, faces, ring_starts, ring_faces, vertex_count, starts, pairs })?;
         seen.output(queue, "pairs", pairs)?;
     }
     Ok(())
@@ -133,10 +136,10 @@ fn volume_costs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<(
     for (round, perturbed) in rounds(perturbed) {
         seen.input(round.name);
         let mut sums = round.volume_sums.clone();
-        let [end, ..] = half_edge_corners(round.pairs[0], &round.faces);
+        let [end, ..] = half_edge_corners(round.pairs[0].half_edge, &round.faces);
         flip(&mut sums[end as usize].zz, perturbed);
         let mesh = Mesh::new(queue, round, round.positions.clone())?;
-        let Mesh { positions, faces, ring_starts, ring_faces } = &mesh;
+        let Mesh { positions, faces, .. } = &mesh;
         let normals = &queue.buffer_from(round.normals.clone())?;
         let sums = &queue.buffer_from(sums)?;
         let borders = &queue.buffer_from(round.border_sums.clone())?;
@@ -149,8 +152,6 @@ fn volume_costs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<(
                 VolumeCosts {
                     positions,
                     faces,
-                    ring_starts,
-                    ring_faces,
                     normals,
                     sums,
                     borders,
@@ -188,7 +189,7 @@ fn plane_costs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()
     for (round, perturbed) in rounds(perturbed) {
         seen.input(round.name);
         let mut quadrics = round.quadrics.clone();
-        let [end, ..] = half_edge_corners(round.pairs[0], &round.faces);
+        let [end, ..] = half_edge_corners(round.pairs[0].half_edge, &round.faces);
         flip(&mut quadrics[end as usize].c, perturbed);
         let positions = &queue.buffer_from(round.positions.clone())?;
         let faces = &queue.buffer_from(round.faces.clone())?;

@@ -6,6 +6,7 @@ use coarsen::kernel::cost_histogram::{BUCKET_SHIFT, BUCKETS, CostHistogram};
 use coarsen::kernel::count_candidates::{CountCandidates, GATE_BLOCK};
 use coarsen::kernel::gather_candidates::GatherCandidates;
 use coarsen::kernel::pair_quadric::cost_key;
+use coarsen::kernel::rows::Edge;
 use coarsen::kernel::scan_add::ScanAdd;
 use coarsen::kernel::scan_blocks::{SCAN_BLOCK, ScanBlocks};
 
@@ -124,10 +125,11 @@ fn count_candidates(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Resu
 fn gather_candidates(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
     for (case, (name, rows)) in keys().into_iter().enumerate() {
         seen.input(name);
-        let mut pairs: Vec<u32> = (0..rows.len() as u32).map(|pair| pair * 3 + pair % 3).collect();
+        let pair = |i: u32| Edge { half_edge: i * 3 + i % 3, across: i ^ 1 };
+        let mut pairs: Vec<Edge> = (0..rows.len() as u32).map(pair).collect();
         if perturbed && case == 0 {
             // Everything passes the last gate.
-            pairs[5] ^= 1;
+            pairs[5].half_edge ^= 1;
         }
         let key_count = rows.len() as u32;
         let keys = &queue.buffer_from(rows.clone())?;

@@ -7,10 +7,10 @@ use coarsen::kernel::contract_faces::renamed;
 use coarsen::kernel::contract_quadrics::contracted;
 use coarsen::kernel::contract_vertices::{GONE, KEEPS};
 use coarsen::kernel::face_normals::FaceNormals;
-use coarsen::kernel::pairs::owns_pair;
+use coarsen::kernel::pairs::pairs_at;
 use coarsen::kernel::plane_sums::PlaneSums;
 use coarsen::kernel::rows::{
-    BORDER, BorderSum, Contraction, Face, LOCKED, Normal, PlaneQuadric, Position, VolumeSum, with_hub,
+    BORDER, BorderSum, Contraction, Edge, Face, LOCKED, Normal, PlaneQuadric, Position, VolumeSum, with_hub,
 };
 use coarsen::kernel::stars::Stars;
 use coarsen::kernel::volume_sums::VolumeSums;
@@ -51,7 +51,7 @@ pub struct Round {
     pub ring_starts: Vec<u32>,
     pub ring_faces: Vec<u32>,
     pub has_border: bool,
-    pub pairs: Vec<u32>,
+    pub pairs: Vec<Edge>,
     pub normals: Vec<Normal>,
     pub volume_sums: Vec<VolumeSum>,
     pub border_sums: Vec<BorderSum>,
@@ -183,11 +183,7 @@ impl Round {
         let Rings { starts: ring_starts, faces: ring_faces } = rings;
         let stars = Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
         let mut pairs = Vec::new();
-        for (face, f) in faces.iter().zip(0..) {
-            let half_edges = [[face.a, face.b], [face.b, face.c], [face.c, face.a]];
-            let owned = (0..).zip(half_edges).filter(|&(_, [u, w])| owns_pair(u, w, &stars));
-            pairs.extend(owned.map(|(corner, _)| 3 * f + corner));
-        }
+        (0..positions.len() as u32).for_each(|u| pairs_at(u, &stars, |pair| pairs.push(pair)));
         let contractions = contractions(&pairs, &stars);
 
         let mut roles = vec![0; positions.len()];
@@ -274,9 +270,9 @@ fn with_flags(positions: &[[f32; 3]], faces: &[[u32; 3]], rings: &Rings) -> Vec<
 }
 
 /// Pairs in random order of which no two share an end, contracted near their middle or onto a locked end.
-fn contractions(pairs: &[u32], stars: &Stars<'_>) -> Vec<Contraction> {
+fn contractions(pairs: &[Edge], stars: &Stars<'_>) -> Vec<Contraction> {
     let mut random = Random::new();
-    let mut order: Vec<(u32, u32)> = pairs.iter().map(|&pair| (random.bits(), pair)).collect();
+    let mut order: Vec<(u32, u32)> = pairs.iter().map(|pair| (random.bits(), pair.half_edge)).collect();
     order.sort_unstable();
     let mut used = vec![false; stars.positions.len()];
     let mut contractions = Vec::new();
