@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use coarsen::metrics::View;
+use coarsen::metrics::{Kinds, View};
 
 use crate::cli::values;
 
@@ -46,6 +46,14 @@ pub struct Measuring {
     /// ten times the faces of the larger mesh. Time grows with it; four times the samples halve the noise of the mean.
     #[arg(long, value_name = "N", value_parser = values::count)]
     pub samples: Option<usize>,
+
+    /// Which samples: vertices,edges,faces
+    ///
+    /// The kinds of samples to take, with commas between: all vertices, points along the edges, random points of the faces.
+    /// Without faces, mean and root mean square are those of the vertices. Without the option all three.
+    #[arg(long, value_name = "KIND,KIND", value_parser = values::kinds, default_value = "vertices,edges,faces",
+        hide_default_value = true)]
+    pub kinds: Kinds,
 
     /// Where the samples are
     ///

@@ -77,7 +77,11 @@ impl Job {
         Ok(Self {
             a,
             b,
-            options: Options { samples: args.measuring.samples, seed: args.measuring.seed },
+            options: Options {
+                samples: args.measuring.samples,
+                seed: args.measuring.seed,
+                kinds: args.measuring.kinds,
+            },
             view: args.measuring.view,
             heatmap,
             picture,
