@@ -182,6 +182,7 @@ fn what_cannot_be_compared_is_told() {
         ("compare - -", 2, "holds one mesh"),
         ("compare - a.obj", 2, "needs --format"),
         ("compare a.obj a.obj --samples 0", 2, "whole number"),
+        ("compare a.obj a.obj --picture p.png --width 100", 2, "240..=9600"),
         ("compare a.obj a.obj --kinds edges", 2, "edges alone have no mean"),
         ("compare a.obj a.obj --kinds corners", 2, "vertices, edges and faces"),
         ("compare a.obj a.obj --samples nan", 2, "whole number"),

@@ -99,6 +99,12 @@ pub struct Drawing {
     #[arg(long, value_name = "AXIS", value_enum, default_value_t = Up::Z, hide_possible_values = true)]
     pub up: Up,
 
+    /// Width of the picture in pixels
+    ///
+    /// How many pixels wide the picture is, from 240 to 9600; its height follows from the mesh.
+    #[arg(long, value_name = "PIXELS", default_value_t = 1800, value_parser = clap::value_parser!(u16).range(240..=9600))]
+    pub width: u16,
+
     /// Views: 1 from the front, 2 also the back
     ///
     /// The rows of the picture: one seen from the front, or a second one seen from the back.

@@ -86,13 +86,13 @@ impl Job {
             heatmap,
             picture,
             drawing: PictureOptions {
+                width: args.drawing.width.into(),
                 views: args.drawing.views.into(),
                 up: match args.drawing.up {
                     args::Up::Y => Up::Y,
                     args::Up::Z => Up::Z,
                 },
                 limit: args.drawing.heat_limit,
-                ..PictureOptions::default()
             },
             selector,
             threads: args.device.threads.into(),
