@@ -6,7 +6,7 @@ use coarsen::backend::GpuOptions;
 use coarsen::math::{DMat3, DVec3};
 use coarsen::mesh::{sample, shapes};
 use coarsen::metrics::sampling::{Kind, Sampler};
-use coarsen::metrics::{Deviation, Options, Side, deviation, vertex_distances};
+use coarsen::metrics::{Deviation, Kinds, Options, Side, deviation, vertex_distances};
 use coarsen::spatial::{Bvh, Frame};
 use coarsen::{Budget, Error, Mesh, Method, simplify};
 use support::deviation::{Random, brute_force};
@@ -190,7 +190,7 @@ fn every_sample_agrees_with_brute_force() {
         let frame = Frame::of(&a, &b);
         let (sampler, bvh) = (Sampler::new(&a, frame, 500, 1), Bvh::new(&b, frame));
         let mut counts = [0; 3];
-        for (kind, indices) in sampler.chunks() {
+        for (kind, indices) in sampler.chunks(Kinds::default()) {
             for sample in sampler.samples(kind, indices) {
                 let p = frame.to_model(sample.position);
                 let want = brute_force(p, &b);
@@ -222,29 +222,47 @@ fn distances_agree_with_parry() {
     }
 }
 
-/// The reported figures are those of the samples, added up plainly.
+/// The kinds of samples that can be chosen.
+fn choices() -> Vec<Kinds> {
+    let choices = (0..8).map(|bits| Kinds { vertices: bits & 1 > 0, edges: bits & 2 > 0, faces: bits & 4 > 0 });
+    choices.filter(|kinds| kinds.vertices || kinds.faces).collect()
+}
+
+/// The reported figures are those of the chosen samples, added up plainly.
 #[test]
 fn figures_are_those_of_the_samples() {
     for (name, a, b) in pairs() {
-        let d = measure(&a, &b, 600).forward;
         let frame = Frame::of(&a, &b);
         let sampler = Sampler::new(&a, frame, 600, Options::default().seed);
-        let (mut all, mut on_faces) = (Vec::new(), Vec::new());
-        for (kind, indices) in sampler.chunks() {
-            for sample in sampler.samples(kind, indices) {
-                let distance = brute_force(frame.to_model(sample.position), &b);
-                all.push(distance);
-                if kind == Kind::Face {
-                    on_faces.push(distance);
-                }
-            }
+        let of = |kind| -> Vec<f64> {
+            let samples = sampler.samples(kind, 0..sampler.indices(kind));
+            samples.iter().map(|sample| brute_force(frame.to_model(sample.position), &b)).collect()
+        };
+        let found = [Kind::Vertex, Kind::Edge, Kind::Face].map(|kind| (kind, of(kind)));
+        for kinds in choices() {
+            let d = deviation(&a, &b, &Options { kinds, ..options(600) }, &cpu(2)).unwrap().forward;
+            let chosen = || found.iter().filter(|(kind, _)| kinds.contains(*kind)).flat_map(|(_, all)| all);
+            let means = &found[if kinds.faces { 2 } else { 0 }].1;
+            let count = means.len() as f64;
+            assert_eq!(d.samples, chosen().count(), "{name} {kinds:?}");
+            assert_close(d.distance.max, chosen().copied().fold(0.0, f64::max), 1e-9);
+            assert_close(d.distance.mean, means.iter().sum::<f64>() / count, 1e-9);
+            assert_close(d.distance.rms, (means.iter().map(|d| d * d).sum::<f64>() / count).sqrt(), 1e-9);
         }
-        let count = on_faces.len() as f64;
-        assert_eq!(d.samples, all.len(), "{name}");
-        assert_close(d.distance.max, all.iter().copied().fold(0.0, f64::max), 1e-9);
-        assert_close(d.distance.mean, on_faces.iter().sum::<f64>() / count, 1e-9);
-        assert_close(d.distance.rms, (on_faces.iter().map(|d| d * d).sum::<f64>() / count).sqrt(), 1e-9);
     }
+}
+
+#[test]
+fn edges_alone_are_refused_and_a_surface_without_area_has_its_vertices() {
+    let with = |vertices, edges, faces| Options { kinds: Kinds { vertices, edges, faces }, ..options(100) };
+    for edges in [false, true] {
+        let result = deviation(&cube(1), &cube(1), &with(false, edges, false), &cpu(1));
+        assert!(matches!(result, Err(Error::Parameter(_))), "{result:?}");
+    }
+    let segment = mesh(&[[0.0; 3], [2.0, 0.0, 0.0], [1.0, 0.0, 0.0]], &[[0, 1, 2]]);
+    let shifted = moved(&segment, |p| p + DVec3::Y);
+    let d = deviation(&segment, &shifted, &with(false, false, true), &cpu(1)).unwrap().forward;
+    assert_eq!((d.samples, d.distance.mean), (3, 1.0));
 }
 
 // Invariances
@@ -397,7 +415,7 @@ fn samples_lie_where_they_say_and_cover_the_surface() {
     let sampler = Sampler::new(&mesh, frame, 50_000, 7);
     let mut counts = [0; 3];
     let mut per_face = vec![0.0; mesh.faces.len()];
-    for (kind, indices) in sampler.chunks() {
+    for (kind, indices) in sampler.chunks(Kinds::default()) {
         for sample in sampler.samples(kind, indices) {
             let corners = frame.corners(&mesh, mesh.faces[sample.face as usize]);
             let at: DVec3 = sample.weights.iter().zip(corners).map(|(&w, corner)| corner * w).sum();
@@ -437,7 +455,7 @@ fn kind_order(kind: Kind) -> usize {
 #[test]
 fn seeds_agree() {
     let [a, b] = [sphere(4), bumpy(sphere(4), 0.02)];
-    let with = |seed| deviation(&a, &b, &Options { samples: Some(100_000), seed }, &cpu(2)).unwrap().forward.distance;
+    let with = |seed| deviation(&a, &b, &Options { seed, ..options(100_000) }, &cpu(2)).unwrap().forward.distance;
     let [one, other] = [1, 2].map(with);
     assert!(one.rms != other.rms);
     assert_close(one.rms, other.rms, 1e-3);

@@ -114,13 +114,20 @@ pub enum PipeFormat {
 
 impl Problems {
     /// One more problem of usage.
-    pub fn add(&mut self, message: impl Into<String>) {
-        self.0.push(refuse(Exit::Usage, message));
+    pub fn add(&mut self, text: impl Into<String>) {
+        self.push(refuse(Exit::Usage, text));
+    }
+
+    /// The same fault of two arguments is told once.
+    fn push(&mut self, problem: anyhow::Error) {
+        if self.0.iter().all(|other| message(other) != message(&problem)) {
+            self.0.push(problem);
+        }
     }
 
     /// The value, or `None` and one more problem.
     pub fn note<T, E: Into<anyhow::Error>>(&mut self, result: Result<T, E>) -> Option<T> {
-        result.map_err(|error| self.0.push(error.into())).ok()
+        result.map_err(|error| self.push(error.into())).ok()
     }
 
     /// The format that `--format` names for those of two names that are `-`.

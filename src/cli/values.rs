@@ -1,6 +1,6 @@
 //! Numbers as people write them on a command line: `20k`, `10%`, `8GiB`.
 
-use coarsen::metrics::View;
+use coarsen::metrics::{Kinds, Options, View};
 
 /// A count: `20000`, `20_000`, `20k`, `1.5M`, `2G`.
 pub fn count(text: &str) -> Result<usize, String> {
@@ -84,6 +84,21 @@ pub fn view(text: &str) -> Result<View, String> {
     view.check().map(|()| view).map_err(|error| error.to_string())
 }
 
+/// Kinds of samples: `vertices,edges,faces`, or some of them.
+pub fn kinds(text: &str) -> Result<Kinds, String> {
+    let mut kinds = Kinds { vertices: false, edges: false, faces: false };
+    for kind in text.split(',') {
+        match kind.trim() {
+            "vertices" => kinds.vertices = true,
+            "edges" => kinds.edges = true,
+            "faces" => kinds.faces = true,
+            _ => return Err("give some of vertices, edges and faces, with commas between".into()),
+        }
+    }
+    let options = Options { kinds, ..Options::default() };
+    options.check().map(|()| kinds).map_err(|_| "edges alone have no mean: add vertices or faces".into())
+}
+
 /// Bytes: `8GiB`, `8G` and `8g` are 8 × 2³⁰, `500MB` is 500 × 10⁶, a bare number counts bytes.
 pub fn bytes(text: &str) -> Result<u64, String> {
     let end = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
@@ -146,6 +161,15 @@ mod tests {
         for text in ["", "10", "10,45", "10,45,1080,1", "0,45,1080", "10,180,1080", "10,45,0", "10,nan,1080", "-1,45,9"]
         {
             assert!(view(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn kinds_of_samples() {
+        assert_eq!(kinds("vertices,edges,faces"), Ok(Kinds::default()));
+        assert_eq!(kinds("faces, vertices"), Ok(Kinds { edges: false, ..Kinds::default() }));
+        for text in ["", "edges", "faces,", "corners", "Faces"] {
+            assert!(kinds(text).is_err(), "{text}");
         }
     }
 

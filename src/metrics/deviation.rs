@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::Spread;
 use super::color::{ColorDeviation, ColorSums};
 use super::proposals::Proposals;
-use super::sampling::{CHUNK, Kind, Sample, Sampler};
+use super::sampling::{CHUNK, Kind, Kinds, Sample, Sampler};
 use super::sums::Sums;
 use crate::backend::Device;
 use crate::error::{Error, Result};
@@ -28,15 +28,35 @@ const ANGLE_STEPS: usize = 1 << 16;
 /// How to measure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Options {
-    /// Samples on the faces of each side, beside its vertices and edges; `None` takes ten a face of the larger mesh.
+    /// Samples on the faces of each side, beside its vertices and edges; `None` takes ten a face of the larger mesh. Where
+    /// faces are not chosen, it still sets the steps along edges.
     pub samples: Option<usize>,
     /// Another seed puts the samples elsewhere.
     pub seed: u64,
+    /// Which kinds of samples to take: all by default. Without faces, mean and root mean square are those of the vertices.
+    pub kinds: Kinds,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { samples: None, seed: 1998 }
+        Self { samples: None, seed: 1998, kinds: Kinds::default() }
+    }
+}
+
+impl Options {
+    /// Whether they can be measured by.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] when neither vertices nor faces are chosen: there is no mean of edges alone.
+    pub fn check(&self) -> Result<()> {
+        if !self.kinds.vertices && !self.kinds.faces {
+            return Err(Error::Parameter("deviations need samples at vertices or on faces".into()));
+        }
+        Ok(())
+    }
+
+    fn samples_between(&self, a: &Mesh, b: &Mesh) -> usize {
+        self.samples.unwrap_or_else(|| a.faces.len().max(b.faces.len()).saturating_mul(10))
     }
 }
 
@@ -54,12 +74,13 @@ pub struct AngleSpread {
 /// What was measured from one surface to the other.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Side {
-    /// Samples of all kinds: vertices, edges, faces.
+    /// Samples of all chosen kinds: vertices, edges, faces.
     pub samples: usize,
-    /// Distance to the other surface. The maximum looks at all samples, mean and root mean square at those on faces; on
-    /// a surface without area at its vertices.
+    /// Distance to the other surface. The maximum looks at all samples, mean and root mean square at those on faces;
+    /// where there are none, because they were not chosen or the surface has no area, at its vertices.
     pub distance: Spread,
-    /// Angle between the flat normals at a face sample and at its closest point; faces without area are left out.
+    /// Angle between the flat normals at a face sample and at its closest point; faces without area are left out. Zeros
+    /// without face samples.
     pub normals: AngleSpread,
     /// The sample with the greatest distance; some vertex where all are at zero.
     pub worst: [f64; 3],
@@ -92,16 +113,16 @@ impl Deviation {
 ///
 /// # Errors
 /// [`Error::Mesh`] when a mesh breaks the invariants of [`Mesh::check`] or has no faces, for there is no distance to
-/// nothing; the message says which.
+/// nothing; the message says which. [`Error::Parameter`] as [`Options::check`].
 pub fn deviation(a: &Mesh, b: &Mesh, options: &Options, device: &Device) -> Result<Deviation> {
+    options.check()?;
     check(a, "first")?;
     check(b, "second")?;
-    let samples = options.samples.unwrap_or_else(|| a.faces.len().max(b.faces.len()).saturating_mul(10));
     device.install(|| {
         let frame = Frame::of(a, b);
         // One after the other, so that only one tree is held.
-        let forward = side(a, b, frame, samples, options.seed, device);
-        let backward = side(b, a, frame, samples, options.seed, device);
+        let forward = side(a, b, frame, options, device);
+        let backward = side(b, a, frame, options, device);
         Ok(Deviation { diagonal: a.diagonal(), forward, backward })
     })
 }
@@ -156,17 +177,20 @@ struct Pair<'a> {
 }
 
 /// Measures from the surface of `from` to that of `to`.
-fn side(from: &Mesh, to: &Mesh, frame: Frame, samples: usize, seed: u64, device: &Device) -> Side {
+fn side(from: &Mesh, to: &Mesh, frame: Frame, options: &Options, device: &Device) -> Side {
+    let samples = options.samples_between(from, to);
     // The tree first: building it holds more than the sampler does.
     let to = Bvh::new(to, frame);
-    let sampler = Sampler::new(from, frame, samples, seed);
+    let sampler = Sampler::new(from, frame, samples, options.seed);
     let colors = from.colors.as_deref().zip(to.mesh().colors.as_deref()).map(|(a, b)| [a, b]);
-    let by_vertices = sampler.indices(Kind::Face) == 0;
+    let by_vertices = !options.kinds.faces || sampler.indices(Kind::Face) == 0;
+    // Chosen or not, they are all that a surface without area has.
+    let kinds = Kinds { vertices: options.kinds.vertices || by_vertices, ..options.kinds };
     let mut proposals = Proposals::of(&to, device, samples, BATCH * CHUNK);
     let pair = Pair { from, to, colors, by_vertices };
     let mut sums = SideSums::default();
     let mut histogram = vec![0u64; ANGLE_STEPS];
-    for batch in sampler.chunks().chunks(BATCH) {
+    for batch in sampler.chunks(kinds).chunks(BATCH) {
         let enough = sums.greatest_sq;
         let measured: Vec<(SideSums, Vec<u16>)> = match &mut proposals {
             None => (batch.par_iter())

@@ -17,6 +17,7 @@ pub use color::{ColorDeviation, ColorSums};
 pub use compare::{Comparison, compare};
 pub use deviation::{AngleSpread, Deviation, Options, Side, deviation, vertex_distances};
 pub use quality::{Quality, quality};
+pub use sampling::Kinds;
 pub use texture::{TextureDeviation, texture_deviation};
 pub use view::View;
 

@@ -34,6 +34,34 @@ pub enum Kind {
     Face,
 }
 
+/// Which kinds of samples to take, as the switches of Metro choose them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+pub struct Kinds {
+    /// All vertices that a face uses.
+    pub vertices: bool,
+    /// Points along the edges.
+    pub edges: bool,
+    /// Points on the faces.
+    pub faces: bool,
+}
+
+impl Default for Kinds {
+    fn default() -> Self {
+        Self { vertices: true, edges: true, faces: true }
+    }
+}
+
+impl Kinds {
+    /// Whether samples of this kind are taken.
+    pub fn contains(self, kind: Kind) -> bool {
+        match kind {
+            Kind::Vertex => self.vertices,
+            Kind::Edge => self.edges,
+            Kind::Face => self.faces,
+        }
+    }
+}
+
 /// A point of the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
@@ -104,14 +132,15 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// The chunks of all kinds in order.
-    pub fn chunks(&self) -> Vec<(Kind, Range<usize>)> {
+    /// The chunks of these kinds in order.
+    pub fn chunks(&self, kinds: Kinds) -> Vec<(Kind, Range<usize>)> {
         let of = |kind| {
             let count = self.indices(kind);
             (0..count).step_by(CHUNK).map(move |start| (kind, start..(start + CHUNK).min(count)))
         };
         // Faces first: what they find spares most of the work on samples that only count for the maximum.
-        [Kind::Face, Kind::Vertex, Kind::Edge].into_iter().flat_map(of).collect()
+        let order = [Kind::Face, Kind::Vertex, Kind::Edge];
+        order.into_iter().filter(|&kind| kinds.contains(kind)).flat_map(of).collect()
     }
 
     /// The samples of a chunk, in order.

@@ -135,6 +135,7 @@ fn build(items: &mut [Item]) -> Vec<Node> {
         }
     }
     let subtrees: Vec<_> = small.into_par_iter().map(|range| (range.node, subtree(range))).collect();
+    nodes.reserve_exact(subtrees.iter().map(|(_, subtree)| subtree.len() - 1).sum());
     for (node, subtree) in subtrees {
         // The subtree's root is there already, so its other nodes move by one less.
         let shift = nodes.len() as u32 - 1;

@@ -165,12 +165,13 @@ fn wrong_uses_are_told() {
         ("bench in.obj -g cpu,", 2, "empty"),
         ("bench in.obj -r 50", 2, "50%"),
         ("bench in.obj --scale part", 2, "--scale"),
-        ("bench --scale horse", 2, "there are: statue"),
+        ("bench --scale horse", 2, "error: invalid parameter: no sample 'horse', there are: statue"),
         ("bench --sizes 1k", 2, "--scale"),
         ("bench in.obj --plot out.png", 2, "ends in .svg"),
         ("bench in.obj --plot none/out.svg", 8, "cannot write 'none/out.svg'"),
         ("bench missing.ply", 4, "missing.ply"),
         ("bench empty.obj -g cpu:1 -q", 4, "no faces"),
+        ("bench in.obj -g nonesuch", 7, "nothing to run: nonesuch: "),
         ("bench - -g cpu:x --plot out.png", 2, "3 problems"),
     ] {
         let ran = dir.run(line);

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use coarsen::metrics::View;
+use coarsen::metrics::{Kinds, View};
 
 use crate::cli::values;
 
@@ -46,6 +46,14 @@ pub struct Measuring {
     /// ten times the faces of the larger mesh. Time grows with it; four times the samples halve the noise of the mean.
     #[arg(long, value_name = "N", value_parser = values::count)]
     pub samples: Option<usize>,
+
+    /// Which samples: vertices,edges,faces
+    ///
+    /// The kinds of samples to take, with commas between: all vertices, points along the edges, random points of the faces.
+    /// Without faces, mean and root mean square are those of the vertices. Without the option all three.
+    #[arg(long, value_name = "KIND,KIND", value_parser = values::kinds, default_value = "vertices,edges,faces",
+        hide_default_value = true)]
+    pub kinds: Kinds,
 
     /// Where the samples are
     ///
@@ -90,6 +98,12 @@ pub struct Drawing {
     /// What is up in the picture: 'z' as in the built-in samples, drawings and terrains, 'y' as in many scans.
     #[arg(long, value_name = "AXIS", value_enum, default_value_t = Up::Z, hide_possible_values = true)]
     pub up: Up,
+
+    /// Width of the picture in pixels
+    ///
+    /// How many pixels wide the picture is, from 240 to 9600; its height follows from the mesh.
+    #[arg(long, value_name = "PIXELS", default_value_t = 1800, value_parser = clap::value_parser!(u16).range(240..=9600))]
+    pub width: u16,
 
     /// Views: 1 from the front, 2 also the back
     ///

@@ -26,20 +26,21 @@ use self::contest::contest;
 use self::plan::Plan;
 use self::record::{CaseRecord, Entrant, Figures, JobRecord, Record};
 use self::ticker::Ticker;
+use super::failure::refuse;
 use super::sink::write_whole;
 use super::{Exit, args, console};
 
 /// Measures what the arguments ask for and prints it.
 ///
 /// # Errors
-/// Contradictions in the arguments, an input that cannot be read, an output that cannot be written. A device that cannot
-/// be opened or fails is a line in the table.
+/// Contradictions in the arguments, an input that cannot be read, an output that cannot be written, no device at all. A
+/// single device that cannot be opened or fails is a line in the table.
 pub fn run(args: &args::Bench) -> anyhow::Result<Exit> {
     if let Some(job) = peak::job() {
         return peak::serve(&job);
     }
     let plan = Plan::new(args)?;
-    let (entrants, contenders) = open(&plan);
+    let (entrants, contenders) = open(&plan)?;
     let mut record = Record::new(&plan, entrants);
     for source in &plan.sources {
         let case = Case::read(source)?;
@@ -54,8 +55,11 @@ pub fn run(args: &args::Bench) -> anyhow::Result<Exit> {
 }
 
 /// Opens what can be opened; the list also has what cannot, and why.
-fn open(plan: &Plan) -> (Vec<Entrant>, Vec<Contender>) {
-    let (mut entrants, mut contenders) = (Vec::new(), Vec::new());
+///
+/// # Errors
+/// The reasons, where nothing can be opened.
+fn open(plan: &Plan) -> anyhow::Result<(Vec<Entrant>, Vec<Contender>)> {
+    let (mut entrants, mut contenders, mut reasons) = (Vec::new(), Vec::new(), Vec::new());
     for wish in &plan.wishes {
         console::note(plan.verbosity, &format!("opening {wish}"));
         match Contender::open(wish, plan.adapter_threads) {
@@ -63,10 +67,16 @@ fn open(plan: &Plan) -> (Vec<Entrant>, Vec<Contender>) {
                 entrants.push(Entrant::of(&contender));
                 contenders.push(contender);
             }
-            Err(reason) => entrants.push(Entrant::absent(wish, reason)),
+            Err(reason) => {
+                reasons.push(format!("{wish}: {reason}"));
+                entrants.push(Entrant::absent(wish, reason));
+            }
         }
     }
-    (entrants, contenders)
+    if contenders.is_empty() {
+        return Err(refuse(Exit::Device, format!("nothing to run: {}", reasons.join("; "))));
+    }
+    Ok((entrants, contenders))
 }
 
 /// One job by all contenders: times, then memory, then how far the results are from the input.

@@ -77,18 +77,22 @@ impl Job {
         Ok(Self {
             a,
             b,
-            options: Options { samples: args.measuring.samples, seed: args.measuring.seed },
+            options: Options {
+                samples: args.measuring.samples,
+                seed: args.measuring.seed,
+                kinds: args.measuring.kinds,
+            },
             view: args.measuring.view,
             heatmap,
             picture,
             drawing: PictureOptions {
+                width: args.drawing.width.into(),
                 views: args.drawing.views.into(),
                 up: match args.drawing.up {
                     args::Up::Y => Up::Y,
                     args::Up::Z => Up::Z,
                 },
                 limit: args.drawing.heat_limit,
-                ..PictureOptions::default()
             },
             selector,
             threads: args.device.threads.into(),

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use coarsen::Device;
 use coarsen::mesh::Topology;
-use coarsen::metrics::{Comparison, Quality, Side, Spread, TextureDeviation, View};
+use coarsen::metrics::{Comparison, Kinds, Quality, Side, Spread, TextureDeviation, View};
 use serde::Serialize;
 
 use super::Job;
@@ -22,6 +22,7 @@ pub struct Record {
     /// Samples on the faces of each side that were asked for; null for ten a face of the larger mesh.
     samples: Option<usize>,
     seed: u64,
+    kinds: Kinds,
     /// Of the bounding box of A.
     pub diagonal: f64,
     /// From A to B.
@@ -84,6 +85,7 @@ impl Record {
             device: device.description(),
             samples: job.options.samples,
             seed: job.options.seed,
+            kinds: job.options.kinds,
             diagonal,
             forward: deviation.forward,
             backward: deviation.backward,
