@@ -24,8 +24,9 @@ pub struct Comparison {
 /// # Errors
 /// As [`deviation()`].
 pub fn compare(a: &Mesh, b: &Mesh, options: &Options, device: &Device) -> Result<Comparison> {
-    let deviation = deviation(a, b, options, device)?;
+    // All by one thread of the pool: an allocator that keeps freed memory for each thread then keeps it once.
     device.install(|| {
+        let deviation = deviation(a, b, options, device)?;
         let topology = [a, b].map(|mesh| survey(mesh).topology);
         let texture = texture_deviation(a, b, TEXELS)?;
         Ok(Comparison { deviation, quality: [a, b].map(quality), topology, texture })
