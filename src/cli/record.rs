@@ -58,6 +58,7 @@ struct Seconds {
     select: f64,
     filter: f64,
     apply: f64,
+    fit: f64,
     transfer: f64,
     write: f64,
     total: f64,
@@ -81,7 +82,7 @@ impl Record {
         };
         let diagonal = input.diagonal();
         let estimate = outcome.error_estimate;
-        let Phases { weld, build, cost, select, filter, apply, transfer, .. } = outcome.seconds;
+        let Phases { weld, build, cost, select, filter, apply, fit, transfer, .. } = outcome.seconds;
         Self {
             schema: 1,
             input: job.source.to_string(),
@@ -110,6 +111,7 @@ impl Record {
                 select,
                 filter,
                 apply,
+                fit,
                 transfer,
                 write: clocks.write,
                 total: clocks.total,

@@ -202,6 +202,7 @@ fn method(shape: &args::Shape) -> Method {
             Weld::Off => None,
             Weld::Within(distance) => Some(distance),
         },
+        fit: shape.fit,
         prune: shape.prune.unwrap_or(defaults.prune),
     })
 }
