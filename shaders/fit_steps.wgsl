@@ -38,7 +38,9 @@ fn stepped(vertex: u32) -> vec3f {
     if t <= NO_WEIGHT {
         return start;
     }
-    let q = PairQuadric(matrix, pull, 0.0, vec3f(0.0, 0.0, 0.0), 0.0);
+    // Held to where the vertex was, not to where the step starts.
+    let held = flush3(scale3(start, flush(mul(params.regularization, t), LEAST_FACTOR)), LEAST_FACTOR);
+    let q = PairQuadric(matrix, sub3(pull, held), 0.0, vec3f(0.0, 0.0, 0.0), 0.0);
     let step = least(scaled(q, scale_down(half_exponent(t))), params.regularization);
     return flush3(add3(start, step), LEAST_FACTOR);
 }

@@ -25,8 +25,6 @@ use super::surface::Start;
 const MOST_SAMPLES: usize = 12;
 /// Steps a sweep: three reach within half a percent what twenty do.
 const STEPS: usize = 3;
-/// Times that what the samples refuse is taken back and measured again.
-const TRIES: usize = 3;
 
 /// The result as a fit sees it, in host memory.
 #[derive(Debug, Clone, Copy)]
@@ -109,6 +107,14 @@ struct Buffers {
     next_ahead: Buffer<[f32; 4]>,
 }
 
+/// What a sweep would do.
+struct Move<'a> {
+    positions: &'a [Position],
+    offsets: &'a [[f32; 4]],
+    /// Vertices that stay.
+    held: &'a mut [bool],
+}
+
 /// Moves `positions` until no sweep is left or one gains nothing; `owners` tells which vertex of `shape` each one of `original` became.
 ///
 /// On an error `positions` are as the last sweep that ended left them, and another queue can go on.
@@ -177,27 +183,33 @@ impl Buffers {
         let before = self.measure_anew(queue)?;
         let offsets = self.step(queue)?;
         let mut held = vec![false; positions.len()];
-        for _ in 0..TRIES {
-            guard.hold(shape, positions, &offsets, &mut held);
-            let moved = moved(positions, &offsets, &held);
-            queue.write(&mut self.positions, &moved)?;
-            let after = self.measure(queue)?;
-            let refused = refused_by_samples(shape, &before, &after, &mut held);
-            if !refused {
-                break;
-            }
+        let mut after =
+            self.measure_moved(queue, shape, guard, Move { positions, offsets: &offsets, held: &mut held })?;
+        if refused_by_samples(shape, &before, &after.1, &mut held) {
+            after = self.measure_moved(queue, shape, guard, Move { positions, offsets: &offsets, held: &mut held })?;
         }
-        guard.hold(shape, positions, &offsets, &mut held);
-        let moved = moved(positions, &offsets, &held);
-        queue.write(&mut self.positions, &moved)?;
-        let after = self.measure(queue)?;
-        // What was taken back last may have changed the samples of others.
+        let (moved, after) = after;
+        // What was taken back may have left others worse off.
         let total = |sums: &[FaceFit]| sums.iter().map(|sum| f64::from(sum.error)).sum::<f64>();
         if total(&after) < total(&before) {
             return Ok(Some(moved));
         }
         queue.write(&mut self.positions, positions)?;
         Ok(None)
+    }
+
+    /// Moves what the guard lets move, and sums there for the faces found last.
+    fn measure_moved(
+        &mut self,
+        queue: &mut Queue,
+        shape: Shape<'_>,
+        guard: &Guard,
+        Move { positions, offsets, held }: Move<'_>,
+    ) -> Result<(Vec<Position>, Vec<FaceFit>)> {
+        guard.hold(shape, positions, offsets, held);
+        let moved = moved(positions, offsets, held);
+        queue.write(&mut self.positions, &moved)?;
+        Ok((moved, self.measure(queue)?))
     }
 
     /// Finds the nearest faces anew and sums.
@@ -228,7 +240,7 @@ impl Buffers {
         self.measure(queue)
     }
 
-    /// Sums for the faces found last: the true distances are at most these.
+    /// Sums for the faces found last.
     fn measure(&mut self, queue: &mut Queue) -> Result<Vec<FaceFit>> {
         queue.run(FitSums {
             positions: &self.positions,

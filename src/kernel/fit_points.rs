@@ -60,7 +60,7 @@ pub fn with_point(fit: FaceFit, corner_weights: Vec3, away: Vec3, weight: f32) -
         a: add(fit.a, mul(wa, height)),
         b: add(fit.b, mul(wb, height)),
         c: add(fit.c, mul(wc, height)),
-        error: add(fit.error, mul(weight, flush(dot3(r, r), LEAST_FACTOR))),
+        error: add(fit.error, mul(flush(mul(weight, height), LEAST_FACTOR), height)),
     }
 }
 
@@ -81,6 +81,6 @@ mod tests {
         let flat = FaceFit { nz: 1.0, ..FaceFit::default() };
         let fit = with_point(flat, Vec3::new(0.5, 0.5, 0.0), Vec3::new(3.0, 0.0, 4.0), 2.0);
         assert_eq!([fit.aa, fit.ab, fit.ac, fit.bb, fit.bc, fit.cc], [0.5, 0.5, 0.0, 0.5, 0.0, 0.0]);
-        assert_eq!([fit.a, fit.b, fit.c, fit.error], [4.0, 4.0, 0.0, 50.0]);
+        assert_eq!([fit.a, fit.b, fit.c, fit.error], [4.0, 4.0, 0.0, 32.0]);
     }
 }

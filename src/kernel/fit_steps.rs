@@ -13,7 +13,7 @@ use super::split::CHUNK;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
 use crate::math::exact::{
-    LEAST_FACTOR, Sym3, add, add3, dot3, flush, flush3, outer, scale3, sub, sub3, sym_add, sym_scale, trace,
+    LEAST_FACTOR, Sym3, add, add3, dot3, flush, flush3, mul, outer, scale3, sub, sub3, sym_add, sym_scale, trace,
 };
 
 /// Holds a vertex where nothing pulls it, as a share of the pulls elsewhere: along a flat or a crease.
@@ -96,7 +96,9 @@ impl FitSteps<'_> {
         if t <= NO_WEIGHT {
             return start;
         }
-        let q = PairQuadric { a: matrix, b: pull, c: 0.0, n: Vec3::ZERO, d: 0.0 };
+        // Held to where the vertex was, not to where the step starts.
+        let held = flush3(scale3(start, flush(mul(regularization, t), LEAST_FACTOR)), LEAST_FACTOR);
+        let q = PairQuadric { a: matrix, b: sub3(pull, held), c: 0.0, n: Vec3::ZERO, d: 0.0 };
         let step = least(scaled(q, scale_down(half_exponent(t))), regularization);
         flush3(add3(start, step), LEAST_FACTOR)
     }
