@@ -31,7 +31,8 @@ fn vertices_of_a_sphere_move_outward() {
     let dense = sphere(6);
     let plain = fitted(&dense, 0, 500);
     let moved = fitted(&dense, 2, 500);
-    let mean_radius = |mesh: &Mesh| mesh.positions.iter().map(|p| p.length()).sum::<f64>() / mesh.positions.len() as f64;
+    let mean_radius =
+        |mesh: &Mesh| mesh.positions.iter().map(|p| p.length()).sum::<f64>() / mesh.positions.len() as f64;
     assert!(mean_radius(&plain) > 1.0 && mean_radius(&moved) > 1.0);
     assert_eq!(plain.faces, moved.faces, "a fit changes no face");
     let (before, after) = (rms(&dense, &plain), rms(&dense, &moved));

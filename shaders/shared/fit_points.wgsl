@@ -1,14 +1,11 @@
 // The points of a face that a fit measures. Twin: src/kernel/fit_points.rs
 
-// The corner weights of point `k` of a face: its middle, three near its corners, three near its sides.
+// The corner weights of point `k` of a face: its middle, or near a corner.
 fn face_point(k: u32) -> vec3f {
     if k == 0u {
         return vec3f(0.33333334f, 0.33333334f, 0.33333334f);
     }
-    let own = select(0.1f, 0.8f, k < 4u);
-    let other = select(0.45f, 0.1f, k < 4u);
-    let corner = (k - 1u) % 3u;
-    return vec3f(select(other, own, corner == 0u), select(other, own, corner == 1u), select(other, own, corner == 2u));
+    return vec3f(select(0.1f, 0.8f, k == 1u), select(0.1f, 0.8f, k == 2u), select(0.1f, 0.8f, k == 3u));
 }
 
 // Adds a point of the face, given by its corner weights, that lies `away` from where it should.

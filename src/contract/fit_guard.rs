@@ -100,8 +100,8 @@ fn folds_at(vertex: usize, shape: Shape<'_>, changes: &[Change]) -> impl Iterato
     folded.into_iter()
 }
 
-/// Holds the vertices whose faces' samples are no nearer after than before; tells whether there are any.
-pub fn refused_by_samples(shape: Shape<'_>, before: &[FaceFit], after: &[FaceFit], held: &mut [bool]) -> bool {
+/// Holds the vertices whose faces' samples are no nearer after than before; tells how many.
+pub fn refused_by_samples(shape: Shape<'_>, before: &[FaceFit], after: &[FaceFit], held: &mut [bool]) -> usize {
     let loses = |bounds: &[u32]| {
         let ring = &shape.ring_faces[bounds[0] as usize..bounds[1] as usize];
         let sum = |sums: &[FaceFit]| ring.iter().map(|&face| f64::from(sums[face as usize].error)).sum::<f64>();
@@ -112,7 +112,7 @@ pub fn refused_by_samples(shape: Shape<'_>, before: &[FaceFit], after: &[FaceFit
     let refused = shape.ring_starts.par_windows(2).zip(held).map(|(bounds, held)| {
         let refused = !*held && loses(bounds);
         *held |= refused;
-        refused
+        usize::from(refused)
     });
-    refused.reduce(|| false, |a, b| a | b)
+    refused.sum()
 }
