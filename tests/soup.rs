@@ -122,6 +122,7 @@ fn options(random: &mut Random) -> Options {
         lock_border: below(random, 4) == 0,
         max_flip_rad: pick(random, &[1.37, 1e-3, std::f32::consts::FRAC_PI_2]),
         weld: pick(random, &[Some(0.0), Some(0.0), None, Some(1e-3), Some(0.5)]),
+        fit: pick(random, &[0, 0, 1, 3]),
         prune: 0.0,
     }
 }

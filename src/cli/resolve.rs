@@ -226,6 +226,7 @@ fn method(shape: &args::Shape) -> Method {
             Weld::Off => None,
             Weld::Within(distance) => Some(distance),
         },
+        fit: shape.fit,
         prune: shape.prune.unwrap_or(defaults.prune),
     })
 }
@@ -288,6 +289,7 @@ mod tests {
             max_flip_rad: std::f32::consts::FRAC_PI_4,
             weld: None,
             prune: 0.01,
+            fit: 0,
         };
         assert_eq!(options, expected);
     }

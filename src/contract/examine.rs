@@ -28,7 +28,7 @@ pub struct Rules {
     placement: Placement,
     border_weight: f64,
     regularization: f64,
-    limits: ShapeLimits,
+    pub limits: ShapeLimits,
     /// Greatest estimated deviation, in the normalized frame.
     max_deviation: f64,
 }

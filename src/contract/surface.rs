@@ -55,7 +55,7 @@ struct Next {
 }
 
 /// The start of a run, in host memory.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Start {
     pub positions: Vec<Position>,
     pub faces: Vec<Face>,
@@ -175,6 +175,11 @@ impl Surface {
         queue.clear(&mut self.roles, self.vertex_count)?;
         (self.vertex_count, self.face_count) = (vertices_left, faces_left);
         Ok(())
+    }
+
+    /// For host buffers: live vertices before each vertex of the round that was compacted last.
+    pub fn new_vertex(&self) -> &[u32] {
+        self.new_vertex.host()
     }
 
     /// [`Surface::compact`] on the host, with what goes along.
