@@ -159,6 +159,8 @@ pub struct Phases {
     pub filter: f64,
     /// Contractions and compaction.
     pub apply: f64,
+    /// Fitting the vertices to the original, where asked for.
+    pub fit: f64,
     /// Moving data to and from the GPU.
     pub transfer: f64,
     /// The whole call.

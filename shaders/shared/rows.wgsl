@@ -11,6 +11,12 @@ struct PlaneQuadric {
     c: f32,
     weight: f32,
 }
+struct FaceFit {
+    nx: f32, ny: f32, nz: f32,
+    aa: f32, ab: f32, ac: f32, bb: f32, bc: f32, cc: f32,
+    a: f32, b: f32, c: f32,
+    error: f32,
+}
 struct Candidate { key: u32, half_edge: u32 }
 struct TreeNode { low_x: f32, low_y: f32, low_z: f32, first: u32, high_x: f32, high_y: f32, high_z: f32, count: u32 }
 

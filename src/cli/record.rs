@@ -74,6 +74,7 @@ pub struct Seconds {
     pub select: f64,
     pub filter: f64,
     pub apply: f64,
+    pub fit: f64,
     pub transfer: f64,
     pub write: f64,
     pub measure: f64,
@@ -93,9 +94,9 @@ pub struct Clocks {
 impl Seconds {
     /// The library's phases between the program's own.
     pub fn new(phases: &Phases, clocks: &Clocks) -> Self {
-        let Phases { weld, build, cost, select, filter, apply, transfer, .. } = *phases;
+        let Phases { weld, build, cost, select, filter, apply, fit, transfer, .. } = *phases;
         let Clocks { read, write, measure, total, .. } = *clocks;
-        Self { read, weld, build, cost, select, filter, apply, transfer, write, measure, total }
+        Self { read, weld, build, cost, select, filter, apply, fit, transfer, write, measure, total }
     }
 }
 

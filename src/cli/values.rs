@@ -99,6 +99,21 @@ pub fn kinds(text: &str) -> Result<Kinds, String> {
     options.check().map(|()| kinds).map_err(|_| "edges alone have no mean: add vertices or faces".into())
 }
 
+/// Most sweeps that can be asked for; after some ten nothing moves.
+const MOST_SWEEPS: u32 = 100;
+
+/// `off` or a count of sweeps.
+pub fn sweeps(text: &str) -> Result<u32, String> {
+    match text {
+        "off" => Ok(0),
+        _ => text
+            .parse()
+            .ok()
+            .filter(|&sweeps| sweeps <= MOST_SWEEPS)
+            .ok_or_else(|| format!("give a number of sweeps up to {MOST_SWEEPS}, or 'off'")),
+    }
+}
+
 /// Bytes: `8GiB`, `8G` and `8g` are 8 × 2³⁰, `500MB` is 500 × 10⁶, a bare number counts bytes.
 pub fn bytes(text: &str) -> Result<u64, String> {
     let end = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());

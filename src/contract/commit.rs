@@ -42,7 +42,7 @@ pub struct Rules {
     placement: Placement,
     border_weight: f64,
     regularization: f64,
-    limits: ShapeLimits,
+    pub limits: ShapeLimits,
     /// Greatest estimated deviation, in the normalized frame.
     max_deviation: f64,
 }
@@ -97,7 +97,7 @@ pub struct Committed {
 /// Scratch that outlives a round, and the state that a run accumulates.
 #[derive(Debug)]
 pub struct Committer {
-    rules: Rules,
+    pub rules: Rules,
     star: Star,
     marks: Marks,
     /// Whether a pair that became dear may wait for another round.

@@ -6,14 +6,17 @@ use crate::backend::{Buffer, Device, Queue};
 use crate::error::{Error, Result};
 use crate::kernel::rows::{Candidate, Contraction, HUB, LOCKED};
 use crate::mesh::Mesh;
-use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord, StopReason};
+use crate::simplify::{Budget, MOVED, OnProgress, Outcome, Phases, Progress, RoundRecord, StopReason};
 
 use super::commit::{Committed, Committer, Live, Quota, Rules};
 use super::evaluate::{Evaluation, Gate, plane_sums};
+use super::fit::{Shape, fit};
+use super::fit_guard::Guard;
+use super::history::History;
 use super::prepare::{Prepared, prepare};
 use super::select::Selector;
-use super::surface::Surface;
-use super::{Metric, Options};
+use super::surface::{Start, Surface};
+use super::{Metric, Options, Placement};
 
 /// Live faces below which a GPU hands over to the CPU: a round there costs more than its work.
 const HANDOVER_FACES: usize = 20_000;
@@ -112,6 +115,7 @@ pub fn run(
             break StopReason::Cancelled;
         }
     };
+    run.fit();
     run.finish(mesh, target, stop, clock)
 }
 
@@ -124,6 +128,8 @@ struct Run<'a> {
     host_queue: Queue,
     evaluator: Evaluator,
     committer: Committer,
+    /// The original and what became of its vertices, for the fit.
+    history: Option<(Start, History)>,
     handover_faces: usize,
     candidates: Vec<Candidate>,
     selected: Vec<Candidate>,
@@ -140,7 +146,10 @@ struct Run<'a> {
 impl<'a> Run<'a> {
     fn new(mut prepared: Prepared, options: &'a Options, device: &'a Device, max_deviation: f64) -> Result<Self> {
         let mut host_queue = device.cpu_queue();
-        let mut host = Surface::new(&mut host_queue, prepared.take_start(), true)?;
+        let start = prepared.take_start();
+        let fits = options.fit > 0 && options.placement == Placement::Optimal;
+        let history = fits.then(|| (start.clone(), History::default()));
+        let mut host = Surface::new(&mut host_queue, start, true)?;
         plane_sums(&mut host_queue, &mut host, options.border_weight)?;
         let mut warnings = std::mem::take(&mut prepared.warnings);
         let gains = !device.is_auto() || host.face_count >= AUTO_FACES;
@@ -160,6 +169,7 @@ impl<'a> Run<'a> {
             options,
             device,
             committer: Committer::new(Rules::new(options, max_deviation), host.vertex_count),
+            history,
             selected: Vec::new(),
             selector: Selector::new(host.vertex_count),
             handover_faces: handover_faces(device).min(host.face_count / 4),
@@ -206,6 +216,9 @@ impl<'a> Run<'a> {
             let vertices = self.host.vertex_count;
             self.host.compact(&mut self.host_queue, vertices_left, faces_left)?;
             self.prepared.carried.compact(self.host.new_vertex(), vertices, self.host.new_face(), faces);
+            if let Some((_, history)) = &mut self.history {
+                history.follow(&committed.contractions, &self.host.new_vertex()[..vertices]);
+            }
             if on_gpu && !self.evaluator.is_gpu() {
                 self.take_over()?;
             }
@@ -314,6 +327,42 @@ impl<'a> Run<'a> {
         } else {
             self.widening = (self.widening / 4.0).max(1.0);
         }
+    }
+
+    /// Fits the vertices of the result to the original, where asked for: on the GPU if that evaluated a round.
+    fn fit(&mut self) {
+        let Some((original, history)) = self.history.take() else { return };
+        let clock = Instant::now();
+        let owners = history.owners(original.positions.len());
+        let (vertices, faces) = (self.host.vertex_count, self.host.face_count);
+        let shape = Shape {
+            faces: &self.host.faces.host()[..faces],
+            ring_starts: &self.host.ring_starts.host()[..=vertices],
+            ring_faces: &self.host.ring_faces.host()[..3 * faces],
+        };
+        let guard = Guard { limits: self.committer.rules.limits };
+        let mut positions = self.host.positions.host()[..vertices].to_vec();
+        let mut left = self.options.fit;
+        let mut on = |mut queue: Queue, original: Start| {
+            fit(&mut queue, original, &owners, shape, &mut positions, &mut left, &guard)
+        };
+        let gpu = self.device.gpu_queue().filter(|_| self.rounds.iter().any(|round| round.on_gpu));
+        let on_gpu = gpu.map(|queue| on(queue, original.clone()));
+        if let Some(Err(reason)) = &on_gpu {
+            self.warnings.push(fallback(reason));
+        }
+        if !matches!(on_gpu, Some(Ok(())))
+            && let Err(reason) = on(self.device.cpu_queue(), original)
+        {
+            self.warnings.push(format!("the result is not fitted: {reason}"));
+        }
+        let moved = self.host.positions.host_mut().iter_mut().zip(positions);
+        for ((before, after), origin) in moved.zip(&mut self.prepared.carried.origin) {
+            if *before != after {
+                (*before, *origin) = (after, MOVED);
+            }
+        }
+        self.seconds.fit = clock.elapsed().as_secs_f64();
     }
 
     fn finish(mut self, input: &Mesh, target: usize, stop: StopReason, clock: Instant) -> Result<Outcome> {

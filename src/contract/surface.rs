@@ -50,7 +50,7 @@ struct Next {
 }
 
 /// The start of a run, in host memory.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Start {
     pub positions: Vec<Position>,
     pub faces: Vec<Face>,

@@ -174,6 +174,35 @@ pub struct TreeNode {
     pub count: u32,
 }
 
+/// What the samples of a fit ask of a face: its unit normal n, the sums of w·vᵢ·vⱼ and of w·vᵢ·h over the samples with
+/// weight w, corner weights v and height h along n, and the sum of w·h².
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "the entries of a vector, a symmetric matrix and a vector, named by corner")]
+pub struct FaceFit {
+    pub nx: f32,
+    pub ny: f32,
+    pub nz: f32,
+    pub aa: f32,
+    pub ab: f32,
+    pub ac: f32,
+    pub bb: f32,
+    pub bc: f32,
+    pub cc: f32,
+    pub a: f32,
+    pub b: f32,
+    pub c: f32,
+    pub error: f32,
+}
+
+impl FaceFit {
+    /// The unit normal; zero for a face without area.
+    #[inline(always)]
+    pub fn normal(self) -> Vec3 {
+        Vec3::new(self.nx, self.ny, self.nz)
+    }
+}
+
 macro_rules! matrix {
     ($row:ty) => {
         impl $row {
@@ -211,5 +240,6 @@ row!(Contraction { keep, gone, x, y, z, flags });
 row!(VolumeSum { xx, xy, xz, yy, yz, zz, nx, ny, nz });
 row!(BorderSum { xx, xy, xz, yy, yz, zz });
 row!(PlaneQuadric { xx, xy, xz, yy, yz, zz, bx, by, bz, c, weight });
+row!(FaceFit { nx, ny, nz, aa, ab, ac, bb, bc, cc, a, b, c, error });
 row!(Candidate { key, half_edge });
 row!(TreeNode { low_x, low_y, low_z, first, high_x, high_y, high_z, count });

@@ -1,6 +1,7 @@
 //! The one list of kernels: for each a run on hostile inputs, whose outputs must not depend on the device.
 
 mod costs;
+mod fit;
 mod gate;
 mod inputs;
 mod nearest;
@@ -57,7 +58,8 @@ impl Seen {
 /// The trial of every kernel.
 pub fn trials() -> impl Iterator<Item = Trial> {
     let arithmetic = [Trial { name: "exact_probe", run: exact_probe }];
-    arithmetic.into_iter().chain(surface::TRIALS).chain(costs::TRIALS).chain(gate::TRIALS).chain(nearest::TRIALS)
+    let rounds = surface::TRIALS.into_iter().chain(costs::TRIALS).chain(gate::TRIALS);
+    arithmetic.into_iter().chain(rounds).chain(fit::TRIALS).chain(nearest::TRIALS)
 }
 
 fn exact_probe(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
