@@ -120,9 +120,9 @@ fn options(random: &mut Random) -> Options {
         placement: pick(random, &[Placement::Optimal, Placement::Endpoint]),
         border_weight: pick(random, &[0.0, 1.0, 1e-30, 1e6]),
         lock_border: below(random, 4) == 0,
+        fit: below(random, 3) as u32,
         max_flip_rad: pick(random, &[1.37, 1e-3, std::f32::consts::FRAC_PI_2]),
         weld: pick(random, &[Some(0.0), Some(0.0), None, Some(1e-3), Some(0.5)]),
-        fit: pick(random, &[0, 0, 1, 3]),
         prune: 0.0,
     }
 }

@@ -279,7 +279,7 @@ mod tests {
     fn shape_options_reach_the_engine() {
         let job =
             job("coarsen simplify sample:part - --format ply -f 8 --metric plane --placement endpoint --max-flip 45 \
-            --weld off --prune 1% --lock-border --border-weight 2");
+            --weld off --prune 1% --lock-border --border-weight 2 --fit 2");
         let Method::Contract(options) = job.expect("a good line").method else { panic!("another method") };
         let expected = Options {
             metric: contract::Metric::Plane,
@@ -288,8 +288,8 @@ mod tests {
             lock_border: true,
             max_flip_rad: std::f32::consts::FRAC_PI_4,
             weld: None,
+            fit: 2,
             prune: 0.01,
-            fit: 0,
         };
         assert_eq!(options, expected);
     }

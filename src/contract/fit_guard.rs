@@ -106,8 +106,9 @@ pub fn refused_by_samples(shape: Shape<'_>, before: &[FaceFit], after: &[FaceFit
         let ring = &shape.ring_faces[bounds[0] as usize..bounds[1] as usize];
         let sum = |sums: &[FaceFit]| ring.iter().map(|&face| f64::from(sums[face as usize].error)).sum::<f64>();
         let (was, is) = (sum(before), sum(after));
-        // Faces that nothing moved are as they were.
-        !(is < was || is == was)
+        // Not a number is a loss too; faces that nothing moved are as they were.
+        let holds = is <= was;
+        !holds
     };
     let refused = shape.ring_starts.par_windows(2).zip(held).map(|(bounds, held)| {
         let refused = !*held && loses(bounds);

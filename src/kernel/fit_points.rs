@@ -7,8 +7,8 @@ use crate::math::Vec3;
 use crate::math::exact::{LEAST_FACTOR, add, dot3, flush, flush3, mul};
 
 /// Points a face: its middle and three near its corners. With the middle alone the reverse deviation of a fitted mesh is
-/// 8 % above that of one not fitted, with three points half way to the corners as it was, with these 7 % below; three more
-/// near the sides gain nothing.
+/// 8 % above that of one not fitted, with three points half way to the corners 4 % below, with these 7 %; three more near
+/// the sides gain nothing.
 pub const FACE_POINTS: u32 = 4;
 /// Components of a unit normal below this are zero, so that no product with one underflows.
 pub const LEAST_COMPONENT: f32 = f32::from_bits((127 - 24) << 23);

@@ -3,7 +3,7 @@
 //!
 //! All vertices step at once, each as if its neighbors asked for the same step: every sample's weights of the corners sum
 //! to one, so no step overshoots. Steps are taken from a point ahead of the last one, in its direction
-//! \[Nes83\]: three of them reach what twenty do without.
+//! \[Nes83\].
 
 use rayon::prelude::*;
 
