@@ -123,7 +123,7 @@ pub struct Shape {
     #[arg(long, value_name = "DEG", value_parser = values::angle)]
     pub max_flip: Option<f32>,
 
-    /// Sweeps of fitting to the input, or 'off'
+    /// Sweeps that fit the result, or 'off'
     ///
     /// Moves the result's vertices to where they measure least against the input, in this many sweeps after the run. One lowers
     /// the deviation by about a tenth at 10 % of the faces and a sixth at 1 %, three by a little more; each takes time of its own.
