@@ -32,7 +32,8 @@ impl Queue {
     pub fn buffer<T: Row>(&self, len: usize) -> Result<Buffer<T>> {
         match &self.gpu {
             Some(recorder) => Ok(Buffer::on_gpu(recorder.buffer(len.max(1), size_of::<T>())?, len)),
-            None => Ok(Buffer::on_host(vec![T::zeroed(); len])),
+            // From the system, which zeroes pages when they are touched: here that is by many threads, or never.
+            None => Ok(Buffer::on_host(bytemuck::zeroed_vec(len))),
         }
     }
 

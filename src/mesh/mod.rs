@@ -35,6 +35,7 @@ pub use weld::{Welded, weld};
 
 use rayon::prelude::*;
 
+
 use crate::error::{Error, Result};
 use crate::math::{DVec3, Vec2, Vec3};
 
@@ -115,7 +116,11 @@ impl Mesh {
     /// The corners of the axis-aligned bounding box, or two zeros without vertices.
     pub fn bounds(&self) -> (DVec3, DVec3) {
         let Some(&first) = self.positions.first() else { return (DVec3::ZERO, DVec3::ZERO) };
-        self.positions.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p)))
+        let joined = |a: (DVec3, DVec3), b: (DVec3, DVec3)| (a.0.min(b.0), a.1.max(b.1));
+        self.positions
+            .par_chunks(PARALLEL_ROWS)
+            .map(|rows| rows.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p))))
+            .reduce(|| (first, first), joined)
     }
 
     /// The length of the bounding box's diagonal, in model units.
