@@ -114,10 +114,9 @@ impl Arranged {
             count += u32::from(used);
         }
         self.unreferenced_vertices = used.len() - count as usize;
-        let each_used = |used: &[bool]| used.to_vec().into_iter();
-        let mut row = each_used(&used);
+        let mut row = used.iter().copied();
         self.vertex_source.retain(|_| row.next().unwrap_or(false));
-        let mut row = each_used(&used).chain([true]);
+        let mut row = used.iter().copied().chain([true]);
         self.rings.starts.retain(|_| row.next().unwrap_or(true));
         self.faces.par_iter_mut().with_min_len(PARALLEL_ROWS).for_each(|face| {
             *face = face.map(|v| renamed[v as usize]);

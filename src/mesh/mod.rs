@@ -35,7 +35,6 @@ pub use weld::{Welded, weld};
 
 use rayon::prelude::*;
 
-
 use crate::error::{Error, Result};
 use crate::math::{DVec3, Vec2, Vec3};
 
