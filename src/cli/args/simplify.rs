@@ -123,11 +123,10 @@ pub struct Shape {
     #[arg(long, value_name = "DEG", value_parser = values::angle)]
     pub max_flip: Option<f32>,
 
-    /// Sweeps of fitting to the input, or 'off'
+    /// Sweeps of a fit to the input, or 'off'
     ///
-    /// Moves the result's vertices to where they measure least against the input, in this many sweeps after the run. One lowers
-    /// the deviation by about a tenth at 10 % of the faces and a sixth at 1 %, three by a little more; each takes time of its own.
-    /// Vertices on borders stay, and with '--placement endpoint' all do.
+    /// Moves the result's vertices to where they measure least against the input, in this many sweeps after the run. One
+    /// lowers the deviation by about a tenth for a quarter more time, three by a little more. Borders stay where they are.
     #[arg(long, value_name = "N", default_value = "off", value_parser = values::sweeps)]
     pub fit: u32,
 
