@@ -25,11 +25,18 @@ fn with_samples(corner: u32, face: u32, corners: Triangle, before: FaceFit) -> F
     var fit = before;
     let end = load_sample_starts(corner + 1u);
     for (var i = load_sample_starts(corner); i < end; i++) {
-        if load_nearest_faces(i) == face {
+        let nearest = load_nearest_faces(i);
+        if (nearest & ~APART) == face {
             let sample = load_samples(i);
             let t = about(sample.xyz, corners);
             let weights = nearest_weights(t.a, t.b, t.c);
-            fit = with_point(fit, weights, scale3(point_at(weights, t.a, t.b, t.c), -1.0), sample.w);
+            let away = scale3(point_at(weights, t.a, t.b, t.c), -1.0);
+            let with_sample = with_point(fit, weights, away, sample.w);
+            if nearest == face {
+                fit = with_sample;
+            } else {
+                fit.error = with_sample.error;
+            }
         }
     }
     return fit;

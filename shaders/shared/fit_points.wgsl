@@ -29,6 +29,6 @@ fn with_point(fit: FaceFit, corner_weights: vec3f, away: vec3f, weight: f32) -> 
         add(fit.a, mul(wa, height)),
         add(fit.b, mul(wb, height)),
         add(fit.c, mul(wc, height)),
-        add(fit.error, mul(flush(mul(weight, height), LEAST_FACTOR), height)),
+        add(fit.error, mul(weight, flush(dot3(r, r), LEAST_FACTOR))),
     );
 }

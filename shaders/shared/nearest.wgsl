@@ -21,23 +21,28 @@ fn nearer_around(vertex: u32, point: vec3f, best: Nearest) -> Nearest {
     return nearest;
 }
 
-// Of the faces around `vertex`, and where the nearest point lies on the rim of one, of those beyond.
+// Of the faces around `vertex`, then of those beyond it while it lies on a rim and gets nearer.
 fn nearest_from(vertex: u32, point: vec3f) -> Nearest {
-    let first = nearer_around(vertex, point, Nearest(NO_FACE, vec3f(0.0, 0.0, 0.0), FAR));
-    let inside = first.weights.x > 0.0 && first.weights.y > 0.0 && first.weights.z > 0.0;
-    if first.face == NO_FACE || inside {
-        return first;
-    }
-    let corners = load_faces(first.face);
-    var nearest = first;
-    if first.weights.x > 0.0 && corners.a != vertex {
-        nearest = nearer_around(corners.a, point, nearest);
-    }
-    if first.weights.y > 0.0 && corners.b != vertex {
-        nearest = nearer_around(corners.b, point, nearest);
-    }
-    if first.weights.z > 0.0 && corners.c != vertex {
-        nearest = nearer_around(corners.c, point, nearest);
+    var nearest = nearer_around(vertex, point, Nearest(NO_FACE, vec3f(0.0, 0.0, 0.0), FAR));
+    for (var step = 0u; step < MOST_STEPS; step++) {
+        let w = nearest.weights;
+        if nearest.face == NO_FACE || (w.x > 0.0 && w.y > 0.0 && w.z > 0.0) {
+            break;
+        }
+        let last = nearest.face;
+        let corners = load_faces(last);
+        if w.x > 0.0 && corners.a != vertex {
+            nearest = nearer_around(corners.a, point, nearest);
+        }
+        if w.y > 0.0 && corners.b != vertex {
+            nearest = nearer_around(corners.b, point, nearest);
+        }
+        if w.z > 0.0 && corners.c != vertex {
+            nearest = nearer_around(corners.c, point, nearest);
+        }
+        if nearest.face == last {
+            break;
+        }
     }
     return nearest;
 }

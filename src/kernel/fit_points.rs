@@ -18,6 +18,8 @@ pub const NO_NORMAL: f32 = 1e-30;
 pub const CONSTANTS: &[(&str, Constant)] = &[
     ("NO_FACE", Constant::U32(super::nearest::NO_FACE)),
     ("FAR", Constant::F32(super::nearest::FAR)),
+    ("MOST_STEPS", Constant::U32(super::nearest::MOST_STEPS)),
+    ("APART", Constant::U32(super::nearest::APART)),
     ("FACE_POINTS", Constant::U32(FACE_POINTS)),
     ("LEAST_COMPONENT", Constant::F32(LEAST_COMPONENT)),
     ("NO_NORMAL", Constant::F32(NO_NORMAL)),
@@ -54,7 +56,7 @@ pub fn with_point(fit: FaceFit, corner_weights: Vec3, away: Vec3, weight: f32) -
         a: add(fit.a, mul(wa, height)),
         b: add(fit.b, mul(wb, height)),
         c: add(fit.c, mul(wc, height)),
-        error: add(fit.error, mul(flush(mul(weight, height), LEAST_FACTOR), height)),
+        error: add(fit.error, mul(weight, flush(dot3(r, r), LEAST_FACTOR))),
     }
 }
 
@@ -75,6 +77,6 @@ mod tests {
         let flat = FaceFit { nz: 1.0, ..FaceFit::default() };
         let fit = with_point(flat, Vec3::new(0.5, 0.5, 0.0), Vec3::new(3.0, 0.0, 4.0), 2.0);
         assert_eq!([fit.aa, fit.ab, fit.ac, fit.bb, fit.bc, fit.cc], [0.5, 0.5, 0.0, 0.5, 0.0, 0.0]);
-        assert_eq!([fit.a, fit.b, fit.c, fit.error], [4.0, 4.0, 0.0, 32.0]);
+        assert_eq!([fit.a, fit.b, fit.c, fit.error], [4.0, 4.0, 0.0, 50.0]);
     }
 }

@@ -12,7 +12,7 @@
 use rayon::prelude::*;
 
 use super::fit_points::{CONSTANTS, FACE_POINTS, LEAST_COMPONENT, NO_NORMAL, face_point, with_point};
-use super::nearest::NO_FACE;
+use super::nearest::{APART, NO_FACE};
 use super::nearest_point::{nearest_weights, point_at};
 use super::rows::{Face, FaceFit, Position};
 use super::split::CHUNK;
@@ -70,11 +70,18 @@ impl FitSums<'_> {
         let (starts, samples) = (self.sample_starts.host(), self.samples.host());
         let mut fit = before;
         for i in starts[corner as usize]..starts[corner as usize + 1] {
-            if self.nearest_faces.host()[i as usize] == face {
+            let nearest = self.nearest_faces.host()[i as usize];
+            if nearest & !APART == face {
                 let [x, y, z, weight] = samples[i as usize];
                 let [a, b, c] = about(Vec3::new(x, y, z), corners);
                 let weights = nearest_weights(a, b, c);
-                fit = with_point(fit, weights, scale3(point_at(weights, a, b, c), -1.0), weight);
+                let away = scale3(point_at(weights, a, b, c), -1.0);
+                let with_sample = with_point(fit, weights, away, weight);
+                if nearest == face {
+                    fit = with_sample;
+                } else {
+                    fit.error = with_sample.error;
+                }
             }
         }
         fit

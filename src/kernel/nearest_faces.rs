@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::nearest::{CONSTANTS, NO_FACE, nearest_from};
+use super::nearest::{APART, CONSTANTS, FAR, NO_FACE, Nearest, nearer_around, nearest_from};
 use super::rows::{Face, Position};
 use super::split::{CHUNK, split_at_bounds};
 use super::stars::{Stars, has};
@@ -25,18 +25,20 @@ pub struct NearestFaces<'a> {
     pub samples: &'a Buffer<[f32; 4]>,
     /// V.
     pub vertex_count: u32,
-    /// Writes one face a sample; none where it is not around the sample's vertex, as for one sample in a hundred.
+    /// Writes one face around its vertex a sample, [`APART`] where another is nearer, as for one in a hundred.
     pub nearest_faces: &'a mut Buffer<u32>,
 }
 
-/// The face nearest to a sample that became `vertex`.
+/// The face nearest to a sample that became `vertex`; where that is not around the vertex, the nearest that is, [`APART`].
 #[inline(always)]
 fn nearest_face(vertex: u32, sample: [f32; 4], stars: &Stars<'_>) -> u32 {
-    let nearest = nearest_from(vertex, Vec3::new(sample[0], sample[1], sample[2]), stars);
-    if nearest.face == NO_FACE || !has(stars.faces[nearest.face as usize], vertex) {
-        return NO_FACE;
+    let point = Vec3::new(sample[0], sample[1], sample[2]);
+    let nearest = nearest_from(vertex, point, stars);
+    if nearest.face == NO_FACE || has(stars.faces[nearest.face as usize], vertex) {
+        return nearest.face;
     }
-    nearest.face
+    let none = Nearest { face: NO_FACE, weights: Vec3::ZERO, distance_sq: FAR };
+    nearer_around(vertex, point, none, stars).face | APART
 }
 
 impl Kernel for NearestFaces<'_> {

@@ -205,7 +205,7 @@ pub struct TreeNode {
 }
 
 /// What the samples of a fit ask of a face: its unit normal n, the sums of w·vᵢ·vⱼ and of w·vᵢ·h over the samples with
-/// weight w, corner weights v and height h along n, and the sum of w·h².
+/// weight w, corner weights v and height h along n, and the sum of w·|r|² with r the whole way to the sample.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 #[expect(missing_docs, reason = "the entries of a vector, a symmetric matrix and a vector, named by corner")]

@@ -125,9 +125,8 @@ pub struct Shape {
 
     /// Sweeps that fit the result, or 'off'
     ///
-    /// Moves the result's vertices to where they measure least against the input, in this many sweeps after the run. One lowers
-    /// the deviation by about a tenth at 10 % of the faces and a sixth at 1 %, three by a little more; each takes time of its own.
-    /// Vertices on borders stay, and with '--placement endpoint' all do.
+    /// Moves the result's vertices to where they measure least against the input, in this many sweeps after the run. One
+    /// lowers the deviation by about a tenth for half the time again, three by a little more. Borders stay where they are.
     #[arg(long, value_name = "N", default_value = "off", value_parser = values::sweeps)]
     pub fit: u32,
 

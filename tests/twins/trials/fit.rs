@@ -146,7 +146,7 @@ fn fit_sums(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
         let of_vertex = |v: u32| {
             let ring =
                 &round.ring_faces[round.ring_starts[v as usize] as usize..round.ring_starts[v as usize + 1] as usize];
-            ring.first().copied().unwrap_or(u32::MAX)
+            ring.first().copied().map_or(u32::MAX, |face| face | (v % 5 / 4) << 31)
         };
         let nearest: Vec<u32> = (0..rows.len() as u32).map(|i| of_vertex(owner(i))).collect();
         let positions = &queue.buffer_from(shaken(round))?;
