@@ -196,7 +196,7 @@ fn rounds_are_as_accurate_on_real_meshes() {
     }
 }
 
-/// The fit's bar over the models: 3 % below Lindstrom–Turk with one sweep, 5 % with three.
+/// The fit's bar over the models: 8 % below Lindstrom–Turk with one sweep, 10 % with three, and on no model above no fit.
 #[test]
 fn fitted_results_are_more_accurate_than_the_peers() {
     if !asked_for_real_meshes() {
@@ -215,12 +215,12 @@ fn fitted_results_are_more_accurate_than_the_peers() {
                 deviation(&mesh, &outcome.mesh, 200_000).rms * 1e4
             });
             println!("{:42} {:8.3} {:8.3} {:8.3} {peer:8.2}", format!("{name} → {faces}"), rms[0], rms[1], rms[2]);
-            assert!(rms[1] <= 1.03 * rms[0], "{name} → {faces}: {rms:?}");
+            assert!(rms[1] <= rms[0] && rms[2] <= rms[0], "{name} → {faces}: {rms:?}");
             to_peers.iter_mut().zip(&rms[1..]).for_each(|(logs, rms)| logs.push((rms / peer).ln()));
         }
     }
     assert!(!to_peers[0].is_empty(), "asked for, and no model is there");
-    for (logs, bound) in to_peers.iter().zip([0.97, 0.95]) {
+    for (logs, bound) in to_peers.iter().zip([0.92, 0.90]) {
         let mean = (logs.iter().sum::<f64>() / logs.len() as f64).exp();
         println!("geometric mean to the peers {mean:.4}");
         assert!(mean <= bound, "{mean} times the peers' deviation");

@@ -20,8 +20,7 @@ use crate::math::exact::{LEAST_FACTOR, flush};
 use super::fit_guard::{Guard, refused_by_samples};
 use super::surface::Start;
 
-/// Samples a vertex of the result at most. Where a vertex stands for a hundred, 24 gain half a percent more; with 6 points
-/// of the result miss the nearest faces of the original, and a fit gains nothing.
+/// Samples a vertex of the result at most: where a vertex stands for a hundred, 24 gain half a percent more.
 const MOST_SAMPLES: usize = 12;
 /// Times that a sweep is measured, each time without what the samples refused before.
 const TRIES: usize = 2;

@@ -123,10 +123,10 @@ pub struct Shape {
     #[arg(long, value_name = "DEG", value_parser = values::angle)]
     pub max_flip: Option<f32>,
 
-    /// Sweeps that fit the result, or 'off'
+    /// Sweeps of a fit, or 'off'
     ///
     /// Moves the result's vertices to where they measure least against the input, in this many sweeps after the run. One
-    /// lowers the deviation by about a tenth for half the time again, three by a little more. Borders stay where they are.
+    /// lowers the deviation by about a tenth for more than half the time again, three by a little more. Borders stay.
     #[arg(long, value_name = "N", default_value = "off", value_parser = values::sweeps)]
     pub fit: u32,
 
