@@ -24,8 +24,7 @@ fn rms(a: &Mesh, b: &Mesh) -> f64 {
     deviation(a, b, 40_000).rms.max(deviation(b, a, 40_000).rms)
 }
 
-/// With endpoint placement the vertices lie on the sphere and the faces inside it; fitted ones lie outside, so that the
-/// faces cut it. A chord's sagitta s leaves a mean square over a triangle of s²·(1 to ½), and half the mean outside.
+/// Faces between vertices on a sphere lie inside it; fitted vertices lie outside, so that the faces cut it.
 #[test]
 fn vertices_of_a_sphere_move_outward() {
     let dense = sphere(6);

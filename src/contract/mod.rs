@@ -70,8 +70,8 @@ pub struct Options {
     pub max_flip_rad: f32,
     /// Join vertices at most this far apart first, in model units; `None` joins nothing, 0 joins equal positions.
     pub weld: Option<f64>,
-    /// Sweeps that fit the result's vertices to the original after the rounds; 0 for none. Each takes more than half of the
-    /// run's time. Borders and locked vertices stay; with [`Placement::Endpoint`] all do.
+    /// Sweeps that fit the result's vertices to the original after the rounds; 0 for none. Each takes about as long as the
+    /// rounds. Borders and locked vertices stay; with [`Placement::Endpoint`] all do.
     pub fit: u32,
     /// Drop components whose bounding box's diagonal is below this fraction of the mesh's first.
     pub prune: f64,

@@ -1,7 +1,7 @@
 //! Splitting outputs among threads.
 
 /// Indices a thread takes at a time.
-pub const CHUNK: usize = 1 << 14;
+pub const CHUNK: usize = 1 << 12;
 
 /// Splits `rows` at `bounds`: piece `i` is `rows[bounds[i]..bounds[i + 1]]`. Bounds must ascend and end in range.
 pub fn split_at_bounds<'a, T>(mut rows: &'a mut [T], bounds: &[u32]) -> Vec<&'a mut [T]> {

@@ -126,7 +126,7 @@ pub struct Shape {
     /// Sweeps of a fit, or 'off'
     ///
     /// Moves the result's vertices to where they measure least against the input, in this many sweeps after the run. One
-    /// lowers the deviation by about a tenth for more than half the time again, three by a little more. Borders stay.
+    /// lowers the deviation by about a tenth and takes about as long as the run, three a little more. Borders stay.
     #[arg(long, value_name = "N", default_value = "off", value_parser = values::sweeps)]
     pub fit: u32,
 
