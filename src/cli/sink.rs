@@ -91,25 +91,6 @@ pub fn same_file(a: &Path, b: &Path) -> bool {
     matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Writes all of a file, or nothing: beside its name first. What exists and is no regular file is written in place.
-///
-/// # Errors
-/// [`Error::Write`] with the path.
-pub fn write_whole(path: &Path, content: &[u8]) -> coarsen::Result<()> {
-    let failed = |source| Error::Write { path: path.to_path_buf(), source };
-    // A rename would put a file in the place of the link.
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-    if fs::metadata(&target).is_ok_and(|metadata| !metadata.is_file()) {
-        return fs::write(&target, content).map_err(failed);
-    }
-    let beside = beside(&target);
-    fs::write(&beside, content).and_then(|()| fs::rename(&beside, &target)).map_err(|error| {
-        // The first error is the one to tell.
-        let _ = fs::remove_file(&beside);
-        failed(error)
-    })
-}
-
 /// A hidden name in the same folder that no other process takes.
 fn beside(path: &Path) -> PathBuf {
     path.with_file_name(format!(".coarsen-{}.tmp", std::process::id()))

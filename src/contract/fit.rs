@@ -173,7 +173,7 @@ impl Buffers {
         positions: &[Position],
         guard: &Guard,
     ) -> Result<Option<Vec<Position>>> {
-        let before = self.measure_anew(queue)?;
+        let before = self.measure(queue)?;
         let offsets = self.step(queue)?;
         let mut held = vec![false; positions.len()];
         let total = |sums: &[FaceFit]| sums.iter().map(|sum| f64::from(sum.error)).sum::<f64>();
@@ -182,7 +182,7 @@ impl Buffers {
             let moved = moved(positions, &offsets, &held);
             queue.write(&mut self.positions, &moved)?;
             // With the nearest faces found anew: at creases the heights over held ones fall while distances rise.
-            let after = self.measure_anew(queue)?;
+            let after = self.measure(queue)?;
             let refused = refused_by_samples(shape, &before, &after, &mut held);
             if (refused == 0 || attempt == TRIES) && total(&after) < total(&before) {
                 return Ok(Some(moved));
@@ -192,8 +192,8 @@ impl Buffers {
         Ok(None)
     }
 
-    /// Finds the nearest faces anew and sums.
-    fn measure_anew(&mut self, queue: &mut Queue) -> Result<Vec<FaceFit>> {
+    /// Finds the nearest faces and sums.
+    fn measure(&mut self, queue: &mut Queue) -> Result<Vec<FaceFit>> {
         queue.run(NearestFaces {
             positions: &self.positions,
             faces: &self.faces,
@@ -217,11 +217,6 @@ impl Buffers {
             face_count: self.faces.len() as u32,
             opposite_faces: &mut self.opposite_faces,
         })?;
-        self.measure(queue)
-    }
-
-    /// Sums for the faces found last.
-    fn measure(&mut self, queue: &mut Queue) -> Result<Vec<FaceFit>> {
         queue.run(FitSums {
             positions: &self.positions,
             faces: &self.faces,

@@ -18,7 +18,7 @@ mod record;
 mod statistics;
 mod ticker;
 
-use coarsen::Device;
+use coarsen::{Device, formats};
 
 use self::case::Case;
 use self::contender::Contender;
@@ -27,8 +27,7 @@ use self::plan::Plan;
 use self::record::{CaseRecord, Entrant, Figures, JobRecord, Record};
 use self::ticker::Ticker;
 use super::failure::refuse;
-use super::sink::write_whole;
-use super::{Exit, args, console};
+use super::{Exit, args, console, interrupt};
 
 /// Measures what the arguments ask for and prints it.
 ///
@@ -112,7 +111,8 @@ fn measure(plan: &Plan, case: &Case, target: plan::Target, contenders: &[Contend
 /// The picture before the text, so that nothing is printed when it cannot be written.
 fn tell(plan: &Plan, record: &Record) -> anyhow::Result<Exit> {
     if let Some(path) = &plan.plot {
-        write_whole(path, plot::svg(record)?.as_bytes())?;
+        let picture = plot::svg(record)?;
+        interrupt::shielded(|| formats::write_file(path, picture.as_bytes()))?;
     }
     if plan.json {
         console::print_json(record)?;
