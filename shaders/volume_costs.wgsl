@@ -17,7 +17,7 @@ fn border_matrix(sum: BorderSum) -> Sym3 {
     return Sym3(sum.xx, sum.xy, sum.xz, sum.yy, sum.yz, sum.zz);
 }
 
-// Adds the border terms, weighted by the pair's length, and drops the volume constraint.
+// Adds the border terms and drops the volume constraint.
 fn with_border(ends: Ends, first: BorderSum, second: BorderSum, mutual: Sym3, weight: f32) -> Ends {
     let none = vec3f(0.0, 0.0, 0.0);
     return Ends(
@@ -33,7 +33,7 @@ fn with_border(ends: Ends, first: BorderSum, second: BorderSum, mutual: Sym3, we
 // The cost of a pair from −h to h, solved at a scale where the trace is about 1.
 fn volume_cost(ends: Ends, h: vec3f, freedom: Freedom) -> f32 {
     let t = trace(sym_add(ends.first, ends.second));
-    if t <= NO_AREA {
+    if t <= NO_WEIGHT {
         return 0.0;
     }
     let half = half_exponent(t);
@@ -43,8 +43,8 @@ fn volume_cost(ends: Ends, h: vec3f, freedom: Freedom) -> f32 {
     let second = sym_scale(ends.second, s_sq);
     let mutual = sym_scale(ends.mutual, s_sq);
     var q = end_matrices(first, second, mutual, h);
-    q.n = scale3(sub3(add3(ends.first_normal, ends.second_normal), ends.mutual_normal), s);
-    q.d = dot3(scale3(sub3(ends.second_normal, ends.first_normal), s), h);
+    q.n = scale3(sub3(add3(ends.first_normal, ends.second_normal), ends.mutual_normal), s_sq);
+    q.d = dot3(scale3(sub3(ends.second_normal, ends.first_normal), s_sq), h);
     let cost = pair_cost(q, h, freedom);
     return mul(mul(cost, scale_up(half)), scale_up(half));
 }
@@ -61,7 +61,7 @@ struct Pair {
 
 // The pair of the half-edge from u to w between the faces f and g.
 fn pair_between(f: u32, g: u32, u: u32, w: u32) -> Pair {
-    var right = Normal(0.0, 0.0, 0.0);
+    var right = Normal(0.0, 0.0, 0.0, 0.0);
     if g != NO_FACE {
         right = load_normals(g);
     }
@@ -70,15 +70,13 @@ fn pair_between(f: u32, g: u32, u: u32, w: u32) -> Pair {
 
 // What the ends of a pair sum to.
 fn ends_of(pair: Pair) -> Ends {
-    let left = vector(pair.left);
-    let right = vector(pair.right);
     return Ends(
         volume_matrix(pair.sum_u),
         volume_matrix(pair.sum_w),
-        sym_add(outer(left), outer(right)),
+        sym_add(outer(weighted(pair.left)), outer(weighted(pair.right))),
         vec3f(pair.sum_u.nx, pair.sum_u.ny, pair.sum_u.nz),
         vec3f(pair.sum_w.nx, pair.sum_w.ny, pair.sum_w.nz),
-        add3(left, right),
+        add3(doubled_area(pair.left), doubled_area(pair.right)),
     );
 }
 
@@ -107,8 +105,7 @@ fn run(i: u32) {
         if edge.across == NO_FACE {
             on_border = border_term(e);
         }
-        let weight = mul(params.border_weight, dot3(e, e));
-        ends = with_border(ends, load_borders(u), load_borders(w), on_border, weight);
+        ends = with_border(ends, load_borders(u), load_borders(w), on_border, params.border_weight);
     }
     store_keys(i, ends_key(ends, pair));
 }

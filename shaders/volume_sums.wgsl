@@ -1,4 +1,4 @@
-// What the volume metric needs of every vertex: sums over its star of n nᵀ and n, and the border term. Twin:
+// What the volume metric needs of every vertex: sums over its star of n nᵀ/|n| and n, and the border term. Twin:
 // src/kernel/volume_sums.rs
 //
 // Gathers the ring in ascending face order.
@@ -8,9 +8,9 @@ fn volume_sum(vertex: u32) -> VolumeSum {
     var normal = vec3f(0.0, 0.0, 0.0);
     let end = load_ring_starts(vertex + 1u);
     for (var i = load_ring_starts(vertex); i < end; i++) {
-        let n = vector(load_normals(load_ring_faces(i)));
-        matrix = sym_add(matrix, outer(n));
-        normal = add3(normal, n);
+        let n = load_normals(load_ring_faces(i));
+        matrix = sym_add(matrix, outer(weighted(n)));
+        normal = add3(normal, doubled_area(n));
     }
     return VolumeSum(
         matrix.xx, matrix.xy, matrix.xz, matrix.yy, matrix.yz, matrix.zz, normal.x, normal.y, normal.z,

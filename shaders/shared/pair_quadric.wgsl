@@ -28,7 +28,8 @@ fn scaled(q: PairQuadric, s: f32) -> PairQuadric {
 
 // On the constraint where there is one: L D Lᵀ of the regularized matrix, which needs no pivots.
 fn least(q: PairQuadric, regularization: f32) -> vec3f {
-    let r = mul(regularization, trace(q.a));
+    let t = trace(q.a);
+    let r = mul(regularization, t);
     let r0 = divide(1.0, add(q.a.xx, r));
     let l1 = mul(q.a.xy, r0);
     let l2 = mul(q.a.xz, r0);
@@ -44,7 +45,7 @@ fn least(q: PairQuadric, regularization: f32) -> vec3f {
     let yy = sub(mul(b1, r1), mul(l3, yz));
     let yx = sub(sub(mul(q.b.x, r0), mul(l1, yy)), mul(l2, yz));
     let y = vec3f(yx, yy, yz);
-    if dot3(q.n, q.n) <= mul(CONSTRAINT, trace(q.a)) {
+    if dot3(q.n, q.n) <= mul(CONSTRAINT, mul(t, t)) {
         return y;
     }
 

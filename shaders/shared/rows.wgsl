@@ -3,7 +3,7 @@
 struct Position { x: f32, y: f32, z: f32, flags: u32 }
 struct Face { a: u32, b: u32, c: u32 }
 struct Contraction { keep: u32, gone: u32, x: f32, y: f32, z: f32, flags: u32 }
-struct Normal { x: f32, y: f32, z: f32 }
+struct Normal { x: f32, y: f32, z: f32, root: f32 }
 struct VolumeSum { xx: f32, xy: f32, xz: f32, yy: f32, yz: f32, zz: f32, nx: f32, ny: f32, nz: f32 }
 struct BorderSum { xx: f32, xy: f32, xz: f32, yy: f32, yz: f32, zz: f32 }
 struct PlaneQuadric {
@@ -26,8 +26,13 @@ fn xyz(p: Position) -> vec3f {
     return vec3f(p.x, p.y, p.z);
 }
 
-fn vector(n: Normal) -> vec3f {
+// n/√|n|.
+fn weighted(n: Normal) -> vec3f {
     return vec3f(n.x, n.y, n.z);
+}
+
+fn doubled_area(n: Normal) -> vec3f {
+    return scale3(weighted(n), n.root);
 }
 
 fn is_live(face: Face) -> bool {

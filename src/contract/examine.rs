@@ -156,7 +156,7 @@ impl Examiner {
                 let mut quadric = Quadric::of_star(&self.star);
                 if on_border {
                     quadric.free_volume();
-                    let weight = self.rules.border_weight * 4.0 * self.star.h.length_squared();
+                    let weight = self.rules.border_weight;
                     self.star.for_each_border_edge(pair, |from, to| quadric.add_border(to - from, from, weight));
                 }
                 quadric

@@ -26,6 +26,14 @@ impl Sym3 {
         Self { xx: n.x * n.x, xy: n.x * n.y, xz: n.x * n.z, yy: n.y * n.y, yz: n.y * n.z, zz: n.z * n.z }
     }
 
+    /// n nᵀ/|n|; zero for a face without area.
+    #[inline(always)]
+    fn of_face(n: DVec3) -> Self {
+        let length = n.length();
+        let m = n * if length > 0.0 { 1.0 / length } else { 0.0 };
+        Self { xx: m.x * n.x, xy: m.x * n.y, xz: m.x * n.z, yy: m.y * n.y, yz: m.y * n.z, zz: m.z * n.z }
+    }
+
     #[inline(always)]
     fn plus(self, other: Self) -> Self {
         Self {
@@ -93,14 +101,14 @@ pub struct Quadric {
 }
 
 impl Quadric {
-    /// The sum of (n·x − d)² over the faces of a star.
+    /// The sum of (n·x − d)²/|n| over the faces of a star.
     ///
     /// About the midpoint every plane of the first end has d = −n·h, every one of the second d = n·h, and the shared ones
     /// hold both ends.
     pub fn of_star(star: &Star) -> Self {
         let sums = |faces: &[StarFace]| {
             let zero = (Sym3::default(), DVec3::ZERO);
-            faces.iter().fold(zero, |(a, n), face| (a.plus(Sym3::outer(face.normal)), n + face.normal))
+            faces.iter().fold(zero, |(a, n), face| (a.plus(Sym3::of_face(face.normal)), n + face.normal))
         };
         let ((first, n1), (second, n2), (shared, n)) = (sums(&star.first), sums(&star.second), sums(&star.shared));
         let (first_h, second_h) = (first.times(star.h), second.times(star.h));
@@ -169,7 +177,7 @@ impl Quadric {
         }
         let factors = Factors::new(self.a, regularization * trace);
         let mut x = factors.solve(self.b);
-        if self.n.length_squared() > f64::from(CONSTRAINT) * trace {
+        if self.n.length_squared() > f64::from(CONSTRAINT) * trace * trace {
             let z = factors.solve(self.n);
             x += z * ((self.d - self.n.dot(x)) / self.n.dot(z));
         }
@@ -238,7 +246,7 @@ mod tests {
         assert!(q.n.z > 0.0 && (q.n.dot(x) - q.d).abs() < 1e-9 * q.n.length(), "{x}");
         let by_hand: f64 = (star.first.iter().map(|f| (f, -h)).chain(star.second.iter().map(|f| (f, h))))
             .chain(star.shared.iter().map(|f| (f, h)))
-            .map(|(f, p)| f.normal.dot(x - p).powi(2))
+            .map(|(f, p)| f.normal.dot(x - p).powi(2) / f.normal.length())
             .sum();
         assert!((q.value(x) - by_hand).abs() < 1e-12);
     }

@@ -1,4 +1,4 @@
-//! The normal of every face, as long as twice its area. Twin: `shaders/face_normals.wgsl`, line for line.
+//! The normal of every face, and the root of its length. Twin: `shaders/face_normals.wgsl`, line for line.
 //!
 //! Once a face instead of once for each corner and each side, and the same bits in all: what a pair subtracts for its
 //! shared faces is what the sums of its ends have added.
@@ -10,7 +10,7 @@ use super::rows::{Face, Normal, Position};
 use super::split::CHUNK;
 use crate::backend::{Access, Binding, Buffer, Kernel};
 use crate::math::Vec3;
-use crate::math::exact::{LEAST_FACTOR, cross3, flush3, sub3};
+use crate::math::exact::{LEAST_FACTOR, cross3, divide, dot3, flush3, root, scale3, sub3};
 use crate::math::lanes::{self, Columns, LANES, Lane};
 
 /// One invocation a face.
@@ -39,7 +39,9 @@ const CORNER_WORDS: usize = size_of::<Corners>() / 4;
 #[inline(always)]
 fn face_normal(a: Vec3, b: Vec3, c: Vec3) -> Normal {
     let n = flush3(cross3(sub3(b, a), sub3(c, a)), LEAST_FACTOR);
-    Normal { x: n.x, y: n.y, z: n.z }
+    let root = root(root(dot3(n, n)));
+    let weighted = flush3(scale3(n, divide(1.0, root)), LEAST_FACTOR);
+    Normal { x: weighted.x, y: weighted.y, z: weighted.z, root }
 }
 
 impl Lane for Corners {

@@ -11,7 +11,7 @@ use crate::math::exact::{
 
 /// A placement farther from the midpoint than this many half pairs is not trusted.
 pub const REACH: f32 = 4.0;
-/// The volume constraint holds when |Σn|² is more than this share of Σ|n|²: below, the two sides of a thin sheet cancel.
+/// The volume constraint holds when |Σn|² is more than this share of (Σ|n|)²: below, the two sides of a thin sheet cancel.
 pub const CONSTRAINT: f32 = 1e-3;
 /// Costs below this share of the trace are rounding noise and count as 0.
 pub const NOISE: f32 = 1e-18;
@@ -99,7 +99,8 @@ pub fn scaled(q: PairQuadric, s: f32) -> PairQuadric {
 /// matrix, which needs no pivots.
 #[inline(always)]
 pub fn least(q: PairQuadric, regularization: f32) -> Vec3 {
-    let r = mul(regularization, trace(q.a));
+    let t = trace(q.a);
+    let r = mul(regularization, t);
     let r0 = divide(1.0, add(q.a.xx, r));
     let l1 = mul(q.a.xy, r0);
     let l2 = mul(q.a.xz, r0);
@@ -115,7 +116,7 @@ pub fn least(q: PairQuadric, regularization: f32) -> Vec3 {
     let yy = sub(mul(b1, r1), mul(l3, yz));
     let yx = sub(sub(mul(q.b.x, r0), mul(l1, yy)), mul(l2, yz));
     let y = Vec3::new(yx, yy, yz);
-    if dot3(q.n, q.n) <= mul(CONSTRAINT, trace(q.a)) {
+    if dot3(q.n, q.n) <= mul(CONSTRAINT, mul(t, t)) {
         return y;
     }
 

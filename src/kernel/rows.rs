@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::backend::{Constant, row};
 use crate::math::Vec3;
-use crate::math::exact::Sym3;
+use crate::math::exact::{Sym3, scale3};
 
 /// A vertex lies on a border edge.
 pub const BORDER: u32 = 1;
@@ -96,27 +96,36 @@ pub struct Contraction {
     pub flags: u32,
 }
 
-/// The normal of a face, as long as twice its area: (b − a)×(c − a).
+/// The normal of a face, n = (b − a)×(c − a), in two parts: n/√|n|, whose outer product is n nᵀ/|n|, and √|n|.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 pub struct Normal {
-    /// Along the first axis.
+    /// n/√|n| along the first axis.
     pub x: f32,
-    /// Along the second axis.
+    /// n/√|n| along the second axis.
     pub y: f32,
-    /// Along the third axis.
+    /// n/√|n| along the third axis.
     pub z: f32,
+    /// √|n|.
+    pub root: f32,
 }
 
 impl Normal {
-    /// The vector.
+    /// n/√|n|.
     #[inline(always)]
-    pub fn xyz(self) -> Vec3 {
+    pub fn weighted(self) -> Vec3 {
         Vec3::new(self.x, self.y, self.z)
+    }
+
+    /// n, as long as twice the area.
+    #[inline(always)]
+    pub fn doubled_area(self) -> Vec3 {
+        scale3(self.weighted(), self.root)
     }
 }
 
-/// What the `volume` metric needs of a vertex: sums over the faces of its star of n nᵀ and n, the normals.
+/// What the `volume` metric needs of a vertex: sums over the faces of its star of n nᵀ/|n| and n, the normals as long as
+/// twice the area.
 ///
 /// The vertex lies on all these planes, so about its own position the other terms of the quadric are zero.
 #[repr(C)]
@@ -267,7 +276,7 @@ impl PlaneQuadric {
 row!(Position { x, y, z, flags });
 row!(Face { a, b, c });
 row!(Contraction { keep, gone, x, y, z, flags });
-row!(Normal { x, y, z });
+row!(Normal { x, y, z, root });
 row!(VolumeSum { xx, xy, xz, yy, yz, zz, nx, ny, nz });
 row!(BorderSum { xx, xy, xz, yy, yz, zz });
 row!(PlaneQuadric { xx, xy, xz, yy, yz, zz, bx, by, bz, c, weight });

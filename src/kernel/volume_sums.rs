@@ -1,4 +1,4 @@
-//! What the `volume` metric needs of every vertex: sums over its star of n nᵀ and n, and the border term. Twin:
+//! What the `volume` metric needs of every vertex: sums over its star of n nᵀ/|n| and n, and the border term. Twin:
 //! `shaders/volume_sums.wgsl`, line for line.
 //!
 //! Gathers: one invocation a vertex, its ring in ascending face order, so the sums are repeatable. \[LT98\] section 4:
@@ -54,9 +54,9 @@ fn volume_sum(vertex: u32, stars: &Stars<'_>, normals: &[Normal]) -> VolumeSum {
     let mut matrix = Sym3::default();
     let mut normal = Vec3::ZERO;
     for &f in stars.ring(vertex) {
-        let n = normals[f as usize].xyz();
-        matrix = sym_add(matrix, outer(n));
-        normal = add3(normal, n);
+        let n = normals[f as usize];
+        matrix = sym_add(matrix, outer(n.weighted()));
+        normal = add3(normal, n.doubled_area());
     }
     VolumeSum {
         xx: matrix.xx,
@@ -157,7 +157,7 @@ mod tests {
         let faces = [Face { a: 0, b: 1, c: 2 }, Face { a: 0, b: 2, c: 3 }];
         let (ring_starts, ring_faces) = ([0, 2, 3, 5, 6], [0, 1, 0, 0, 1, 1]);
         let stars = Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
-        let sum = volume_sum(0, &stars, &[Normal { x: 0.0, y: 0.0, z: 1.0 }; 2]);
+        let sum = volume_sum(0, &stars, &[Normal { x: 0.0, y: 0.0, z: 1.0, root: 1.0 }; 2]);
         assert_eq!(sum, VolumeSum { zz: 2.0, nz: 2.0, ..VolumeSum::default() });
         // The borders at vertex 0 run along x and y, one unit long; the diagonal is shared.
         let border = border_sum(0, &stars);

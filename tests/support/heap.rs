@@ -23,7 +23,7 @@ use super::quadric::Quadric;
 /// The numbers of both metrics that the papers leave open.
 #[derive(Debug, Clone, Copy)]
 pub struct Tuning {
-    /// `Volume`: factor of the border terms, times the pair's squared length.
+    /// `Volume`: factor of the border terms.
     pub volume_border: f64,
     /// `Volume`: pull to the midpoint, as a fraction of the matrix's trace.
     pub volume_ridge: f64,
@@ -38,9 +38,9 @@ pub struct Tuning {
 impl Default for Tuning {
     fn default() -> Self {
         Self {
-            volume_border: 9.0,
-            volume_ridge: 1e-4,
-            volume_area_power: 2.0,
+            volume_border: 4.0,
+            volume_ridge: 1e-5,
+            volume_area_power: 1.0,
             plane_border: 1.0,
             plane_area_power: 1.0,
         }
@@ -292,9 +292,9 @@ impl Surface {
         (midpoint + x, quadric.at(x))
     }
 
-    /// Volume between the surface before and after, squared face by face \[LT98\]; about the midpoint.
+    /// Squared distances to the faces' planes by area, on the surface as it is \[LT98\]; about the midpoint.
     ///
-    /// Minimises Σ (n·x − d)² subject to (Σ n)·x = Σ d, which keeps the volume; where the stars have a border, its
+    /// Minimizes Σ (n·x − d)²/|n| subject to (Σ n)·x = Σ d, which keeps the volume; where the stars have a border, its
     /// edges join the sum and the constraint is left out.
     fn volume_optimum(&self, u: u32, v: u32, midpoint: DVec3) -> (Quadric, Option<DVec3>) {
         let mut quadric = Quadric::ZERO;
@@ -309,7 +309,7 @@ impl Surface {
             normals += n;
             volumes += n.dot(p0);
         }
-        let weight = self.tuning.volume_border * self.position(u).distance_squared(self.position(v));
+        let weight = self.tuning.volume_border;
         let mut border = false;
         for (end, other) in [(u, v), (v, u)] {
             for (w, _) in self.neighbors(end).into_iter().filter(|&(_, faces)| faces == 1) {
@@ -325,7 +325,7 @@ impl Surface {
         let Some(inverse) = (quadric.a + ridge).try_inverse() else { return (quadric, None) };
         let free = inverse * quadric.b;
         // Faces that cancel out (a closed sliver) give no direction along which to keep the volume.
-        if border || normals.length_squared() <= 1e-10 * quadric.trace() {
+        if border || normals.length_squared() <= 1e-10 * quadric.trace().powi(2) {
             return (quadric, Some(free));
         }
         let across = inverse * normals;
