@@ -38,7 +38,7 @@ use crate::simplify::{Budget, OnProgress, Outcome};
 /// What a contraction costs and where its vertex goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Metric {
-    /// Volume swept, over the current faces of both stars \[LT98\].
+    /// Squared distances to the current faces of both stars by their areas, the volume kept \[LT98\].
     #[default]
     Volume,
     /// Squared distances to the planes of the original, accumulated \[GH97\].
