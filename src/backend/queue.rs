@@ -25,6 +25,11 @@ impl Queue {
         Self { gpu: Some(recorder) }
     }
 
+    /// Whether it runs kernels on the host.
+    pub fn is_on_host(&self) -> bool {
+        self.gpu.is_none()
+    }
+
     /// A buffer of `len` zeroed rows.
     ///
     /// # Errors

@@ -9,14 +9,16 @@ use crate::kernel::face_normals::FaceNormals;
 use crate::kernel::gather_candidates::GatherCandidates;
 use crate::kernel::gather_pairs::GatherPairs;
 use crate::kernel::pairs::PAIR_BLOCK;
-use crate::kernel::plane_costs::PlaneCosts;
+use crate::kernel::plane_costs::{self, PlaneBlock, PlaneCosts, PlaneRows};
 use crate::kernel::plane_sums::PlaneSums;
 use crate::kernel::rows::{BorderSum, Candidate, Edge, Normal, VolumeSum};
-use crate::kernel::volume_costs::{BORDER_FACTOR, VolumeCosts};
+use crate::kernel::stars::Stars;
+use crate::kernel::volume_costs::{self, BORDER_FACTOR, VolumeBlock, VolumeCosts, VolumeRows};
 use crate::kernel::volume_sums::VolumeSums;
 
+use super::listing::Listing;
 use super::scan::Scan;
-use super::surface::Surface;
+use super::surface::{LARGE_VERTICES, Surface};
 use super::{Metric, Options, Placement};
 
 /// The buffers of a round's evaluation on one device.
@@ -25,6 +27,9 @@ pub struct Evaluation {
     at_endpoints: bool,
     border_weight: f32,
     volume: Option<Volume>,
+    /// In place of all that follows, on the host.
+    listing: Option<Listing>,
+    is_first: bool,
     pairs: Buffer<Edge>,
     keys: Buffer<u32>,
     buckets: Buffer<u32>,
@@ -54,19 +59,21 @@ pub struct Gate {
 impl Evaluation {
     /// Buffers for a surface, on its device.
     pub fn new(queue: &mut Queue, surface: &Surface, options: &Options, has_border: bool) -> Result<Self> {
-        let blocks = most_blocks(surface.vertex_count, 3 * surface.face_count);
+        let blocks = if queue.is_on_host() { 0 } else { most_blocks(surface.vertex_count, 3 * surface.face_count) };
         let volume = match options.metric {
             Metric::Volume => Some(Volume {
-                normals: queue.buffer(surface.face_count)?,
-                sums: queue.buffer(surface.vertex_count)?,
+                normals: queue.buffer(0)?,
+                sums: queue.buffer(0)?,
                 borders: queue.buffer(if has_border { surface.vertex_count.max(2) } else { 1 })?,
             }),
             Metric::Plane => None,
         };
         Ok(Self {
             at_endpoints: options.placement == Placement::Endpoint,
-            border_weight: options.border_weight,
+            border_weight: BORDER_FACTOR * options.border_weight,
             volume,
+            listing: queue.is_on_host().then(Listing::default),
+            is_first: true,
             pairs: queue.buffer(0)?,
             keys: queue.buffer(0)?,
             buckets: queue.buffer(BUCKETS as usize)?,
@@ -85,6 +92,16 @@ impl Evaluation {
         gate: Gate,
         candidates: &mut Vec<Candidate>,
     ) -> Result<usize> {
+        self.sums(queue, surface)?;
+        if let Some(listing) = &mut self.listing {
+            let histogram = list(listing, surface, self.volume.as_ref(), self.at_endpoints, self.border_weight);
+            let pairs = listing.len();
+            listing.gate(threshold(&histogram, wanted(gate, pairs)).0, candidates);
+            if std::mem::take(&mut self.is_first) && surface.vertex_count >= LARGE_VERTICES {
+                self.release(queue)?;
+            }
+            return Ok(pairs);
+        }
         let pairs = self.find_pairs(queue, surface)?;
         self.costs(queue, surface, pairs)?;
         let key_count = pairs as u32;
@@ -116,6 +133,15 @@ impl Evaluation {
         Ok(pairs)
     }
 
+    /// Frees what the largest round needed before its commit takes more. The next allocates what it needs, for good.
+    fn release(&mut self, queue: &Queue) -> Result<()> {
+        self.listing = self.listing.as_ref().map(|_| Listing::default());
+        if let Some(Volume { normals, sums, .. }) = &mut self.volume {
+            (*normals, *sums) = (queue.buffer(0)?, queue.buffer(0)?);
+        }
+        Ok(())
+    }
+
     /// Lists the pairs; returns how many.
     fn find_pairs(&mut self, queue: &mut Queue, surface: &Surface) -> Result<usize> {
         let Surface { positions, faces, ring_starts, ring_faces, .. } = surface;
@@ -145,42 +171,69 @@ impl Evaluation {
         Ok(pairs)
     }
 
-    fn costs(&mut self, queue: &mut Queue, surface: &Surface, pairs: usize) -> Result<()> {
+    /// Sums what the metric needs of the surface as it is.
+    fn sums(&mut self, queue: &mut Queue, surface: &Surface) -> Result<()> {
         let Surface { positions, faces, ring_starts, ring_faces, .. } = surface;
-        let (vertex_count, pair_count) = (surface.vertex_count as u32, pairs as u32);
-        let (at_endpoints, pairs, keys) = (self.at_endpoints, &self.pairs, &mut self.keys);
-        match (&mut self.volume, &surface.quadrics) {
-            (Some(Volume { normals, sums, borders }), _) => {
-                queue.run(FaceNormals { positions, faces, face_count: surface.face_count as u32, normals })?;
-                queue.run(VolumeSums {
-                    positions,
-                    faces,
-                    ring_starts,
-                    ring_faces,
-                    normals,
-                    vertex_count,
-                    sums,
-                    borders,
-                })?;
-                let border_weight = BORDER_FACTOR * self.border_weight;
-                queue.run(VolumeCosts {
-                    positions,
-                    faces,
-                    normals,
-                    sums,
-                    borders,
-                    pairs,
-                    pair_count,
-                    border_weight,
-                    at_endpoints,
-                    keys,
-                })
-            }
+        let Some(Volume { normals, sums, borders }) = &mut self.volume else { return Ok(()) };
+        grow(queue, normals, surface.face_count)?;
+        grow(queue, sums, surface.vertex_count)?;
+        let (vertex_count, face_count) = (surface.vertex_count as u32, surface.face_count as u32);
+        queue.run(FaceNormals { positions, faces, face_count, normals })?;
+        queue.run(VolumeSums { positions, faces, ring_starts, ring_faces, normals, vertex_count, sums, borders })
+    }
+
+    fn costs(&mut self, queue: &mut Queue, surface: &Surface, pairs: usize) -> Result<()> {
+        let Surface { positions, faces, .. } = surface;
+        let (at_endpoints, border_weight, pair_count) = (self.at_endpoints, self.border_weight, pairs as u32);
+        let (pairs, keys) = (&self.pairs, &mut self.keys);
+        match (&self.volume, &surface.quadrics) {
+            (Some(Volume { normals, sums, borders }), _) => queue.run(VolumeCosts {
+                positions,
+                faces,
+                normals,
+                sums,
+                borders,
+                pairs,
+                pair_count,
+                border_weight,
+                at_endpoints,
+                keys,
+            }),
             (None, Some(quadrics)) => {
                 queue.run(PlaneCosts { positions, faces, quadrics, pairs, pair_count, at_endpoints, keys })
             }
             (None, None) => Ok(()),
         }
+    }
+}
+
+/// Lists and costs the pairs of a surface on the host; returns the histogram of their keys.
+fn list(
+    listing: &mut Listing,
+    surface: &Surface,
+    volume: Option<&Volume>,
+    at_endpoints: bool,
+    border_weight: f32,
+) -> Vec<u32> {
+    let Surface { positions, faces, ring_starts, ring_faces, vertex_count, .. } = surface;
+    let stars = Stars::on_host(positions, faces, ring_starts, ring_faces);
+    match (volume, &surface.quadrics) {
+        (Some(Volume { normals, sums, borders }), _) => {
+            let params = volume_costs::Params::new(at_endpoints, border_weight);
+            let rows = VolumeRows::on_host(positions, faces, normals, sums, borders, params);
+            listing.list(*vertex_count, &stars, || {
+                let mut block = VolumeBlock::new();
+                move |pairs: &[Edge], keys: &mut [u32]| rows.keys(pairs, &mut block, keys)
+            })
+        }
+        (None, Some(quadrics)) => {
+            let rows = PlaneRows::on_host(positions, faces, quadrics, plane_costs::Params::new(at_endpoints));
+            listing.list(*vertex_count, &stars, || {
+                let mut block = PlaneBlock::new();
+                move |pairs: &[Edge], keys: &mut [u32]| rows.keys(pairs, &mut block, keys)
+            })
+        }
+        (None, None) => Vec::new(),
     }
 }
 

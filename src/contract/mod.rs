@@ -21,6 +21,7 @@ mod fit;
 mod fit_guard;
 mod frame;
 mod history;
+mod listing;
 mod patch;
 mod placement;
 mod prepare;

@@ -49,6 +49,13 @@ params! {
     }
 }
 
+impl Params {
+    /// For these policies.
+    pub fn new(at_endpoints: bool) -> Self {
+        Self { at_endpoints: u32::from(at_endpoints), regularization: PLANE_REGULARIZATION }
+    }
+}
+
 /// The cost of a pair from −h to h, solved at a scale where the trace is about 1.
 #[inline(always)]
 fn plane_cost(first: PlaneQuadric, second: PlaneQuadric, h: Vec3, freedom: Freedom) -> f32 {
@@ -66,7 +73,7 @@ fn plane_cost(first: PlaneQuadric, second: PlaneQuadric, h: Vec3, freedom: Freed
 /// What the key of a pair is computed from.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-struct Pair {
+pub struct Pair {
     pu: Position,
     pw: Position,
     first: PlaneQuadric,
@@ -76,13 +83,35 @@ struct Pair {
 /// 32-bit scalars of a [`Pair`].
 const PAIR_WORDS: usize = size_of::<Pair>() / 4;
 
-/// What pairs are loaded from.
+/// Scratch of [`PlaneRows::keys`].
+pub type PlaneBlock = Columns<Pair, PAIR_WORDS>;
+
+/// What pairs are costed from, on the host.
 #[derive(Debug, Clone, Copy)]
-struct Rows<'a> {
+pub struct PlaneRows<'a> {
     positions: &'a [Position],
     faces: &'a [Face],
     quadrics: &'a [PlaneQuadric],
-    pairs: &'a [Edge],
+    params: Params,
+}
+
+impl<'a> PlaneRows<'a> {
+    /// In these buffers of the host.
+    pub fn on_host(
+        positions: &'a Buffer<Position>,
+        faces: &'a Buffer<Face>,
+        quadrics: &'a Buffer<PlaneQuadric>,
+        params: Params,
+    ) -> Self {
+        Self { positions: positions.host(), faces: faces.host(), quadrics: quadrics.host(), params }
+    }
+
+    /// Writes the keys of `pairs`.
+    pub fn keys(&self, pairs: &[Edge], block: &mut PlaneBlock, keys: &mut [u32]) {
+        for (pairs, keys) in pairs.chunks(LANES).zip(keys.chunks_mut(LANES)) {
+            lanes::compute(0, (self, pairs), self.params, block, keys);
+        }
+    }
 }
 
 /// The key of a pair.
@@ -99,13 +128,13 @@ fn plane_key(pair: &Pair, params: Params) -> u32 {
 }
 
 impl Lane for Pair {
-    type Source<'a> = Rows<'a>;
+    type Source<'a> = (&'a PlaneRows<'a>, &'a [Edge]);
     type Params = Params;
     type Output = u32;
 
     #[inline(always)]
-    fn load(index: usize, rows: Rows<'_>) -> Self {
-        let [u, w] = half_edge_ends(rows.pairs[index].half_edge, rows.faces).map(|end| end as usize);
+    fn load(index: usize, (rows, pairs): Self::Source<'_>) -> Self {
+        let [u, w] = half_edge_ends(pairs[index].half_edge, rows.faces).map(|end| end as usize);
         let (pu, pw) = (rows.positions[u], rows.positions[w]);
         Self { pu, pw, first: rows.quadrics[u], second: rows.quadrics[w] }
     }
@@ -129,7 +158,7 @@ impl Kernel for PlaneCosts<'_> {
     const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;
 
     fn params(&self) -> Params {
-        Params { at_endpoints: u32::from(self.at_endpoints), regularization: PLANE_REGULARIZATION }
+        Params::new(self.at_endpoints)
     }
 
     fn bindings(&self) -> Vec<Binding<'_>> {
@@ -147,12 +176,14 @@ impl Kernel for PlaneCosts<'_> {
     }
 
     fn run_cpu(&mut self) {
-        let params = self.params();
-        let (positions, faces, quadrics) = (self.positions.host(), self.faces.host(), self.quadrics.host());
-        let rows = Rows { positions, faces, quadrics, pairs: self.pairs.host() };
-        let blocks = self.keys.host_mut()[..self.pair_count as usize].par_chunks_mut(LANES).enumerate();
-        blocks.with_min_len(CHUNK / LANES).for_each_init(Columns::<Pair, PAIR_WORDS>::new, |block, (i, keys)| {
-            lanes::compute(i * LANES, rows, params, block, keys);
-        });
+        let rows = PlaneRows::on_host(self.positions, self.faces, self.quadrics, self.params());
+        let pairs = &self.pairs.host()[..self.pair_count as usize];
+        let keys = &mut self.keys.host_mut()[..pairs.len()];
+        pairs.par_chunks(CHUNK).zip(keys.par_chunks_mut(CHUNK)).for_each_init(
+            PlaneBlock::new,
+            |block, (pairs, keys)| {
+                rows.keys(pairs, block, keys);
+            },
+        );
     }
 }

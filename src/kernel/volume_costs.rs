@@ -63,6 +63,13 @@ params! {
     }
 }
 
+impl Params {
+    /// For these policies.
+    pub fn new(at_endpoints: bool, border_weight: f32) -> Self {
+        Self { at_endpoints: u32::from(at_endpoints), border_weight, regularization: VOLUME_REGULARIZATION }
+    }
+}
+
 /// What both ends and the shared faces sum to.
 #[derive(Debug, Clone, Copy)]
 pub struct Ends {
@@ -110,7 +117,7 @@ fn volume_cost(ends: Ends, h: Vec3, freedom: Freedom) -> f32 {
 /// What the key of a pair is computed from, off the border.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-struct Pair {
+pub struct Pair {
     pu: Position,
     pw: Position,
     sum_u: VolumeSum,
@@ -122,26 +129,58 @@ struct Pair {
 /// 32-bit scalars of a [`Pair`].
 const PAIR_WORDS: usize = size_of::<Pair>() / 4;
 
+/// Scratch of [`VolumeRows::keys`].
+pub type VolumeBlock = Columns<Pair, PAIR_WORDS>;
+
 impl Pair {
     fn is_on_border(&self) -> bool {
         (self.pu.flags | self.pw.flags) & BORDER != 0
     }
 }
 
-/// What pairs are loaded from.
+/// What pairs are costed from, on the host.
 #[derive(Debug, Clone, Copy)]
-struct Rows<'a> {
+pub struct VolumeRows<'a> {
     positions: &'a [Position],
     faces: &'a [Face],
     normals: &'a [Normal],
     sums: &'a [VolumeSum],
     borders: &'a [BorderSum],
-    pairs: &'a [Edge],
+    params: Params,
+}
+
+impl<'a> VolumeRows<'a> {
+    /// In these buffers of the host.
+    pub fn on_host(
+        positions: &'a Buffer<Position>,
+        faces: &'a Buffer<Face>,
+        normals: &'a Buffer<Normal>,
+        sums: &'a Buffer<VolumeSum>,
+        borders: &'a Buffer<BorderSum>,
+        params: Params,
+    ) -> Self {
+        let (positions, faces, normals) = (positions.host(), faces.host(), normals.host());
+        Self { positions, faces, normals, sums: sums.host(), borders: borders.host(), params }
+    }
+
+    /// Writes the keys of `pairs`.
+    pub fn keys(&self, pairs: &[Edge], block: &mut VolumeBlock, keys: &mut [u32]) {
+        for (pairs, keys) in pairs.chunks(LANES).zip(keys.chunks_mut(LANES)) {
+            lanes::compute(0, (self, pairs), self.params, block, keys);
+            if self.borders.len() > 1 {
+                for (lane, key) in keys.iter_mut().enumerate() {
+                    if block.get(lane).is_on_border() {
+                        *key = border_key(pairs[lane], self, self.params);
+                    }
+                }
+            }
+        }
+    }
 }
 
 /// The pair of the half-edge from `u` to `w` between the faces `f` and `g`.
 #[inline(always)]
-fn pair_between(f: u32, g: u32, [u, w]: [u32; 2], rows: &Rows<'_>) -> Pair {
+fn pair_between(f: u32, g: u32, [u, w]: [u32; 2], rows: &VolumeRows<'_>) -> Pair {
     Pair {
         pu: rows.positions[u as usize],
         pw: rows.positions[w as usize],
@@ -179,14 +218,14 @@ fn ends_key(ends: Ends, pair: &Pair, params: Params) -> u32 {
 }
 
 impl Lane for Pair {
-    type Source<'a> = Rows<'a>;
+    type Source<'a> = (&'a VolumeRows<'a>, &'a [Edge]);
     type Params = Params;
     type Output = u32;
 
     #[inline(always)]
-    fn load(index: usize, rows: Rows<'_>) -> Self {
-        let Edge { half_edge, across } = rows.pairs[index];
-        pair_between(half_edge / 3, across, half_edge_ends(half_edge, rows.faces), &rows)
+    fn load(index: usize, (rows, pairs): Self::Source<'_>) -> Self {
+        let Edge { half_edge, across } = pairs[index];
+        pair_between(half_edge / 3, across, half_edge_ends(half_edge, rows.faces), rows)
     }
 
     /// The key of a pair off the border.
@@ -197,7 +236,7 @@ impl Lane for Pair {
 }
 
 /// The key of a pair with an end on the border.
-fn border_key(edge: Edge, rows: &Rows<'_>, params: Params) -> u32 {
+fn border_key(edge: Edge, rows: &VolumeRows<'_>, params: Params) -> u32 {
     let [u, w] = half_edge_ends(edge.half_edge, rows.faces);
     let pair = pair_between(edge.half_edge / 3, edge.across, [u, w], rows);
     let e = sub3(pair.pw.xyz(), pair.pu.xyz());
@@ -219,11 +258,7 @@ impl Kernel for VolumeCosts<'_> {
     const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;
 
     fn params(&self) -> Params {
-        Params {
-            at_endpoints: u32::from(self.at_endpoints),
-            border_weight: self.border_weight,
-            regularization: VOLUME_REGULARIZATION,
-        }
+        Params::new(self.at_endpoints, self.border_weight)
     }
 
     fn bindings(&self) -> Vec<Binding<'_>> {
@@ -244,23 +279,16 @@ impl Kernel for VolumeCosts<'_> {
 
     fn run_cpu(&mut self) {
         let params = self.params();
-        let (positions, faces) = (self.positions.host(), self.faces.host());
-        let (normals, sums, borders) = (self.normals.host(), self.sums.host(), self.borders.host());
+        let Self { positions, faces, normals, sums, borders, .. } = self;
+        let rows = VolumeRows::on_host(positions, faces, normals, sums, borders, params);
         let pairs = &self.pairs.host()[..self.pair_count as usize];
-        let rows = Rows { positions, faces, normals, sums, borders, pairs };
-        let has_border = borders.len() > 1;
-        let blocks = self.keys.host_mut()[..pairs.len()].par_chunks_mut(LANES).enumerate();
-        blocks.with_min_len(CHUNK / LANES).for_each_init(Columns::<Pair, PAIR_WORDS>::new, |block, (i, keys)| {
-            let first = i * LANES;
-            lanes::compute(first, rows, params, block, keys);
-            if has_border {
-                for (lane, key) in keys.iter_mut().enumerate() {
-                    if block.get(lane).is_on_border() {
-                        *key = border_key(pairs[first + lane], &rows, params);
-                    }
-                }
-            }
-        });
+        let keys = &mut self.keys.host_mut()[..pairs.len()];
+        pairs.par_chunks(CHUNK).zip(keys.par_chunks_mut(CHUNK)).for_each_init(
+            VolumeBlock::new,
+            |block, (pairs, keys)| {
+                rows.keys(pairs, block, keys);
+            },
+        );
     }
 }
 
@@ -296,16 +324,18 @@ mod tests {
         let sums: Vec<VolumeSum> = (0..4 * islands).map(sum).collect();
         let across = |i: u32| if i % 3 == 2 { (i / 3) ^ 1 } else { NO_FACE };
         let pairs: Vec<Edge> = (0..6 * islands).map(|i| Edge { half_edge: i, across: across(i) }).collect();
-        let rows =
-            Rows { positions: &positions, faces: &faces, normals: &normals, sums: &sums, borders: &[], pairs: &pairs };
-        let mut block = Columns::<Pair, PAIR_WORDS>::new();
+        let mut block = VolumeBlock::new();
         for at_endpoints in [0, 1] {
             let params = Params { at_endpoints, border_weight: 9.0, regularization: VOLUME_REGULARIZATION };
+            let (positions, faces, normals, sums) = (&positions[..], &faces[..], &normals[..], &sums[..]);
+            let rows = VolumeRows { positions, faces, normals, sums, borders: &[], params };
+            let source = (&rows, &pairs[..]);
             for len in [1, 2, 3, 4, 5, 6, 7, LANES] {
                 for first in (0..pairs.len() - len).step_by(len) {
                     let mut keys = vec![0; len];
-                    lanes::compute(first, rows, params, &mut block, &mut keys);
-                    let scalar: Vec<u32> = (first..first + len).map(|i| Pair::load(i, rows).compute(params)).collect();
+                    lanes::compute(first, source, params, &mut block, &mut keys);
+                    let scalar: Vec<u32> =
+                        (first..first + len).map(|i| Pair::load(i, source).compute(params)).collect();
                     assert_eq!(keys, scalar, "from pair {first} on");
                 }
             }

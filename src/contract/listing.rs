@@ -1,0 +1,84 @@
+//! The pairs of a round on the host: what the kernels of [`super::evaluate`] list, cost and count, in one pass.
+//!
+//! A task lists the pairs of its vertices, costs and counts them while their rows are in its cache. It keeps what it lists,
+//! so that nobody has to count pairs first to know where they go.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::kernel::cost_histogram::{BUCKET_SHIFT, BUCKETS};
+use crate::kernel::pairs::pairs_at;
+use crate::kernel::rows::{Candidate, Edge};
+use crate::kernel::stars::Stars;
+
+/// Vertices of a task: their pairs and the rows of those fit a core's second cache.
+const VERTICES_EACH: usize = 1 << 11;
+
+/// Pairs with their keys, in the order of the kernels.
+#[derive(Debug, Default)]
+pub struct Listing {
+    tasks: Vec<Vec<Candidate>>,
+}
+
+impl Listing {
+    /// Lists the pairs at `vertices` vertices. `costing` makes a function that writes the keys of pairs, one for each thread.
+    /// Returns how many pairs have keys in each bucket of the histogram.
+    pub fn list<K: FnMut(&[Edge], &mut [u32]) + Send>(
+        &mut self,
+        vertices: usize,
+        stars: &Stars<'_>,
+        costing: impl Fn() -> K + Sync + Send,
+    ) -> Vec<u32> {
+        self.tasks.resize_with(vertices.div_ceil(VERTICES_EACH), Vec::new);
+        let worker = || Worker { keys_of: costing(), pairs: Vec::new(), keys: Vec::new(), histogram: no_pairs() };
+        let workers = self.tasks.par_iter_mut().enumerate().fold(worker, |mut worker, (task, listed)| {
+            let first = task * VERTICES_EACH;
+            worker.list(first as u32..vertices.min(first + VERTICES_EACH) as u32, stars, listed);
+            worker
+        });
+        workers.map(|worker| worker.histogram).reduce(no_pairs, |mut sums, counts| {
+            sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+            sums
+        })
+    }
+
+    /// How many pairs there are.
+    pub fn len(&self) -> usize {
+        self.tasks.iter().map(Vec::len).sum()
+    }
+
+    /// Appends the pairs with keys below `threshold`; only these are left.
+    pub fn gate(&mut self, threshold: u32, candidates: &mut Vec<Candidate>) {
+        self.tasks.par_iter_mut().for_each(|listed| listed.retain(|candidate| candidate.key < threshold));
+        candidates.reserve(self.len());
+        self.tasks.iter().for_each(|listed| candidates.extend_from_slice(listed));
+    }
+}
+
+/// The scratch of a thread.
+struct Worker<K> {
+    keys_of: K,
+    pairs: Vec<Edge>,
+    keys: Vec<u32>,
+    histogram: Vec<u32>,
+}
+
+impl<K: FnMut(&[Edge], &mut [u32])> Worker<K> {
+    fn list(&mut self, vertices: Range<u32>, stars: &Stars<'_>, listed: &mut Vec<Candidate>) {
+        let Self { keys_of, pairs, keys, histogram } = self;
+        pairs.clear();
+        vertices.for_each(|vertex| pairs_at(vertex, stars, |pair| pairs.push(pair)));
+        keys.resize(pairs.len(), 0);
+        keys_of(pairs, keys);
+        keys.iter().for_each(|key| histogram[(key >> BUCKET_SHIFT) as usize] += 1);
+        listed.clear();
+        listed.reserve_exact(pairs.len());
+        listed.extend(pairs.iter().zip(&*keys).map(|(&Edge { half_edge, .. }, &key)| Candidate { key, half_edge }));
+    }
+}
+
+/// A histogram of nothing.
+fn no_pairs() -> Vec<u32> {
+    vec![0; BUCKETS as usize]
+}
