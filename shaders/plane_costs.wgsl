@@ -26,7 +26,7 @@ fn plane_key(pair: Pair) -> u32 {
     let freedom = Freedom(
         (pair.pu.flags & LOCKED) != 0u,
         (pair.pw.flags & LOCKED) != 0u,
-        params.at_endpoints != 0u,
+        params.placement,
         params.regularization,
     );
     return cost_key(plane_cost(pair.first, pair.second, h, freedom));

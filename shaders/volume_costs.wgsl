@@ -86,7 +86,7 @@ fn ends_key(ends: Ends, pair: Pair) -> u32 {
     let freedom = Freedom(
         (pair.pu.flags & LOCKED) != 0u,
         (pair.pw.flags & LOCKED) != 0u,
-        params.at_endpoints != 0u,
+        params.placement,
         params.regularization,
     );
     return cost_key(volume_cost(ends, h, freedom));

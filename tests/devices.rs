@@ -132,6 +132,8 @@ fn options_do_not_part_the_devices() {
             let with = options(metric);
             let variants = [
                 Options { placement: Placement::Endpoint, ..with.clone() },
+                Options { placement: Placement::Segment, ..with.clone() },
+                Options { placement: Placement::EndpointOrMiddle, ..with.clone() },
                 Options { lock_border: true, ..with.clone() },
                 Options { border_weight: 0.0, ..with.clone() },
                 Options { border_weight: 100.0, max_flip_rad: 0.5, ..with },

@@ -100,7 +100,9 @@ fn surfaces_keep_their_topology_and_meet_the_count() {
         assert_eq!(defects(&mesh), [0; 7], "{name}: not a test of what it should be");
         let closed = topology(&mesh).border_edges == 0;
         for metric in METRICS {
-            for (share, placement) in [(2, Placement::Optimal), (10, Placement::Optimal), (10, Placement::Endpoint)] {
+            for (share, placement) in
+                [(2, Placement::Optimal), (10, Placement::Optimal), (10, Placement::Segment), (10, Placement::Endpoint)]
+            {
                 let target = mesh.faces.len() / share / 2 * 2;
                 let options = Options { placement, ..options(metric) };
                 let name = format!("{name} {metric:?} {placement:?} {} → {target}", mesh.faces.len());

@@ -16,6 +16,9 @@ use support::engine::{METRICS, cpu};
 use support::independent::{Topology, topology};
 use support::shapes::{bumpy, cube, grid, sphere, torus};
 
+const PLACEMENTS: [Placement; 4] =
+    [Placement::Optimal, Placement::Segment, Placement::EndpointOrMiddle, Placement::Endpoint];
+
 /// Far more than any mesh here needs, even on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(20);
 
@@ -117,7 +120,7 @@ fn mesh(random: &mut Random) -> Mesh {
 fn options(random: &mut Random) -> Options {
     Options {
         metric: pick(random, &METRICS),
-        placement: pick(random, &[Placement::Optimal, Placement::Endpoint]),
+        placement: pick(random, &PLACEMENTS),
         border_weight: pick(random, &[0.0, 1.0, 1e-30, 1e6]),
         lock_border: below(random, 4) == 0,
         fit: below(random, 3) as u32,

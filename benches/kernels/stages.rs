@@ -117,7 +117,7 @@ pub const STAGES: &[Stage] = &[
         pairs: &s.pairs,
         pair_count: s.pair_count,
         border_weight: BORDER_FACTOR,
-        at_endpoints: false,
+        placement: 0,
         keys: &mut s.keys,
     }),
     stage!("plane_costs", pairs, |s| PlaneCosts {
@@ -126,7 +126,7 @@ pub const STAGES: &[Stage] = &[
         quadrics: &s.quadrics,
         pairs: &s.pairs,
         pair_count: s.pair_count,
-        at_endpoints: false,
+        placement: 0,
         keys: &mut s.plane_keys,
     }),
     stage!("cost_histogram", pairs, |s| CostHistogram {

@@ -2,7 +2,7 @@
 
 // xᵀA x − 2 b·x + c, and the plane n·x = d on which the volume is kept (none when n is 0).
 struct PairQuadric { a: Sym3, b: vec3f, c: f32, n: vec3f, d: f32 }
-struct Freedom { first_locked: bool, second_locked: bool, at_endpoints: bool, regularization: f32 }
+struct Freedom { first_locked: bool, second_locked: bool, placement: u32, regularization: f32 }
 
 fn value(q: PairQuadric, x: vec3f) -> f32 {
     return add(sub(dot3(x, sym_mul(q.a, x)), mul(2.0, dot3(q.b, x))), q.c);
@@ -65,8 +65,13 @@ fn pair_cost(q: PairQuadric, h: vec3f, freedom: Freedom) -> f32 {
     let at_ends = min(at_first, at_second);
     let x = least(q, freedom.regularization);
     let near = dot3(x, x) <= mul(mul(REACH, REACH), dot3(h, h));
-    var cost = select(min(q.c, at_ends), value(q, x), near);
-    cost = select(cost, at_ends, freedom.at_endpoints);
+    let at_three = min(q.c, at_ends);
+    let along = clamp(divide(dot3(q.b, h), dot3(h, sym_mul(q.a, h))), -1.0, 1.0);
+    let on_segment = min(value(q, scale3(h, along)), at_three);
+    var cost = select(at_three, value(q, x), near);
+    cost = select(cost, on_segment, freedom.placement == ON_SEGMENT);
+    cost = select(cost, at_three, freedom.placement == AT_THREE);
+    cost = select(cost, at_ends, freedom.placement == AT_ENDS);
     cost = select(cost, at_first, freedom.first_locked);
     cost = select(cost, at_second, freedom.second_locked);
     return select(0.0, cost, cost > NOISE);

@@ -217,6 +217,8 @@ fn method(shape: &args::Shape) -> Method {
         },
         placement: match shape.placement {
             args::Placement::Optimal => contract::Placement::Optimal,
+            args::Placement::Segment => contract::Placement::Segment,
+            args::Placement::EndpointOrMiddle => contract::Placement::EndpointOrMiddle,
             args::Placement::Endpoint => contract::Placement::Endpoint,
         },
         border_weight: shape.border_weight,

@@ -19,12 +19,12 @@ use crate::kernel::volume_sums::VolumeSums;
 use super::listing::Listing;
 use super::scan::Scan;
 use super::surface::{LARGE_VERTICES, Surface};
-use super::{Metric, Options, Placement};
+use super::{Metric, Options};
 
 /// The buffers of a round's evaluation on one device.
 #[derive(Debug)]
 pub struct Evaluation {
-    at_endpoints: bool,
+    placement: u32,
     border_weight: f32,
     volume: Option<Volume>,
     /// In place of all that follows, on the host.
@@ -69,7 +69,7 @@ impl Evaluation {
             Metric::Plane => None,
         };
         Ok(Self {
-            at_endpoints: options.placement == Placement::Endpoint,
+            placement: options.placement.code(),
             border_weight: BORDER_FACTOR * options.border_weight,
             volume,
             listing: queue.is_on_host().then(Listing::default),
@@ -94,7 +94,7 @@ impl Evaluation {
     ) -> Result<usize> {
         self.sums(queue, surface)?;
         if let Some(listing) = &mut self.listing {
-            let histogram = list(listing, surface, self.volume.as_ref(), self.at_endpoints, self.border_weight);
+            let histogram = list(listing, surface, self.volume.as_ref(), self.placement, self.border_weight);
             let pairs = listing.len();
             listing.gate(threshold(&histogram, wanted(gate, pairs)).0, candidates);
             if std::mem::take(&mut self.is_first) && surface.vertex_count >= LARGE_VERTICES {
@@ -184,7 +184,7 @@ impl Evaluation {
 
     fn costs(&mut self, queue: &mut Queue, surface: &Surface, pairs: usize) -> Result<()> {
         let Surface { positions, faces, .. } = surface;
-        let (at_endpoints, border_weight, pair_count) = (self.at_endpoints, self.border_weight, pairs as u32);
+        let (placement, border_weight, pair_count) = (self.placement, self.border_weight, pairs as u32);
         let (pairs, keys) = (&self.pairs, &mut self.keys);
         match (&self.volume, &surface.quadrics) {
             (Some(Volume { normals, sums, borders }), _) => queue.run(VolumeCosts {
@@ -196,11 +196,11 @@ impl Evaluation {
                 pairs,
                 pair_count,
                 border_weight,
-                at_endpoints,
+                placement,
                 keys,
             }),
             (None, Some(quadrics)) => {
-                queue.run(PlaneCosts { positions, faces, quadrics, pairs, pair_count, at_endpoints, keys })
+                queue.run(PlaneCosts { positions, faces, quadrics, pairs, pair_count, placement, keys })
             }
             (None, None) => Ok(()),
         }
@@ -212,14 +212,14 @@ fn list(
     listing: &mut Listing,
     surface: &Surface,
     volume: Option<&Volume>,
-    at_endpoints: bool,
+    placement: u32,
     border_weight: f32,
 ) -> Vec<u32> {
     let Surface { positions, faces, ring_starts, ring_faces, vertex_count, .. } = surface;
     let stars = Stars::on_host(positions, faces, ring_starts, ring_faces);
     match (volume, &surface.quadrics) {
         (Some(Volume { normals, sums, borders }), _) => {
-            let params = volume_costs::Params::new(at_endpoints, border_weight);
+            let params = volume_costs::Params::new(placement, border_weight);
             let rows = VolumeRows::on_host(positions, faces, normals, sums, borders, params);
             listing.list(*vertex_count, &stars, || {
                 let mut block = VolumeBlock::new();
@@ -227,7 +227,7 @@ fn list(
             })
         }
         (None, Some(quadrics)) => {
-            let rows = PlaneRows::on_host(positions, faces, quadrics, plane_costs::Params::new(at_endpoints));
+            let rows = PlaneRows::on_host(positions, faces, quadrics, plane_costs::Params::new(placement));
             listing.list(*vertex_count, &stars, || {
                 let mut block = PlaneBlock::new();
                 move |pairs: &[Edge], keys: &mut [u32]| rows.keys(pairs, &mut block, keys)

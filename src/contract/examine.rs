@@ -107,7 +107,9 @@ impl Examiner {
         let quadric = self.quadric([u, w], on_border, [qu, qw]);
         let x = match (pu.flags & LOCKED, pw.flags & LOCKED, self.rules.placement) {
             (0, 0, Placement::Optimal) => quadric.least(h, self.rules.regularization),
-            (0, 0, Placement::Endpoint) => quadric.better_end(h),
+            (0, 0, Placement::Segment) => quadric.least_between(h),
+            (0, 0, Placement::EndpointOrMiddle) => quadric.least_of(&[-h, h, DVec3::ZERO]),
+            (0, 0, Placement::Endpoint) => quadric.least_of(&[-h, h]),
             (0, _, _) => h,
             _ => -h,
         };

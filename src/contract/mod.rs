@@ -33,6 +33,7 @@ mod surface;
 
 use crate::backend::Device;
 use crate::error::{Error, Result};
+use crate::kernel::pair_quadric::{ANYWHERE, AT_ENDS, AT_THREE, ON_SEGMENT};
 use crate::mesh::Mesh;
 use crate::simplify::{Budget, OnProgress, Outcome};
 
@@ -46,14 +47,30 @@ pub enum Metric {
     Plane,
 }
 
-/// Where the vertex of a contraction may go.
+/// Where the vertex of a contraction may go \[Wu12\].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Placement {
     /// Where the metric is least.
     #[default]
     Optimal,
+    /// Where the metric is least between the two ends.
+    Segment,
+    /// At an end or midway.
+    EndpointOrMiddle,
     /// At one of the two ends: the result's vertices are a subset of the input's.
     Endpoint,
+}
+
+impl Placement {
+    /// Its number in the kernels.
+    fn code(self) -> u32 {
+        match self {
+            Self::Optimal => ANYWHERE,
+            Self::Segment => ON_SEGMENT,
+            Self::EndpointOrMiddle => AT_THREE,
+            Self::Endpoint => AT_ENDS,
+        }
+    }
 }
 
 /// Options of pair contraction.

@@ -182,16 +182,20 @@ impl Quadric {
             x += z * ((self.d - self.n.dot(x)) / self.n.dot(z));
         }
         let reach = f64::from(REACH);
-        if x.length_squared() <= reach * reach * h.length_squared() {
-            x
-        } else {
-            [DVec3::ZERO, -h, h].into_iter().fold(DVec3::ZERO, |x, y| if self.value(y) < self.value(x) { y } else { x })
-        }
+        if x.length_squared() <= reach * reach * h.length_squared() { x } else { self.least_of(&[DVec3::ZERO, -h, h]) }
     }
 
-    /// The better of the two ends −h and h.
-    pub fn better_end(&self, h: DVec3) -> DVec3 {
-        if self.value(h) < self.value(-h) { h } else { -h }
+    /// The least point between −h and h.
+    pub fn least_between(&self, h: DVec3) -> DVec3 {
+        let along = self.b.dot(h) / h.dot(self.a.times(h));
+        let inside = if along.is_nan() { DVec3::ZERO } else { h * along.clamp(-1.0, 1.0) };
+        self.least_of(&[inside, -h, h])
+    }
+
+    /// The best of some points, the first of equals; the midpoint of none.
+    pub fn least_of(&self, points: &[DVec3]) -> DVec3 {
+        let best = |x: DVec3, &y: &DVec3| if self.value(y) < self.value(x) { y } else { x };
+        points.split_first().map_or(DVec3::ZERO, |(&first, others)| others.iter().fold(first, best))
     }
 }
 
@@ -249,6 +253,14 @@ mod tests {
             .map(|(f, p)| f.normal.dot(x - p).powi(2) / f.normal.length())
             .sum();
         assert!((q.value(x) - by_hand).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_least_between_the_ends_stays_between_them() {
+        let at = |x: f64| plane(DVec3::X, DVec3::X * x).least_between(DVec3::X);
+        assert_eq!([at(0.25), at(3.0), at(-3.0)], [DVec3::X * 0.25, DVec3::X, DVec3::NEG_X]);
+        // A plane along the segment: all of it is as good, and nothing is divided by zero.
+        assert_eq!(plane(DVec3::Z, DVec3::Z).least_between(DVec3::X), DVec3::ZERO);
     }
 
     #[test]

@@ -21,6 +21,14 @@ pub const NO_AREA: f32 = 1e-30;
 pub const NO_WEIGHT: f32 = 1e-11;
 /// Greatest cost: infinity does not exist in WGSL.
 pub const GREATEST: f32 = 3.0e38;
+/// A placement may be anywhere near.
+pub const ANYWHERE: u32 = 0;
+/// A placement lies between the ends.
+pub const ON_SEGMENT: u32 = 1;
+/// A placement is an end or the midpoint.
+pub const AT_THREE: u32 = 2;
+/// A placement is an end.
+pub const AT_ENDS: u32 = 3;
 /// The constants above under their names in WGSL.
 pub const CONSTANTS: &[(&str, Constant)] = &[
     ("REACH", Constant::F32(REACH)),
@@ -29,6 +37,9 @@ pub const CONSTANTS: &[(&str, Constant)] = &[
     ("NO_AREA", Constant::F32(NO_AREA)),
     ("NO_WEIGHT", Constant::F32(NO_WEIGHT)),
     ("GREATEST", Constant::F32(GREATEST)),
+    ("ON_SEGMENT", Constant::U32(ON_SEGMENT)),
+    ("AT_THREE", Constant::U32(AT_THREE)),
+    ("AT_ENDS", Constant::U32(AT_ENDS)),
     ("NO_FACE", Constant::U32(NO_FACE)),
     ("HUB", Constant::U32(HUB)),
     ("BORDER", Constant::U32(BORDER)),
@@ -57,8 +68,8 @@ pub struct Freedom {
     pub first_locked: bool,
     /// The second end may not move.
     pub second_locked: bool,
-    /// Only the ends are allowed.
-    pub at_endpoints: bool,
+    /// [`ANYWHERE`], [`ON_SEGMENT`], [`AT_THREE`] or [`AT_ENDS`].
+    pub placement: u32,
     /// Pulls the placement to the midpoint, as a share of the trace: bounds it on flats and creases, where the least is
     /// a plane or a line.
     pub regularization: f32,
@@ -132,7 +143,8 @@ pub fn least(q: PairQuadric, regularization: f32) -> Vec3 {
 
 /// The cost of the best allowed placement of a pair from −h to h.
 ///
-/// Fallback: a least point that is too far away gives way to the best of the ends and the midpoint.
+/// Fallback: a least point that is too far away gives way to the best of the ends and the midpoint. On the segment the
+/// volume is not kept: it is a line, and the constraint a plane that seldom crosses it near.
 #[inline(always)]
 pub fn pair_cost(q: PairQuadric, h: Vec3, freedom: Freedom) -> f32 {
     let at_first = value(q, scale3(h, -1.0));
@@ -140,8 +152,13 @@ pub fn pair_cost(q: PairQuadric, h: Vec3, freedom: Freedom) -> f32 {
     let at_ends = at_first.min(at_second);
     let x = least(q, freedom.regularization);
     let near = dot3(x, x) <= mul(mul(REACH, REACH), dot3(h, h));
-    let mut cost = if near { value(q, x) } else { q.c.min(at_ends) };
-    cost = if freedom.at_endpoints { at_ends } else { cost };
+    let at_three = q.c.min(at_ends);
+    let along = divide(dot3(q.b, h), dot3(h, sym_mul(q.a, h))).clamp(-1.0, 1.0);
+    let on_segment = value(q, scale3(h, along)).min(at_three);
+    let mut cost = if near { value(q, x) } else { at_three };
+    cost = if freedom.placement == ON_SEGMENT { on_segment } else { cost };
+    cost = if freedom.placement == AT_THREE { at_three } else { cost };
+    cost = if freedom.placement == AT_ENDS { at_ends } else { cost };
     cost = if freedom.first_locked { at_first } else { cost };
     cost = if freedom.second_locked { at_second } else { cost };
     if cost > NOISE { cost } else { 0.0 }
@@ -197,6 +214,28 @@ mod tests {
         let x = least(q, 1e-4);
         assert!((x - Vec3::new(1.0, 2.0, 0.0)).length() < 1e-3, "{x}");
         assert!(value(q, x) < 1e-6);
+    }
+
+    #[test]
+    fn policies_allow_less_and_cost_more() {
+        // Planes z = 0.3 and x = 0.5 about a pair along x: free in y, and off the segment by 0.3.
+        let q = PairQuadric {
+            a: Sym3 { xx: 0.5, zz: 0.5, ..Sym3::default() },
+            b: Vec3::new(0.25, 0.0, 0.15),
+            c: 0.125 + 0.045,
+            n: Vec3::ZERO,
+            d: 0.0,
+        };
+        let cost = |placement| {
+            let freedom = Freedom { first_locked: false, second_locked: false, placement, regularization: 1e-6 };
+            pair_cost(q, Vec3::X, freedom)
+        };
+        let expected = [(ANYWHERE, 0.0), (ON_SEGMENT, 0.045), (AT_THREE, 0.17), (AT_ENDS, 0.17)];
+        for (placement, expected) in expected {
+            assert!((cost(placement) - expected).abs() < 1e-5, "{placement}: {} for {expected}", cost(placement));
+        }
+        let locked = Freedom { first_locked: true, second_locked: false, placement: ANYWHERE, regularization: 1e-6 };
+        assert!((pair_cost(q, Vec3::X, locked) - (0.5 * 2.25 + 0.045)).abs() < 1e-5);
     }
 
     #[test]

@@ -35,8 +35,8 @@ pub struct PlaneCosts<'a> {
     pub pairs: &'a Buffer<Edge>,
     /// P.
     pub pair_count: u32,
-    /// Whether only the two ends may be the placement.
-    pub at_endpoints: bool,
+    /// Where placements may be: one of the constants of [`super::pair_quadric`].
+    pub placement: u32,
     /// Writes P keys: the costs' bits, which order as the costs do.
     pub keys: &'a mut Buffer<u32>,
 }
@@ -44,15 +44,15 @@ pub struct PlaneCosts<'a> {
 params! {
     /// The uniform block.
     pub struct Params {
-        at_endpoints: u32,
+        placement: u32,
         regularization: f32,
     }
 }
 
 impl Params {
     /// For these policies.
-    pub fn new(at_endpoints: bool) -> Self {
-        Self { at_endpoints: u32::from(at_endpoints), regularization: PLANE_REGULARIZATION }
+    pub fn new(placement: u32) -> Self {
+        Self { placement, regularization: PLANE_REGULARIZATION }
     }
 }
 
@@ -121,7 +121,7 @@ fn plane_key(pair: &Pair, params: Params) -> u32 {
     let freedom = Freedom {
         first_locked: pair.pu.flags & LOCKED != 0,
         second_locked: pair.pw.flags & LOCKED != 0,
-        at_endpoints: params.at_endpoints != 0,
+        placement: params.placement,
         regularization: params.regularization,
     };
     cost_key(plane_cost(pair.first, pair.second, h, freedom))
@@ -158,7 +158,7 @@ impl Kernel for PlaneCosts<'_> {
     const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;
 
     fn params(&self) -> Params {
-        Params::new(self.at_endpoints)
+        Params::new(self.placement)
     }
 
     fn bindings(&self) -> Vec<Binding<'_>> {

@@ -48,8 +48,8 @@ pub struct VolumeCosts<'a> {
     pub pair_count: u32,
     /// Weight of the border term against the volume term, times |a−b|².
     pub border_weight: f32,
-    /// Whether only the two ends may be the placement.
-    pub at_endpoints: bool,
+    /// Where placements may be: one of the constants of [`super::pair_quadric`].
+    pub placement: u32,
     /// Writes P keys: the costs' bits, which order as the costs do.
     pub keys: &'a mut Buffer<u32>,
 }
@@ -57,7 +57,7 @@ pub struct VolumeCosts<'a> {
 params! {
     /// The uniform block.
     pub struct Params {
-        at_endpoints: u32,
+        placement: u32,
         border_weight: f32,
         regularization: f32,
     }
@@ -65,8 +65,8 @@ params! {
 
 impl Params {
     /// For these policies.
-    pub fn new(at_endpoints: bool, border_weight: f32) -> Self {
-        Self { at_endpoints: u32::from(at_endpoints), border_weight, regularization: VOLUME_REGULARIZATION }
+    pub fn new(placement: u32, border_weight: f32) -> Self {
+        Self { placement, border_weight, regularization: VOLUME_REGULARIZATION }
     }
 }
 
@@ -211,7 +211,7 @@ fn ends_key(ends: Ends, pair: &Pair, params: Params) -> u32 {
     let freedom = Freedom {
         first_locked: pair.pu.flags & LOCKED != 0,
         second_locked: pair.pw.flags & LOCKED != 0,
-        at_endpoints: params.at_endpoints != 0,
+        placement: params.placement,
         regularization: params.regularization,
     };
     cost_key(volume_cost(ends, h, freedom))
@@ -258,7 +258,7 @@ impl Kernel for VolumeCosts<'_> {
     const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;
 
     fn params(&self) -> Params {
-        Params::new(self.at_endpoints, self.border_weight)
+        Params::new(self.placement, self.border_weight)
     }
 
     fn bindings(&self) -> Vec<Binding<'_>> {
@@ -325,8 +325,8 @@ mod tests {
         let across = |i: u32| if i % 3 == 2 { (i / 3) ^ 1 } else { NO_FACE };
         let pairs: Vec<Edge> = (0..6 * islands).map(|i| Edge { half_edge: i, across: across(i) }).collect();
         let mut block = VolumeBlock::new();
-        for at_endpoints in [0, 1] {
-            let params = Params { at_endpoints, border_weight: 9.0, regularization: VOLUME_REGULARIZATION };
+        for placement in 0..4 {
+            let params = Params { placement, border_weight: 9.0, regularization: VOLUME_REGULARIZATION };
             let (positions, faces, normals, sums) = (&positions[..], &faces[..], &normals[..], &sums[..]);
             let rows = VolumeRows { positions, faces, normals, sums, borders: &[], params };
             let source = (&rows, &pairs[..]);

@@ -109,10 +109,11 @@ pub struct Shape {
     #[arg(long, value_name = "W", default_value = "1", value_parser = values::weight)]
     pub border_weight: f32,
 
-    /// New vertex: optimal or endpoint
+    /// New vertex: optimal, segment, endpoint, endpoint-or-middle
     ///
-    /// Where the vertex of a contraction goes: with 'optimal' where its cost is least; with 'endpoint' to one of the two
-    /// ends, so that the result's vertices are vertices of the input.
+    /// Where the vertex of a contraction goes: with 'optimal' where its cost is least; with 'segment' where it is least
+    /// between the two ends; with 'endpoint-or-middle' to an end or midway; with 'endpoint' to one of the two ends, so that
+    /// the result's vertices are vertices of the input.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Placement::Optimal, hide_possible_values = true)]
     pub placement: Placement,
 
@@ -248,6 +249,10 @@ pub enum Metric {
 pub enum Placement {
     /// Where the cost is least
     Optimal,
+    /// Where the cost is least between the two ends
+    Segment,
+    /// At an end or midway
+    EndpointOrMiddle,
     /// At one of the two ends
     Endpoint,
 }

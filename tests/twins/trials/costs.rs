@@ -145,7 +145,7 @@ fn volume_costs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<(
         let borders = &queue.buffer_from(round.border_sums.clone())?;
         let pairs = &queue.buffer_from(round.pairs.clone())?;
         let pair_count = round.pairs.len() as u32;
-        for at_endpoints in [false, true] {
+        for placement in 0..4 {
             let keys = &mut queue.buffer(round.pairs.len())?;
             seen.run(
                 queue,
@@ -158,7 +158,7 @@ fn volume_costs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<(
                     pairs,
                     pair_count,
                     border_weight: BORDER_FACTOR,
-                    at_endpoints,
+                    placement,
                     keys,
                 },
             )?;
@@ -196,9 +196,9 @@ fn plane_costs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()
         let quadrics = &queue.buffer_from(quadrics)?;
         let pairs = &queue.buffer_from(round.pairs.clone())?;
         let pair_count = round.pairs.len() as u32;
-        for at_endpoints in [false, true] {
+        for placement in 0..4 {
             let keys = &mut queue.buffer(round.pairs.len())?;
-            seen.run(queue, PlaneCosts { positions, faces, quadrics, pairs, pair_count, at_endpoints, keys })?;
+            seen.run(queue, PlaneCosts { positions, faces, quadrics, pairs, pair_count, placement, keys })?;
             seen.output(queue, "keys", keys)?;
         }
     }
