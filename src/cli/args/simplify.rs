@@ -109,7 +109,7 @@ pub struct Shape {
     #[arg(long, value_name = "W", default_value = "1", value_parser = values::weight)]
     pub border_weight: f32,
 
-    /// Where the vertex of a contraction may go
+    /// Where a new vertex may go
     ///
     /// Where the vertex of a contraction goes: with 'optimal' where its cost is least; with 'segment' where it is least
     /// between the two ends; with 'endpoint-or-middle' to an end or midway; with 'endpoint' to one of the two ends, so that
