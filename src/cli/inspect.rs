@@ -116,6 +116,9 @@ impl Record {
         for reason in &self.welded.reasons {
             line("", reason.clone());
         }
+        if self.welded.parts.len() > 1 {
+            line("", "fewer only where parts join (--join-within) or go (--prune)".into());
+        }
         table
     }
 }

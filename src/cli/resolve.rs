@@ -224,6 +224,7 @@ fn method(shape: &args::Shape) -> Method {
         border_weight: shape.border_weight,
         lock_border: shape.lock_border,
         max_flip_rad: shape.max_flip.unwrap_or(defaults.max_flip_rad),
+        join_within: shape.join_within,
         weld: match shape.weld {
             Weld::Off => None,
             Weld::Within(distance) => Some(distance),
@@ -281,7 +282,7 @@ mod tests {
     fn shape_options_reach_the_engine() {
         let job =
             job("coarsen simplify sample:part - --format ply -f 8 --metric plane --placement endpoint --max-flip 45 \
-            --weld off --prune 1% --lock-border --border-weight 2 --fit 2");
+            --weld off --prune 1% --lock-border --border-weight 2 --join-within 0.5");
         let Method::Contract(options) = job.expect("a good line").method else { panic!("another method") };
         let expected = Options {
             metric: contract::Metric::Plane,
@@ -289,8 +290,9 @@ mod tests {
             border_weight: 2.0,
             lock_border: true,
             max_flip_rad: std::f32::consts::FRAC_PI_4,
+            join_within: 0.5,
             weld: None,
-            fit: 2,
+            fit: 0,
             prune: 0.01,
         };
         assert_eq!(options, expected);

@@ -11,9 +11,10 @@
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
 use crate::kernel::pairs::half_edge_corners;
-use crate::kernel::rows::{BORDER, Candidate, Contraction};
+use crate::kernel::rows::{BORDER, Candidate, Contraction, Face, JOINED};
 use crate::simplify::Blocked;
 
 use super::carry::Carried;
@@ -27,7 +28,7 @@ use super::surface::Surface;
 /// tenth of the contractions reaches out.
 const PATCH: usize = 1 << 12;
 /// How many patches the next level joins to one.
-const JOINED: usize = 16;
+const GROWTH: usize = 16;
 /// One attempt in this many is timed: a clock takes as long as a tenth of an attempt.
 const TIMED: u32 = 16;
 
@@ -48,6 +49,8 @@ pub struct Committed {
     pub contractions: Vec<Contraction>,
     /// Faces they removed.
     pub faces_removed: usize,
+    /// Those among these that cancelled each other out, whose corners still differ.
+    pub cancelled: Vec<u32>,
     /// Refusals by reason.
     pub blocked: Blocked,
     /// Greatest key of an accepted candidate.
@@ -59,6 +62,7 @@ pub struct Committed {
 impl Committed {
     fn add(&mut self, other: Self) {
         self.contractions.extend(other.contractions);
+        self.cancelled.extend(other.cancelled);
         self.faces_removed += other.faces_removed;
         self.blocked.add(other.blocked);
         self.greatest_key = self.greatest_key.max(other.greatest_key);
@@ -100,16 +104,30 @@ impl Committer {
     }
 
     /// Contracts the legal ones among `candidates` until the quota is used up; `candidates` is overwritten. A pair that
-    /// became dear waits for another round if it `may_wait`.
+    /// became dear waits for another round if it `may_wait`. Candidates past the half-edges stand for `joins`.
+    ///
+    /// Where parts join, faces may cancel each other out all around: such pairs are left to the last level, as are those
+    /// that reach out of every patch.
     pub fn commit(
         &mut self,
         surface: &mut Surface,
         carried: &mut Carried,
         candidates: &mut Vec<Candidate>,
+        joins: &[[u32; 2]],
         quota: Quota,
         may_wait: bool,
     ) -> (Committed, Spent) {
         let mut done = (Committed::default(), Spent::default());
+        let mut joining = Vec::new();
+        if self.rules.joins {
+            let (faces, positions) = (&surface.faces.host()[..surface.face_count], surface.positions.host());
+            let is_joined = |v: u32| positions[v as usize].flags & JOINED != 0;
+            let joins_parts = |candidate: &mut Candidate| {
+                let edge = half_edge_corners(candidate.half_edge % (3 * faces.len() as u32), faces);
+                candidate.half_edge as usize >= 3 * faces.len() || edge[..2].iter().any(|&v| is_joined(v))
+            };
+            joining.extend(candidates.extract_if(.., joins_parts));
+        }
         let task = Task { rules: self.rules, may_wait, round: self.round };
         self.round += 1;
         let mut size = PATCH;
@@ -117,12 +135,13 @@ impl Committer {
             // An interior contraction removes two faces: what fits the quota as such fits at any border.
             let fitting = quota.faces.saturating_sub(done.0.faces_removed) / 2;
             self.commit_patches(Patch::whole(surface, carried).split(size), size, candidates, fitting, task, &mut done);
-            size *= JOINED;
+            size *= GROWTH;
         }
+        candidates.extend(joining);
         let clock = Instant::now();
         sort(candidates, &mut self.scratch, self.round);
         let sorting = clock.elapsed();
-        let mut work = Work::new(Patch::whole(surface, carried), task);
+        let mut work = Work { joins, ..Work::new(Patch::whole(surface, carried), task) };
         let quota = Quota { faces: quota.faces.saturating_sub(done.0.faces_removed), ..quota };
         work.attempt_to_the_end(candidates, quota);
         let spent = Spent { sorting, examining: work.examining(), total: clock.elapsed() };
@@ -172,6 +191,17 @@ impl Committer {
     }
 }
 
+/// The ends of a candidate: of its half-edge, or past these of one of the pairs without an edge, where it may be one.
+fn ends(candidate: Candidate, faces: &[Face], joins: &[[u32; 2]]) -> Option<[u32; 2]> {
+    match (candidate.half_edge as usize).checked_sub(3 * faces.len()) {
+        Some(join) => joins.get(join).copied(),
+        None => {
+            let [u, w, _] = half_edge_corners(candidate.half_edge, faces);
+            Some([u, w])
+        }
+    }
+}
+
 /// What is the same for all patches of a round.
 #[derive(Debug, Clone, Copy)]
 struct Task {
@@ -185,6 +215,10 @@ struct Work<'a> {
     patch: Patch<'a>,
     examiner: Examiner,
     committed: Committed,
+    /// Pairs without an edge.
+    joins: &'a [[u32; 2]],
+    /// Vertices that may not contract any more, for their rings hold faces that cancelled each other out.
+    held: FxHashSet<u32>,
     attempts: u32,
     timed: Duration,
 }
@@ -192,7 +226,15 @@ struct Work<'a> {
 impl<'a> Work<'a> {
     fn new(patch: Patch<'a>, task: Task) -> Self {
         let examiner = Examiner::new(task.rules, task.may_wait, patch.len());
-        Self { patch, examiner, committed: Committed::default(), attempts: 0, timed: Duration::ZERO }
+        Self {
+            patch,
+            examiner,
+            committed: Committed::default(),
+            joins: &[],
+            held: FxHashSet::default(),
+            attempts: 0,
+            timed: Duration::ZERO,
+        }
     }
 
     /// Contracts at most `most` of `candidates` and returns those that it could not or was not allowed to look at.
@@ -236,8 +278,11 @@ impl<'a> Work<'a> {
 
     /// Contracts a candidate if its ends are free and it is legal; returns false if it reaches out of the patch.
     fn attempt(&mut self, candidate: Candidate) -> bool {
-        let [u, w, _] = half_edge_corners(candidate.half_edge, self.patch.connectivity.faces);
+        let Some([u, w]) = ends(candidate, self.patch.connectivity.faces, self.joins) else { return true };
         if u == w || !self.patch.is_free(u) || !self.patch.is_free(w) {
+            return true;
+        }
+        if !self.held.is_empty() && (self.held.contains(&u) || self.held.contains(&w)) {
             return true;
         }
         let clock = self.attempts.is_multiple_of(TIMED).then(Instant::now);
@@ -248,6 +293,7 @@ impl<'a> Work<'a> {
             Verdict::Outside => return false,
             Verdict::Rejected(rejection) => self.committed.blocked.count(rejection),
             Verdict::Accepted(accepted) => {
+                self.cancel([u, w], &accepted.cancelled);
                 let committed = &mut self.committed;
                 committed.contractions.push(self.patch.contract([u, w], &accepted.placed));
                 committed.faces_removed += accepted.faces_removed;
@@ -258,9 +304,28 @@ impl<'a> Work<'a> {
         true
     }
 
+    /// Notes the faces of a pair that cancel each other out: those with an end and a side of `sides`, as often as it is there.
+    fn cancel(&mut self, pair: [u32; 2], sides: &[[u32; 2]]) {
+        for &side in sides {
+            self.held.extend(side);
+            let connectivity = self.patch.connectivity;
+            let lies_on = |f: u32| {
+                let corners = connectivity.faces[f as usize].corners().map(|v| self.patch.current(v));
+                (0..3).any(|i| {
+                    let [end, v1, v2] = [0, 1, 2].map(|k| corners[(i + k) % 3]);
+                    pair.map(Some).contains(&end) && [v1, v2] == side.map(Some)
+                })
+            };
+            // The second's before the first's: of two on the same side it is the second's that goes.
+            let rings = [pair[1], pair[0]].into_iter().flat_map(|end| connectivity.ring(end));
+            let face = rings.copied().find(|&f| lies_on(f) && !self.committed.cancelled.contains(&f));
+            self.committed.cancelled.extend(face);
+        }
+    }
+
     /// Whether a candidate may be a border pair, which removes one face.
     fn removes_one(&self, candidate: Candidate) -> bool {
-        let [u, w, _] = half_edge_corners(candidate.half_edge, self.patch.connectivity.faces);
+        let Some([u, w]) = ends(candidate, self.patch.connectivity.faces, self.joins) else { return true };
         self.patch.position(u).flags & self.patch.position(w).flags & BORDER != 0
     }
 

@@ -14,7 +14,8 @@ use super::evaluate::{Evaluation, Gate, plane_sums};
 use super::examine::Rules;
 use super::fit::{Shape, fit};
 use super::fit_guard::Guard;
-use super::history::History;
+use super::history::{History, became};
+use super::join::Joins;
 use super::prepare::{Prepared, prepare};
 use super::restore::restore;
 use super::surface::{Start, Surface};
@@ -66,9 +67,15 @@ impl Evaluator {
         self.copy.is_some()
     }
 
-    fn evaluate(&mut self, host: &Surface, gate: Gate, candidates: &mut Vec<Candidate>) -> Result<usize> {
+    fn evaluate(
+        &mut self,
+        host: &Surface,
+        joins: &[[u32; 2]],
+        gate: Gate,
+        candidates: &mut Vec<Candidate>,
+    ) -> Result<usize> {
         let surface = self.copy.as_ref().map_or(host, |(surface, _)| surface);
-        self.evaluation.run(&mut self.queue, surface, gate, candidates)
+        self.evaluation.run(&mut self.queue, surface, joins, gate, candidates)
     }
 
     /// Applies a round's contractions to the GPU's copy.
@@ -127,6 +134,7 @@ struct Run<'a> {
     evaluator: Evaluator,
     committer: Committer,
     rules: Rules,
+    joins: Joins,
     /// The original and what became of its vertices, for the fit.
     history: Option<(Start, History)>,
     handover_faces: usize,
@@ -151,7 +159,8 @@ impl<'a> Run<'a> {
         let mut host = Surface::new(&mut host_queue, start, true)?;
         plane_sums(&mut host_queue, &mut host, options.border_weight)?;
         let mut warnings = std::mem::take(&mut prepared.warnings);
-        let gains = !device.is_auto() || host.face_count >= AUTO_FACES;
+        // The host alone lists pairs without an edge.
+        let gains = (!device.is_auto() || host.face_count >= AUTO_FACES) && !options.joins();
         let on_gpu = device
             .gpu_queue()
             .filter(|_| gains)
@@ -165,11 +174,14 @@ impl<'a> Run<'a> {
             None => Evaluator::on_host(device.cpu_queue(), &host, options, prepared.has_border)?,
         };
         let rules = Rules::new(options, max_deviation);
+        let delta = prepared.frame.length_to_rows(options.join_within) as f32;
+        let joins = Joins::find(host.positions.host(), host.faces.host(), delta);
         Ok(Self {
             options,
             device,
             committer: Committer::new(rules),
             rules,
+            joins,
             history,
             handover_faces: handover_faces(device).min(host.face_count / 4),
             seconds: Phases { weld: prepared.weld_secs, ..Phases::default() },
@@ -212,9 +224,15 @@ impl<'a> Run<'a> {
             }
             moved_up = self.evaluator.queue.time_moving().saturating_sub(before).as_secs_f64();
             let vertices = self.host.vertex_count;
+            self.host.kill(&committed.cancelled);
             self.host.compact_on_host(&self.host_queue, &mut self.prepared.carried, faces_left)?;
+            let new_vertex = &self.host.new_vertex()[..vertices];
             if let Some((_, history)) = &mut self.history {
-                history.follow(&committed.contractions, &self.host.new_vertex()[..vertices]);
+                history.follow(&committed.contractions, new_vertex);
+            }
+            if !self.joins.pairs().is_empty() {
+                let faces = &self.host.faces.host()[..faces_left];
+                self.joins.follow(&became(&committed.contractions, new_vertex), faces);
             }
             if on_gpu && !self.evaluator.is_gpu() {
                 self.take_over()?;
@@ -244,7 +262,8 @@ impl<'a> Run<'a> {
         let may_wait = self.widening < FULL;
         let may_overshoot = self.widening >= FULL || !self.prepared.has_border;
         let quota = Quota { faces: to_remove, may_overshoot };
-        self.committer.commit(&mut self.host, &mut self.prepared.carried, &mut self.candidates, quota, may_wait)
+        let (carried, joins) = (&mut self.prepared.carried, self.joins.pairs());
+        self.committer.commit(&mut self.host, carried, &mut self.candidates, joins, quota, may_wait)
     }
 
     /// Adds to the last round's refusals the edges that were no pairs: between locked vertices, and at hubs.
@@ -266,12 +285,12 @@ impl<'a> Run<'a> {
     /// Fills the candidates; a device that fails gives way to the host.
     fn evaluate(&mut self, gate: Gate) -> Result<usize> {
         self.candidates.clear();
-        match self.evaluator.evaluate(&self.host, gate, &mut self.candidates) {
+        match self.evaluator.evaluate(&self.host, self.joins.pairs(), gate, &mut self.candidates) {
             Err(reason) if self.evaluator.is_gpu() => {
                 self.warnings.push(fallback(&reason));
                 self.take_over()?;
                 self.candidates.clear();
-                self.evaluator.evaluate(&self.host, gate, &mut self.candidates)
+                self.evaluator.evaluate(&self.host, self.joins.pairs(), gate, &mut self.candidates)
             }
             result => result,
         }

@@ -11,7 +11,7 @@ use crate::kernel::gather_pairs::GatherPairs;
 use crate::kernel::pairs::PAIR_BLOCK;
 use crate::kernel::plane_costs::{self, PlaneBlock, PlaneCosts, PlaneRows};
 use crate::kernel::plane_sums::PlaneSums;
-use crate::kernel::rows::{BorderSum, Candidate, Edge, Normal, VolumeSum};
+use crate::kernel::rows::{BorderSum, Candidate, Edge, HUB, Normal, VolumeSum};
 use crate::kernel::stars::Stars;
 use crate::kernel::volume_costs::{self, BORDER_FACTOR, VolumeBlock, VolumeCosts, VolumeRows};
 use crate::kernel::volume_sums::VolumeSums;
@@ -84,17 +84,20 @@ impl Evaluation {
         })
     }
 
-    /// Appends the round's candidates in the order of the pairs; returns how many pairs there were.
+    /// Appends the round's candidates in the order of the pairs; returns how many pairs there were. Pairs without an edge,
+    /// `joins`, are for the host alone.
     pub fn run(
         &mut self,
         queue: &mut Queue,
         surface: &Surface,
+        joins: &[[u32; 2]],
         gate: Gate,
         candidates: &mut Vec<Candidate>,
     ) -> Result<usize> {
         self.sums(queue, surface)?;
         if let Some(listing) = &mut self.listing {
-            let histogram = list(listing, surface, self.volume.as_ref(), self.placement, self.border_weight);
+            let policies = (self.placement, self.border_weight);
+            let histogram = list(listing, surface, self.volume.as_ref(), policies, joins);
             let pairs = listing.len();
             listing.gate(threshold(&histogram, wanted(gate, pairs)).0, candidates);
             if std::mem::take(&mut self.is_first) && surface.vertex_count >= LARGE_VERTICES {
@@ -212,26 +215,32 @@ fn list(
     listing: &mut Listing,
     surface: &Surface,
     volume: Option<&Volume>,
-    placement: u32,
-    border_weight: f32,
+    (placement, border_weight): (u32, f32),
+    joins: &[[u32; 2]],
 ) -> Vec<u32> {
-    let Surface { positions, faces, ring_starts, ring_faces, vertex_count, .. } = surface;
+    let Surface { positions, faces, ring_starts, ring_faces, vertex_count, face_count, .. } = surface;
     let stars = Stars::on_host(positions, faces, ring_starts, ring_faces);
+    let has_hub = |pair: [u32; 2]| pair.into_iter().any(|v| stars.positions[v as usize].flags & HUB != 0);
+    let past = 3 * *face_count as u32;
     match (volume, &surface.quadrics) {
         (Some(Volume { normals, sums, borders }), _) => {
             let params = volume_costs::Params::new(placement, border_weight);
             let rows = VolumeRows::on_host(positions, faces, normals, sums, borders, params);
-            listing.list(*vertex_count, &stars, || {
+            let mut histogram = listing.list(*vertex_count, &stars, || {
                 let mut block = VolumeBlock::new();
                 move |pairs: &[Edge], keys: &mut [u32]| rows.keys(pairs, &mut block, keys)
-            })
+            });
+            listing.list_apart(joins, past, &mut histogram, |pair| (!has_hub(pair)).then(|| rows.key_apart(pair)));
+            histogram
         }
         (None, Some(quadrics)) => {
             let rows = PlaneRows::on_host(positions, faces, quadrics, plane_costs::Params::new(placement));
-            listing.list(*vertex_count, &stars, || {
+            let mut histogram = listing.list(*vertex_count, &stars, || {
                 let mut block = PlaneBlock::new();
                 move |pairs: &[Edge], keys: &mut [u32]| rows.keys(pairs, &mut block, keys)
-            })
+            });
+            listing.list_apart(joins, past, &mut histogram, |pair| (!has_hub(pair)).then(|| rows.key_apart(pair)));
+            histogram
         }
         (None, None) => Vec::new(),
     }

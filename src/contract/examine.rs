@@ -2,7 +2,7 @@
 
 use crate::kernel::contract_quadrics::contracted;
 use crate::kernel::plane_costs::PLANE_REGULARIZATION;
-use crate::kernel::rows::{BORDER, LOCKED, PlaneQuadric};
+use crate::kernel::rows::{BORDER, JOINED, LOCKED, PlaneQuadric};
 use crate::kernel::volume_costs::{BORDER_FACTOR, VOLUME_REGULARIZATION};
 use crate::math::DVec3;
 
@@ -29,6 +29,8 @@ pub struct Rules {
     border_weight: f64,
     regularization: f64,
     pub limits: ShapeLimits,
+    /// Whether pairs may join parts.
+    pub joins: bool,
     /// Greatest estimated deviation, in the normalized frame.
     max_deviation: f64,
 }
@@ -46,12 +48,13 @@ impl Rules {
             }),
             limits: ShapeLimits { min_cos: options.min_cos(), min_height: MIN_HEIGHT },
             max_deviation,
+            joins: options.joins(),
         }
     }
 }
 
 /// What became of a candidate.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub enum Verdict {
     Accepted(Accepted),
     Rejected(Rejection),
@@ -60,11 +63,13 @@ pub enum Verdict {
 }
 
 /// A legal contraction.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Accepted {
     pub placed: Placed,
     pub deviation: f32,
     pub faces_removed: usize,
+    /// Sides opposite to the new vertex of faces that cancel each other out: see [`Star::cancel`]. Only where parts join.
+    pub cancelled: Vec<[u32; 2]>,
 }
 
 /// Examines candidates, with scratch that outlives each.
@@ -99,7 +104,12 @@ impl Examiner {
 
     fn judge(&mut self, patch: &Patch<'_>, [u, w]: [u32; 2], middle: DVec3, cost: f32) -> Result<Accepted, Rejection> {
         let (pu, pw) = (patch.position(u), patch.position(w));
-        link_condition(&self.star, w, [pu.flags, pw.flags], &mut self.marks, patch)?;
+        let joins = (pu.flags | pw.flags) & JOINED != 0 || self.star.shared.is_empty();
+        if !joins {
+            link_condition(&self.star, w, [pu.flags, pw.flags], &mut self.marks, patch)?;
+        } else if pu.flags & pw.flags & LOCKED != 0 {
+            return Err(Rejection::Link);
+        }
 
         let h = self.star.h;
         let (qu, qw) = (patch.quadric(u), patch.quadric(w));
@@ -124,6 +134,7 @@ impl Examiner {
             _ if x == -h => pu.xyz(),
             _ => (middle + x).as_vec3(),
         };
+        let cancelled = if joins { self.star.cancel() } else { Vec::new() };
         shapes_hold(&self.star, at.as_dvec3() - middle, self.rules.limits)?;
 
         let accumulated = contracted(*qu, *qw, pu.xyz(), pw.xyz(), at);
@@ -141,8 +152,10 @@ impl Examiner {
             // Strictly inside: only a placement exactly at an end takes that end's own rows.
             _ => (((x + h).dot(h) / (2.0 * h.length_squared())) as f32).clamp(f32::EPSILON, 1.0 - f32::EPSILON),
         };
-        let placed = Placed { x: at, t, quadric: accumulated, drift };
-        Ok(Accepted { placed, deviation, faces_removed: self.star.shared.len() })
+        let flags = if self.star.shared.is_empty() { JOINED } else { 0 };
+        let placed = Placed { x: at, t, quadric: accumulated, drift, flags };
+        let faces_removed = self.star.shared.len() + cancelled.len();
+        Ok(Accepted { placed, deviation, faces_removed, cancelled })
     }
 
     /// The pair's quadric about its midpoint, on the current state.

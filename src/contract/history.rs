@@ -7,6 +7,15 @@ use crate::kernel::rows::Contraction;
 /// Vertices a thread takes at a time.
 const CHUNK: usize = 1 << 14;
 
+/// What a round made of every vertex, from its contractions and the live vertices before each vertex after it.
+pub fn became(contractions: &[Contraction], new_vertex: &[u32]) -> Vec<u32> {
+    let mut map = new_vertex.to_vec();
+    for contraction in contractions {
+        map[contraction.gone as usize] = new_vertex[contraction.keep as usize];
+    }
+    map
+}
+
 /// One map a round: from the round's numbers to the next one's.
 #[derive(Debug, Default)]
 pub struct History {
@@ -16,11 +25,7 @@ pub struct History {
 impl History {
     /// Notes a round: what it contracted, and the live vertices before each vertex after it.
     pub fn follow(&mut self, contractions: &[Contraction], new_vertex: &[u32]) {
-        let mut map = new_vertex.to_vec();
-        for contraction in contractions {
-            map[contraction.gone as usize] = new_vertex[contraction.keep as usize];
-        }
-        self.rounds.push(map);
+        self.rounds.push(became(contractions, new_vertex));
     }
 
     /// For each of the `vertex_count` vertices of the start, the vertex of the end that it became part of.

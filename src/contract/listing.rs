@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use crate::kernel::cost_histogram::{BUCKET_SHIFT, BUCKETS};
 use crate::kernel::pairs::pairs_at;
 use crate::kernel::rows::{Candidate, Edge};
+use crate::kernel::split::CHUNK;
 use crate::kernel::stars::Stars;
 
 /// Vertices of a task: their pairs and the rows of those fit a core's second cache.
@@ -41,6 +42,22 @@ impl Listing {
             sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
             sums
         })
+    }
+
+    /// Lists pairs without an edge after the others: they stand for the half-edges from `first` on.
+    /// Those without a key are left out.
+    pub fn list_apart(
+        &mut self,
+        joins: &[[u32; 2]],
+        first: u32,
+        histogram: &mut [u32],
+        key: impl Fn([u32; 2]) -> Option<u32> + Sync,
+    ) {
+        let numbered = joins.par_iter().with_min_len(CHUNK).zip(first..first + joins.len() as u32);
+        let listed = numbered.filter_map(|(&pair, half_edge)| Some(Candidate { key: key(pair)?, half_edge }));
+        let listed: Vec<Candidate> = listed.collect();
+        listed.iter().for_each(|listed| histogram[(listed.key >> BUCKET_SHIFT) as usize] += 1);
+        self.tasks.push(listed);
     }
 
     /// How many pairs there are.

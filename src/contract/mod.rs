@@ -21,6 +21,7 @@ mod fit;
 mod fit_guard;
 mod frame;
 mod history;
+mod join;
 mod listing;
 mod patch;
 mod placement;
@@ -86,6 +87,10 @@ pub struct Options {
     pub lock_border: bool,
     /// Largest turn of a face's normal in one contraction, in radians.
     pub max_flip_rad: f32,
+    /// Contract pairs of vertices without an edge too, where they lie closer than this in model units: across components,
+    /// and from border to border. Parts then join, gaps close, and surfaces may meet in vertices and edges of more than two
+    /// faces; faces that come to lie on each other back to back vanish \[Wu12\]. 0 for edges alone.
+    pub join_within: f64,
     /// Join vertices at most this far apart first, in model units; `None` joins nothing, 0 joins equal positions.
     pub weld: Option<f64>,
     /// Sweeps that fit the result's vertices to the original after the rounds; 0 for none. Each takes about as long as the
@@ -103,6 +108,7 @@ impl Default for Options {
             border_weight: 1.0,
             lock_border: false,
             max_flip_rad: MAX_FLIP_RAD,
+            join_within: 0.0,
             weld: Some(0.0),
             fit: 0,
             prune: 0.0,
@@ -119,6 +125,11 @@ impl Options {
         if self.max_flip_rad == MAX_FLIP_RAD { 0.2 } else { f64::from(self.max_flip_rad).cos() }
     }
 
+    /// Whether parts may join.
+    fn joins(&self) -> bool {
+        self.join_within > 0.0
+    }
+
     fn check(&self) -> Result<()> {
         let positive = |x: f32| x >= 0.0 && x.is_finite();
         if !positive(self.border_weight) || self.border_weight > 1e6 {
@@ -127,6 +138,14 @@ impl Options {
         if !(self.max_flip_rad > 0.0 && self.max_flip_rad <= std::f32::consts::FRAC_PI_2) {
             let degrees = self.max_flip_rad.to_degrees();
             return Err(Error::Parameter(format!("the greatest turn of a normal is {degrees}°, not in 0 … 90")));
+        }
+        if !(self.join_within >= 0.0 && self.join_within.is_finite()) {
+            return Err(Error::Parameter(format!("the join distance is {}: give 0 or more", self.join_within)));
+        }
+        if self.joins() && self.fit > 0 {
+            return Err(Error::Parameter(
+                "a fit needs surfaces, and joined parts are none: leave out one of both".into(),
+            ));
         }
         if !(0.0..=1.0).contains(&self.prune) {
             return Err(Error::Parameter(format!("the prune limit is {}, not in 0 … 1", self.prune)));

@@ -51,6 +51,8 @@ pub struct Placed {
     pub t: f32,
     pub quadric: PlaneQuadric,
     pub drift: f32,
+    /// Flags of the new vertex beside those of the ends.
+    pub flags: u32,
 }
 
 impl<'a> Patch<'a> {
@@ -159,7 +161,7 @@ impl<'a> Patch<'a> {
     /// Writes an accepted contraction.
     pub fn contract(&mut self, [u, w]: [u32; 2], placed: &Placed) -> Contraction {
         let (keep, gone) = (u.min(w), u.max(w));
-        let flags = self.position(u).flags | self.position(w).flags;
+        let flags = self.position(u).flags | self.position(w).flags | placed.flags;
         let Vec3 { x, y, z } = placed.x;
         let (kept, vanished) = (self.local(keep), self.local(gone));
         self.positions[kept] = Position { x, y, z, flags };

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::kernel::contract_vertices::VERTEX;
-use crate::kernel::rows::{BORDER, Face, LOCKED, Position, with_hub};
+use crate::kernel::rows::{BORDER, Face, JOINED, LOCKED, Position, with_hub};
 use crate::math::{DVec3, Vec3};
 use crate::mesh::adjacency::{EdgeUse, Rings};
 use crate::mesh::arrange::Arranged;
@@ -165,8 +165,11 @@ impl Prepared {
                 Fan::Open => true,
                 Fan::Complex => rings.edges_at(faces, vertex as u32, uses).any(|uses| uses.len() == 1),
             };
-            let locked = fan == Fan::Complex || (on_border && options.lock_border);
-            let flags = if on_border { BORDER } else { 0 } | if locked { LOCKED } else { 0 };
+            let is_complex = fan == Fan::Complex;
+            let locked = (is_complex && !options.joins()) || (on_border && options.lock_border);
+            let joined = is_complex && options.joins();
+            let flags =
+                if on_border { BORDER } else { 0 } | if locked { LOCKED } else { 0 } | if joined { JOINED } else { 0 };
             let hub = with_hub(flags, rings.ring(vertex as u32).len() as u32);
             frame.to_rows(input[origin as usize], hub)
         };
@@ -174,7 +177,7 @@ impl Prepared {
             carried.origin.par_iter().zip(fans).enumerate().with_min_len(ROWS).map_init(Vec::new, row).collect();
         self.has_border = rows.iter().any(|p| p.flags & BORDER != 0);
         let complex = fans.iter().filter(|&&fan| fan == Fan::Complex).count();
-        if complex > 0 {
+        if complex > 0 && !options.joins() {
             self.warnings.push(format!("{complex} vertices where the surface is not manifold stay where they are"));
         }
         if options.metric == Metric::Volume {

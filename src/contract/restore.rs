@@ -9,13 +9,14 @@ use crate::simplify::MOVED;
 
 use super::carry::{Carried, MOVED_FROM, TURNED};
 use super::frame::Frame;
+use super::join::referenced;
 
 /// Rows that a thread moves at a time.
 const ROWS: usize = 1 << 12;
 
 /// The mesh of these live rows, and the input vertex at the position of each vertex, or [`MOVED`].
 ///
-/// A vertex takes the place of the input vertex that it stands at or began as, a face that of its own: what nothing
+/// Vertices that lost all their faces, where parts met back to back, are left out. A vertex takes the place of the input vertex that it stands at or began as, a face that of its own: what nothing
 /// happened to comes back as it was.
 pub fn restore(
     input: &Mesh,
@@ -25,7 +26,9 @@ pub fn restore(
     carried: Carried,
 ) -> (Mesh, Vec<u32>) {
     let Carried { origin, normals, colors, face_origin, .. } = carried;
-    let vertex_order = by_origin(&origin, MOVED_FROM, input.positions.len());
+    let mut vertex_order = by_origin(&origin, MOVED_FROM, input.positions.len());
+    let has_face = referenced(faces, positions.len());
+    vertex_order.retain(|&v| has_face[v as usize]);
     let mut new_vertex = vec![0; origin.len()];
     (0..).zip(&vertex_order).for_each(|(new, &old)| new_vertex[old as usize] = new);
 

@@ -80,6 +80,25 @@ impl Star {
         if face.others[0] == w { face.others[1] } else { face.others[0] }
     }
 
+    /// Takes out what folds together when the ends become one: two faces on the same edge and side, of which one is left,
+    /// or on its two sides, of which none is. Returns the edges of those that go, as often as they go.
+    pub fn cancel(&mut self) -> Vec<[u32; 2]> {
+        let mut gone = Vec::new();
+        let Self { first, second, .. } = self;
+        second.retain(|face| {
+            let [v1, v2] = face.others;
+            if first.iter().any(|other| other.others == [v1, v2]) {
+                gone.push([v1, v2]);
+                return false;
+            }
+            let Some(opposite) = first.iter().position(|other| other.others == [v2, v1]) else { return true };
+            first.swap_remove(opposite);
+            gone.extend([[v1, v2], [v2, v1]]);
+            false
+        });
+        gone
+    }
+
     /// Tells the border edges at either end of the pair, and the pair itself where it is one; from, to.
     pub fn for_each_border_edge(&self, [u, w]: [u32; 2], mut tell: impl FnMut(DVec3, DVec3)) {
         if self.shared.len() == 1 {

@@ -180,6 +180,14 @@ impl Surface {
         Ok(())
     }
 
+    /// Marks faces of the host as dead, for the next compaction.
+    pub fn kill(&mut self, faces: &[u32]) {
+        for &f in faces {
+            let face = &mut self.faces.host_mut()[f as usize];
+            (face.b, face.c) = (face.a, face.a);
+        }
+    }
+
     /// For host buffers: live vertices before each vertex of the round that was compacted last.
     pub fn new_vertex(&self) -> &[u32] {
         self.new_vertex.host()

@@ -106,6 +106,13 @@ impl<'a> PlaneRows<'a> {
         Self { positions: positions.host(), faces: faces.host(), quadrics: quadrics.host(), params }
     }
 
+    /// The key of two vertices that no edge joins.
+    pub fn key_apart(&self, [u, w]: [u32; 2]) -> u32 {
+        let [u, w] = [u as usize, w as usize];
+        let (pu, pw) = (self.positions[u], self.positions[w]);
+        Pair { pu, pw, first: self.quadrics[u], second: self.quadrics[w] }.compute(self.params)
+    }
+
     /// Writes the keys of `pairs`.
     pub fn keys(&self, pairs: &[Edge], block: &mut PlaneBlock, keys: &mut [u32]) {
         for (pairs, keys) in pairs.chunks(LANES).zip(keys.chunks_mut(LANES)) {

@@ -12,6 +12,8 @@ pub const BORDER: u32 = 1;
 pub const LOCKED: u32 = 2;
 /// A vertex has more than [`HUB_FACES`] faces and takes part in no contraction.
 pub const HUB: u32 = 4;
+/// Parts met in a vertex: pairs there may change the topology. Only the host looks at it.
+pub const JOINED: u32 = 8;
 /// Faces around a vertex past which it is a hub: work at a vertex grows with its ring, and a ring of thousands shrinks by
 /// the pairs on its rim. Real meshes stay below 100.
 pub const HUB_FACES: u32 = 512;
@@ -40,7 +42,7 @@ pub struct Position {
     pub y: f32,
     /// Coordinate along the third axis.
     pub z: f32,
-    /// [`BORDER`], [`LOCKED`] and [`HUB`].
+    /// [`BORDER`], [`LOCKED`], [`HUB`] and [`JOINED`].
     pub flags: u32,
 }
 

@@ -163,6 +163,18 @@ impl<'a> VolumeRows<'a> {
         Self { positions, faces, normals, sums: sums.host(), borders: borders.host(), params }
     }
 
+    /// The key of two vertices that no edge joins.
+    pub fn key_apart(&self, [u, w]: [u32; 2]) -> u32 {
+        let (pu, pw) = (self.positions[u as usize], self.positions[w as usize]);
+        let pair = Pair { pu, pw, sum_u: self.sums[u as usize], sum_w: self.sums[w as usize], ..Pair::default() };
+        if !pair.is_on_border() {
+            return pair.compute(self.params);
+        }
+        let (first, second) = (self.borders[u as usize], self.borders[w as usize]);
+        let ends = with_border(ends_of(&pair), first, second, Sym3::default(), self.params.border_weight);
+        ends_key(ends, &pair, self.params)
+    }
+
     /// Writes the keys of `pairs`.
     pub fn keys(&self, pairs: &[Edge], block: &mut VolumeBlock, keys: &mut [u32]) {
         for (pairs, keys) in pairs.chunks(LANES).zip(keys.chunks_mut(LANES)) {

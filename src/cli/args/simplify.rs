@@ -131,6 +131,14 @@ pub struct Shape {
     #[arg(long, value_name = "N", default_value = "off", value_parser = values::sweeps)]
     pub fit: u32,
 
+    /// Contract pairs without an edge this close
+    ///
+    /// Pairs of vertices that lie closer than this, in model units, are contracted as edges are: across parts, and from
+    /// border to border. For what edges alone cannot reduce: thousands of small shells, surfaces in pieces. The result may
+    /// meet itself in vertices and edges. 0 leaves it at edges.
+    #[arg(long, value_name = "D", default_value = "0", hide_default_value = true, value_parser = values::length)]
+    pub join_within: f64,
+
     /// Join vertices this close, or 'off'
     ///
     /// Joins vertices at most this far apart before anything else, in model units: 0 joins equal positions, 'off' nothing.
