@@ -39,12 +39,16 @@ impl Triangulator {
 
     fn append_polygon(&mut self, corners: &[u32], texcoords: &[Vec2], mesh: &mut Mesh) {
         let Mesh { positions, faces, texcoords: rows, .. } = mesh;
-        let mut push = |triangle: [usize; 3]| {
+        self.split(corners, positions, |triangle| {
             faces.push(triangle.map(|i| corners[i]));
             if let Some(rows) = rows {
                 rows.push(triangle.map(|i| texcoords.get(i).copied().unwrap_or_default()));
             }
-        };
+        });
+    }
+
+    /// Calls `push` with the triangles that [`Self::append`] makes, as places in `corners`.
+    pub(super) fn split(&mut self, corners: &[u32], positions: &[DVec3], mut push: impl FnMut([usize; 3])) {
         match corners.len() {
             0..3 => {}
             3 => push([0, 1, 2]),

@@ -1,7 +1,7 @@
-//! Reads OBJ by way of `tobj`.
+//! Reads OBJ: plain files by all threads, the others by way of `tobj`.
 
-use super::FORMAT;
 use super::normalize::{Counts, Normalized, Statements, keyword};
+use super::{FORMAT, plain};
 use crate::error::{Error, Place, Result};
 use crate::formats::attributes;
 use crate::formats::polygon::Triangulator;
@@ -10,6 +10,14 @@ use crate::mesh::Mesh;
 
 /// Reads OBJ text.
 pub(in crate::formats) fn read(bytes: &[u8]) -> Result<Mesh> {
+    match plain::read(bytes) {
+        Some(mesh) => Ok(mesh),
+        None => read_any(bytes),
+    }
+}
+
+/// Reads any OBJ text, or says why not.
+pub(super) fn read_any(bytes: &[u8]) -> Result<Mesh> {
     let counts = Counts::of(bytes);
     let mut text = Normalized::new(bytes, counts);
     // No material library is named in the normalized text, so none is looked for.
@@ -59,29 +67,32 @@ fn assemble(bytes: &[u8], counts: Counts, parsed: tobj::Mesh, texcoords: Option<
         }
     }
     if !parsed.vertex_color.is_empty() {
-        let factor = attributes::unit_factor(parsed.vertex_color.iter().copied().fold(0.0, f64::max));
-        let unit = |rgb: &[f64]| {
-            let [r, g, b] = [rgb[0], rgb[1], rgb[2]].map(|channel| attributes::channel(channel, factor));
-            [r, g, b, 1.0]
-        };
-        mesh.colors = Some(parsed.vertex_color.chunks_exact(3).map(unit).collect());
+        mesh.colors = Some(unit_colors(parsed.vertex_color.as_chunks().0));
     }
     if !parsed.normal_indices.is_empty() {
         let of_corners = &parsed.normal_indices[counts.vertices.min(parsed.normal_indices.len())..];
-        mesh.normals = average_normals(&parsed.normals, corners.iter().zip(of_corners), mesh.positions.len());
+        let direction = |normal: u32| DVec3::from_slice(&parsed.normals[3 * normal as usize..]).normalize_or_zero();
+        let directions = of_corners.iter().map(|&normal| direction(normal));
+        mesh.normals = average_normals(corners.iter().copied().zip(directions), mesh.positions.len());
     }
     Ok(mesh)
 }
 
-/// The mean direction of the normals of each vertex's corners; none when no corner has one.
-fn average_normals<'a>(
-    normals: &[f64],
-    corners: impl Iterator<Item = (&'a u32, &'a u32)>,
-    vertex_count: usize,
-) -> Option<Vec<Vec3>> {
+/// Colors of `[0, 1]` from the red, green and blue of all vertices of a file.
+pub(super) fn unit_colors(stored: &[[f64; 3]]) -> Vec<[f32; 4]> {
+    let factor = attributes::unit_factor(stored.iter().copied().flatten().fold(0.0, f64::max));
+    let unit = |rgb: &[f64; 3]| {
+        let [r, g, b] = rgb.map(|channel| attributes::channel(channel, factor));
+        [r, g, b, 1.0]
+    };
+    stored.iter().map(unit).collect()
+}
+
+/// The mean direction of each vertex from the vertex and the direction of every corner; none when all are zero.
+pub(super) fn average_normals(corners: impl Iterator<Item = (u32, DVec3)>, vertex_count: usize) -> Option<Vec<Vec3>> {
     let mut sums = vec![DVec3::ZERO; vertex_count];
-    for (&vertex, &normal) in corners {
-        sums[vertex as usize] += DVec3::from_slice(&normals[3 * normal as usize..]).normalize_or_zero();
+    for (vertex, direction) in corners {
+        sums[vertex as usize] += direction;
     }
     let unit: Vec<Vec3> = sums.into_iter().map(|sum| sum.normalize_or_zero().as_vec3()).collect();
     unit.iter().any(|&normal| normal != Vec3::ZERO).then_some(unit)
