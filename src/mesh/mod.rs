@@ -15,7 +15,7 @@ mod disjoint;
 pub(crate) mod fan;
 mod near;
 pub mod orient;
-mod point_table;
+pub(crate) mod point_table;
 pub mod prune;
 pub mod samples;
 pub mod shapes;

@@ -91,6 +91,21 @@ impl<'p> PointTable<'p> {
     }
 }
 
+/// The distinct of `points` in the order of their first appearance, and the number of each point's equal among them.
+pub(crate) fn distinct(points: &[DVec3]) -> (Vec<DVec3>, Vec<u32>) {
+    let (_, mut numbers) = PointTable::new(points);
+    let mut firsts = Vec::new();
+    for point in 0..points.len() {
+        let lowest = numbers[point] as usize;
+        // A lower one has its number already.
+        numbers[point] = if lowest < point { numbers[lowest] } else { firsts.len() as u32 };
+        if lowest == point {
+            firsts.push(points[point]);
+        }
+    }
+    (firsts, numbers)
+}
+
 /// Two folded multiplications; the odd constants are digits of π, which spread the short mantissas of rounded input.
 fn hash(point: DVec3) -> u64 {
     let fold = |a: u64, b: u64| {
@@ -113,6 +128,7 @@ mod tests {
         assert_eq!(lowest, [0, 1, 0, 1, 4]);
         assert_eq!(table.find(DVec3::splat(5.0)), Some(1));
         assert_eq!(table.find(DVec3::splat(4.0)), None);
+        assert_eq!(distinct(&points), (vec![points[0], points[1], points[4]], vec![0, 1, 0, 1, 2]));
     }
 
     #[test]

@@ -59,9 +59,10 @@ fn split(mut rest: &[u8], chunk_bytes: usize) -> Vec<&[u8]> {
 
 fn assemble(chunks: &[Chunk], totals: Counts) -> Mesh {
     let positions = chunks.iter().map(|chunk| chunk.positions.as_slice()).collect::<Vec<_>>().concat();
-    let texcoords = chunks.iter().any(|chunk| chunk.texture.has_any()).then(|| {
-        chunks.iter().map(|chunk| chunk.texcoords.as_slice()).collect::<Vec<_>>().concat()
-    });
+    let texcoords = chunks
+        .iter()
+        .any(|chunk| chunk.texture.has_any())
+        .then(|| chunks.iter().map(|chunk| chunk.texcoords.as_slice()).collect::<Vec<_>>().concat());
     let faces: Vec<_> = chunks.par_iter().map(|chunk| chunk.triangles(&positions, texcoords.as_deref())).collect();
     let mut mesh = Mesh::new(positions, Vec::with_capacity(faces.iter().map(|(faces, _)| faces.len()).sum()));
     mesh.texcoords = texcoords.map(|_| Vec::with_capacity(mesh.faces.capacity()));
@@ -294,5 +295,179 @@ impl<'a> Words<'a> {
     fn skip_line(&mut self) {
         let end = self.rest.iter().position(|&b| b == b'\n').map_or(self.rest.len(), |at| at + 1);
         self.rest = &self.rest[end..];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::env;
+    use std::fmt::Write;
+    use std::fs;
+    use std::path::{Path, PathBuf};
+
+    use super::*;
+    use crate::formats::obj::read::read_any;
+
+    /// All bits of a mesh: zeros of either sign differ.
+    fn bits(mesh: &Mesh) -> [Option<Vec<u64>>; 5] {
+        fn single<'a>(values: impl Iterator<Item = &'a f32>) -> Vec<u64> {
+            values.map(|value| u64::from(value.to_bits())).collect()
+        }
+        [
+            Some(mesh.positions.iter().flat_map(|p| p.to_array().map(f64::to_bits)).collect()),
+            Some(mesh.faces.iter().flatten().map(|&vertex| u64::from(vertex)).collect()),
+            mesh.normals.as_ref().map(|rows| single(rows.iter().flat_map(|row| row.as_ref()))),
+            mesh.colors.as_ref().map(|rows| single(rows.iter().flatten())),
+            mesh.texcoords.as_ref().map(|rows| single(rows.iter().flatten().flat_map(|row| row.as_ref()))),
+        ]
+    }
+
+    /// Whether the text is plain, whatever the chunks; then `tobj` must agree on every bit.
+    fn is_plain(text: &[u8], name: &str) -> bool {
+        let meshes = [1, 33, CHUNK_BYTES].map(|chunk_bytes| read_in_chunks(text, chunk_bytes));
+        assert!(meshes.iter().all(|mesh| mesh.is_some() == meshes[0].is_some()), "{name}: depends on the chunks");
+        for mesh in meshes.iter().flatten() {
+            let expected = read_any(text).unwrap_or_else(|error| panic!("{name} was read, expected: {error}"));
+            assert!(bits(mesh) == bits(&expected), "{name}:\n{}", String::from_utf8_lossy(text));
+        }
+        meshes[0].is_some()
+    }
+
+    /// A grid of quads and triangles, each row after its vertices. The bits of `kind` add colors, texture coordinates,
+    /// normals, indices from the end, and line ends, comments and groups of other programs.
+    fn grid(kind: u32) -> String {
+        const SIDE: i64 = 12;
+        let has = |bit: u32| kind >> bit & 1 == 1;
+        let mut text = String::from("# grid\n");
+        for row in 0..SIDE {
+            for column in 0..SIDE {
+                let (x, y) = (column as f64 / 7.0, row as f64 * 0.3);
+                let color = if has(0) && column % 3 > 0 { format!(" 0.5 {} 1e-1", x / 2.0) } else { String::new() };
+                let weight = if !has(0) && column == 5 { " 3" } else { "" };
+                let _ = writeln!(text, "v {x} {y} -{}{color}{weight}", x * y);
+                let _ = if has(1) { writeln!(text, "vt {y} -{x}") } else { Ok(()) };
+                let _ = if has(2) { writeln!(text, "vn {x} 0 {}", 5 * (column % 2)) } else { Ok(()) };
+            }
+            let seen = SIDE * (row + 1);
+            for at in (SIDE * (row - 1)..SIDE * row - 1).filter(|&at| at >= 0) {
+                let corner = |vertex: i64| {
+                    let index = if has(3) && vertex % 2 == 0 { vertex - seen } else { vertex + 1 };
+                    match (at % 5 > 0, has(1), has(2)) {
+                        (true, true, true) => format!("{index}/{index}/{index}"),
+                        (true, true, false) => format!("{index}/{index}"),
+                        (true, false, true) => format!("{index}//{index}"),
+                        _ => format!("{index}"),
+                    }
+                };
+                let [a, b, c, d] = [at, at + 1, at + SIDE + 1, at + SIDE].map(corner);
+                let _ = match at % 3 {
+                    0 => writeln!(text, "f {a} {b} {c} {d}"),
+                    _ => writeln!(text, "f {a} {b} {c}\nf {a} {c} {d}"),
+                };
+            }
+        }
+        if has(4) { text.replace('\n', " \t# end\r\ng\ts\r\n\r\n") } else { text }
+    }
+
+    #[test]
+    fn both_routes_read_the_same_bits() {
+        for kind in 0..32 {
+            assert!(is_plain(grid(kind).as_bytes(), &format!("grid {kind}")));
+        }
+        let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/models");
+        let models = env::var_os("COARSEN_MODELS").map_or_else(|| PathBuf::from(beside), PathBuf::from);
+        for (folder, least) in [(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/corpus"), 10), (models, 0)] {
+            let files = obj_files(&folder);
+            let plain = files.iter().filter(|path| is_plain(&fs::read(path).unwrap(), &path.display().to_string()));
+            assert!(plain.count() >= least, "{} holds {} files", folder.display(), files.len());
+        }
+    }
+
+    fn obj_files(folder: &Path) -> Vec<PathBuf> {
+        let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+        let paths = entries.map(|entry| entry.unwrap().path());
+        let nested = paths.flat_map(|path| if path.is_dir() { obj_files(&path) } else { vec![path] });
+        // What takes seconds with chunks of a line is left out.
+        let small = |path: &PathBuf| fs::metadata(path).is_ok_and(|metadata| metadata.len() < 1 << 20);
+        nested.filter(|path| path.extension().is_some_and(|extension| extension == "obj") && small(path)).collect()
+    }
+
+    /// Words in place of others: where the general route refuses or reads something else, this one must not differ.
+    #[test]
+    fn both_routes_agree_on_mutated_files() {
+        const WORDS: [&str; 24] = [
+            "nan",
+            "-inf",
+            "1e999",
+            "-0",
+            "0",
+            "+1",
+            "4294967296",
+            "9223372036854775808",
+            "/",
+            "//",
+            "1/1",
+            "1//1/",
+            "\\",
+            "\\\n",
+            "\n",
+            "\r",
+            "\x0b",
+            "#",
+            "f",
+            "v 1 2 3 4",
+            "vt 1 2 3 4",
+            "vn 0 0 1 1",
+            "v 0 0 0 1 1 1 0.5",
+            "\u{a0}",
+        ];
+        let mut state = 1_u64;
+        let mut below = |bound: usize| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            ((state >> 33) % bound as u64) as usize
+        };
+        let mut plain = 0;
+        for round in 0..3000 {
+            let text = grid(below(32) as u32);
+            let mut text = text.into_bytes();
+            for _ in 0..1 + below(2) {
+                let at = below(text.len());
+                let space = text[at..].iter().position(|b| *b == b' ').map_or(text.len(), |space| at + space);
+                let end = text.len().min(space + below(4));
+                text.splice(space..end, format!(" {}", WORDS[below(WORDS.len())]).into_bytes());
+            }
+            plain += usize::from(is_plain(&text, &format!("round {round}")));
+        }
+        assert!((300..2700).contains(&plain), "{plain} of 3000 are plain");
+    }
+
+    #[test]
+    fn what_is_not_plain_is_left() {
+        let rest = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        assert!(is_plain(rest.as_bytes(), "good"));
+        for line in [
+            "f 1 2 \\\n3",
+            "f 1 2 4",
+            "f 1 2 0",
+            "f -4 2 3",
+            "f /1 2 3",
+            "f 1 2",
+            "f 1/1/1/1 2 3",
+            "f 4294967296 2 3",
+            "v 0 0",
+            "v 0 0 inf",
+            "v 0 0 0 0",
+            "v 0 0 0 1 1",
+            "v 0 0 0 1 1 nan",
+            "vn 0 0",
+            "vn 0 0 1 0",
+            "vt",
+            "vt 0 0 0 0",
+            "v#",
+            "v 0 0 0 1 0 0\nv 1 1 1 2",
+        ] {
+            assert!(!is_plain(format!("{rest}{line}\n").as_bytes(), line), "{line}");
+        }
+        assert!(!is_plain(b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no face"));
     }
 }

@@ -20,6 +20,7 @@ impl<P: Hash + Eq + Copy> Joiner<P> {
     }
 
     /// The number of `position`. There must be fewer than `u32::MAX` distinct ones.
+    #[inline]
     pub(super) fn number(&mut self, position: P) -> u32 {
         let slot = self.slot(position);
         if self.slots[slot] != EMPTY {

@@ -1,11 +1,14 @@
 //! Reads binary and text STL.
 
+use rayon::prelude::*;
+
 use super::join::Joiner;
 use super::{FACET_BYTES, FORMAT, HEADER_BYTES};
 use crate::error::{Error, Place, Result};
 use crate::formats::text::{Lines, Row, Rows, quote};
 use crate::math::DVec3;
 use crate::mesh::Mesh;
+use crate::mesh::point_table::distinct;
 
 /// Reads either form.
 pub(in crate::formats) fn read(bytes: &[u8]) -> Result<Mesh> {
@@ -44,23 +47,50 @@ fn read_binary(bytes: &[u8]) -> Result<Mesh> {
         );
         return error(place, message);
     }
+    if count > u32::MAX / 3 {
+        return Err(Error::Limit(format!("{count} facets have more corners than 32-bit indices can hold")));
+    }
+    let mut faces = vec![[0; 3]; count as usize];
+    let pieces: Vec<Result<Vec<DVec3>>> = faces
+        .par_chunks_mut(PIECE_FACETS)
+        .zip(bytes[HEADER_BYTES..].par_chunks(PIECE_FACETS * FACET_BYTES))
+        .enumerate()
+        .map(|(piece, (faces, facets))| join_piece(facets, HEADER_BYTES + piece * PIECE_FACETS * FACET_BYTES, faces))
+        .collect();
+    // The first error, whatever the threads.
+    let pieces: Vec<Vec<DVec3>> = pieces.into_iter().collect::<Result<_>>()?;
+    let (positions, numbers) = distinct(&pieces.concat());
+    let starts: Vec<usize> =
+        pieces.iter().scan(0, |start, piece| Some(std::mem::replace(start, *start + piece.len()))).collect();
+    faces.par_chunks_mut(PIECE_FACETS).zip(&starts).for_each(|(faces, start)| {
+        faces.iter_mut().for_each(|face| *face = face.map(|corner| numbers[start + corner as usize]));
+    });
+    Ok(Mesh::new(positions, faces))
+}
+
+/// Facets joined by themselves before the whole file is: neighbors mostly lie close together in it, so that all but a
+/// sixth of the corners find their equal in a table that fits the cache.
+const PIECE_FACETS: usize = 1 << 13;
+
+/// Numbers the corners of `facets`, which begin at byte `offset`, by their first appearance; returns the positions.
+fn join_piece(facets: &[u8], offset: usize, faces: &mut [[u32; 3]]) -> Result<Vec<DVec3>> {
     // A closed mesh has half as many vertices as faces.
-    let mut joiner = Joiner::new(count as usize / 2 + 2);
-    let mut faces = Vec::with_capacity(count as usize);
-    for (facet, row) in bytes[HEADER_BYTES..].chunks_exact(FACET_BYTES).enumerate() {
-        let mut face = [0; 3];
+    let mut joiner = Joiner::new(faces.len() / 2 + 2);
+    for (facet, (row, face)) in facets.chunks_exact(FACET_BYTES).zip(faces).enumerate() {
         for (corner, vertex) in row[12..48].chunks_exact(12).enumerate() {
             let coordinates = [0, 4, 8].map(|at| coordinate(&vertex[at..]));
             if !coordinates.iter().all(|c| c.is_finite()) {
-                let place = Place::Byte((HEADER_BYTES + FACET_BYTES * facet + 12 + 12 * corner) as u64);
-                return error(place, format!("found the vertex {coordinates:?}, expected finite coordinates"));
+                let place = Place::Byte((offset + FACET_BYTES * facet + 12 + 12 * corner) as u64);
+                let message = format!("found the vertex {coordinates:?}, expected finite coordinates");
+                return Err(Error::format(FORMAT, place, message));
             }
-            face[corner] = joiner.number(coordinates.map(f32::to_bits));
+            // A tuple hashes number by number, an array byte by byte.
+            face[corner] = joiner.number(coordinates.map(f32::to_bits).into());
         }
-        faces.push(face);
     }
-    let position = |bits: &[u32; 3]| DVec3::from(bits.map(|bits| f64::from(f32::from_bits(bits))));
-    Ok(Mesh::new(joiner.positions.iter().map(position).collect(), faces))
+    let position =
+        |&bits: &(u32, u32, u32)| DVec3::from(<[u32; 3]>::from(bits).map(|bits| f64::from(f32::from_bits(bits))));
+    Ok(joiner.positions.iter().map(position).collect())
 }
 
 /// A little-endian f32; −0 becomes 0, which is the same place.
