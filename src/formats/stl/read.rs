@@ -179,6 +179,35 @@ mod tests {
     }
 
     #[test]
+    fn vertices_are_numbered_by_first_appearance_in_the_whole_file() {
+        const FACETS: usize = 3 * PIECE_FACETS + 5;
+        // Some positions recur at once, some far away, some never.
+        let place = |i: usize| [i % 7, i * i % 30_011, i % 5 * (i / 3)].map(|c| c as f32);
+        let mut bytes = vec![0; HEADER_BYTES - 4];
+        bytes.extend((FACETS as u32).to_le_bytes());
+        for facet in 0..FACETS {
+            bytes.extend([0; 12]);
+            let corners = (3 * facet..3 * facet + 3).flat_map(place);
+            bytes.extend(corners.flat_map(f32::to_le_bytes));
+            bytes.extend([0; 2]);
+        }
+        let mesh = read(&bytes).unwrap();
+        let mut joiner = Joiner::new(16);
+        let numbers: Vec<u32> = (0..3 * FACETS).map(|i| joiner.number(place(i).map(f32::to_bits))).collect();
+        assert_eq!(mesh.faces.as_flattened(), numbers);
+        let positions: Vec<_> = mesh.positions.iter().map(|p| p.as_vec3().to_array().map(f32::to_bits)).collect();
+        assert!(positions == joiner.positions && positions.len() < 3 * FACETS && positions.len() > 2 * PIECE_FACETS);
+
+        // Of two bad coordinates the first is named.
+        for facet in [FACETS - 1, PIECE_FACETS + 1] {
+            let at = HEADER_BYTES + FACET_BYTES * facet + 12;
+            bytes[at..at + 4].copy_from_slice(&f32::INFINITY.to_le_bytes());
+            let message = read(&bytes).unwrap_err().to_string();
+            assert!(message.starts_with(&format!("STL byte {at}: found the vertex [inf")), "{message}");
+        }
+    }
+
+    #[test]
     fn length_and_coordinates_are_checked() {
         let mut long = binary(b"", 0.0);
         long.push(0);
