@@ -1,5 +1,7 @@
 //! Joins vertices that lie together, and drops the faces and vertices this leaves without a purpose.
 
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
 use rayon::prelude::*;
 
 use super::adjacency::group;
@@ -235,12 +237,21 @@ fn all_but(len: usize, first: &[u32], second: &[u32]) -> Vec<u32> {
     kept
 }
 
+/// Whether a face uses each vertex.
+pub(crate) fn used_vertices(faces: &[[u32; 3]], vertex_count: usize) -> Vec<bool> {
+    let used: Vec<AtomicBool> = (0..vertex_count).map(|_| AtomicBool::new(false)).collect();
+    faces.par_iter().with_min_len(PARALLEL_ROWS).flatten_iter().for_each(|&v| {
+        // Looking first leaves the cache line to all threads that have it.
+        if !used[v as usize].load(Relaxed) {
+            used[v as usize].store(true, Relaxed);
+        }
+    });
+    used.into_iter().map(AtomicBool::into_inner).collect()
+}
+
 /// The vertices that a face uses, ascending.
 fn referenced(faces: &[[u32; 3]], vertex_count: usize) -> Vec<u32> {
-    let mut used = vec![false; vertex_count];
-    for &v in faces.as_flattened() {
-        used[v as usize] = true;
-    }
+    let used = used_vertices(faces, vertex_count);
     (0..vertex_count as u32).filter(|&v| used[v as usize]).collect()
 }
 

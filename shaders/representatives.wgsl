@@ -1,0 +1,86 @@
+// Where the vertices of every cell go: to the least of the cell's quadric, or to the mean of its corners. Twin:
+// src/kernel/representatives.rs
+
+fn matrix(sum: CellSum) -> Sym3 {
+    return Sym3(sum.xx, sum.xy, sum.xz, sum.yy, sum.yz, sum.zz);
+}
+
+fn linear(sum: CellSum) -> vec3f {
+    return vec3f(sum.bx, sum.by, sum.bz);
+}
+
+fn position(sum: CellSum) -> vec3f {
+    return vec3f(sum.x, sum.y, sum.z);
+}
+
+fn sum_add(a: CellSum, b: CellSum) -> CellSum {
+    let m = sym_add(matrix(a), matrix(b));
+    let l = add3(linear(a), linear(b));
+    let p = add3(position(a), position(b));
+    return CellSum(
+        m.xx, m.xy, m.xz, m.yy, m.yz, m.zz,
+        l.x, l.y, l.z,
+        add(a.c, b.c),
+        add(a.weight, b.weight),
+        p.x, p.y, p.z,
+        add(a.corners, b.corners),
+    );
+}
+
+fn sym_flush(m: Sym3, least: f32) -> Sym3 {
+    return Sym3(
+        flush(m.xx, least), flush(m.xy, least), flush(m.xz, least), flush(m.yy, least), flush(m.yz, least), flush(m.zz, least),
+    );
+}
+
+fn step_along(v: vec3f, value: f32, greatest: f32, pull: vec3f) -> vec3f {
+    if value > mul(DROPPED, greatest) {
+        return scale3(v, divide(dot3(v, pull), value));
+    }
+    return vec3f(0.0, 0.0, 0.0);
+}
+
+fn held(x: vec3f, low: vec3f, high: vec3f) -> vec3f {
+    return min(max(x, low), high);
+}
+
+// The point of a cell from `low` to `high`, and its mean squared distance to the planes.
+fn representative(sum: CellSum, low: vec3f, high: vec3f, at_mean: bool) -> vec4f {
+    let mean = flush3(scale3(position(sum), divide(1.0, sum.corners)), LEAST_COMPONENT);
+    if sum.weight < NO_WEIGHT {
+        return vec4f(held(mean, low, high), 0.0);
+    }
+    let share = divide(1.0, sum.weight);
+    let a = sym_flush(sym_scale(matrix(sum), share), LEAST_FACTOR);
+    let b = flush3(scale3(linear(sum), share), LEAST_FACTOR);
+    var x = mean;
+    if !at_mean {
+        let pull = flush3(sub3(b, sym_mul(a, mean)), LEAST_FACTOR);
+        let e = eigen(a);
+        let greatest = max(max(e.values.x, e.values.y), e.values.z);
+        x = add3(x, step_along(e.x, e.values.x, greatest, pull));
+        x = add3(x, step_along(e.y, e.values.y, greatest, pull));
+        x = add3(x, step_along(e.z, e.values.z, greatest, pull));
+        x = flush3(x, LEAST_COMPONENT);
+    }
+    x = held(x, low, high);
+    let square = add(sub(dot3(x, sym_mul(a, x)), mul(2.0, dot3(b, x))), flush(mul(sum.c, share), LEAST_FACTOR));
+    return vec4f(x, flush(max(square, 0.0), LEAST_FACTOR));
+}
+
+fn cell_low(site: Site, steps: u32) -> Site {
+    return Site(site.x / steps * steps, site.y / steps * steps, site.z / steps * steps);
+}
+
+fn run(cell: u32) {
+    var sum = CellSum(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    let end = load_cell_pieces(cell + 1u);
+    for (var i = load_cell_pieces(cell); i < end; i++) {
+        sum = sum_add(sum, load_sums(i));
+    }
+    let origin = load_origins(cell);
+    let low = about(cell_low(origin, params.steps), origin, params.unit);
+    let side = mul(f32(params.steps), params.unit);
+    let high = add3(low, vec3f(side, side, side));
+    store_representatives(cell, representative(sum, low, high, params.at_mean != 0u));
+}
