@@ -44,6 +44,25 @@ fn held(x: vec3f, low: vec3f, high: vec3f) -> vec3f {
     return min(max(x, low), high);
 }
 
+// Where the quadric is least along an axis, between `low` and `high`.
+fn least_along(x: f32, curvature: f32, pull: f32, low: f32, high: f32) -> f32 {
+    if curvature < FLAT {
+        return x;
+    }
+    return min(max(flush(divide(pull, curvature), LEAST_COMPONENT), low), high);
+}
+
+// The best point of a cell, from one near it.
+fn best_held(a: Sym3, b: vec3f, start: vec3f, low: vec3f, high: vec3f) -> vec3f {
+    var x = start;
+    for (var sweep = 0u; sweep < HELD_SWEEPS; sweep++) {
+        x.x = least_along(x.x, a.xx, sub(b.x, add(mul(a.xy, x.y), mul(a.xz, x.z))), low.x, high.x);
+        x.y = least_along(x.y, a.yy, sub(b.y, add(mul(a.xy, x.x), mul(a.yz, x.z))), low.y, high.y);
+        x.z = least_along(x.z, a.zz, sub(b.z, add(mul(a.xz, x.x), mul(a.yz, x.y))), low.z, high.z);
+    }
+    return x;
+}
+
 // The point of a cell from `low` to `high`, and its mean squared distance to the planes.
 fn representative(sum: CellSum, low: vec3f, high: vec3f, at_mean: bool) -> vec4f {
     let mean = flush3(scale3(position(sum), divide(1.0, sum.corners)), LEAST_COMPONENT);
@@ -63,7 +82,12 @@ fn representative(sum: CellSum, low: vec3f, high: vec3f, at_mean: bool) -> vec4f
         x = add3(x, step_along(e.z, e.values.z, greatest, pull));
         x = flush3(x, LEAST_COMPONENT);
     }
-    x = held(x, low, high);
+    let inside = held(x, low, high);
+    if at_mean || all(inside == x) {
+        x = inside;
+    } else {
+        x = best_held(a, b, inside, low, high);
+    }
     let square = add(sub(dot3(x, sym_mul(a, x)), mul(2.0, dot3(b, x))), flush(mul(sum.c, share), LEAST_FACTOR));
     return vec4f(x, flush(max(square, 0.0), LEAST_FACTOR));
 }
