@@ -13,23 +13,24 @@ fn nearer(nearest: vec2u, vertex: u32, p: vec3f, x: vec3f) -> vec2u {
 
 fn run(piece: u32) {
     let row = load_pieces(piece);
-    let cell = row.x;
-    let origin = load_origins(cell);
-    let x = load_representatives(cell).xyz;
+    let origin = load_origins(row.x);
+    let cell = cell_box(origin, params.steps, params.unit);
+    let x = load_representatives(row.x).xyz;
     var nearest = vec2u(0xffffffffu, 0xffffffffu);
     let end = load_pieces(piece + 1u).y;
     for (var i = row.y; i < end; i++) {
-        let f = load_piece_faces(i);
-        let face = load_faces(f);
-        let cells = load_cell_faces(f);
-        if cells.a == cell {
-            nearest = nearer(nearest, face.a, about(load_sites(face.a), origin, params.unit), x);
+        let face = load_faces(load_piece_faces(i));
+        let a = about(load_sites(face.a), origin, params.unit);
+        let b = about(load_sites(face.b), origin, params.unit);
+        let c = about(load_sites(face.c), origin, params.unit);
+        if is_in(a, cell) {
+            nearest = nearer(nearest, face.a, a, x);
         }
-        if cells.b == cell {
-            nearest = nearer(nearest, face.b, about(load_sites(face.b), origin, params.unit), x);
+        if is_in(b, cell) {
+            nearest = nearer(nearest, face.b, b, x);
         }
-        if cells.c == cell {
-            nearest = nearer(nearest, face.c, about(load_sites(face.c), origin, params.unit), x);
+        if is_in(c, cell) {
+            nearest = nearer(nearest, face.c, c, x);
         }
     }
     store_nearest(piece, nearest);

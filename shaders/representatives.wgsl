@@ -40,8 +40,8 @@ fn step_along(v: vec3f, value: f32, greatest: f32, pull: vec3f) -> vec3f {
     return vec3f(0.0, 0.0, 0.0);
 }
 
-fn held(x: vec3f, low: vec3f, high: vec3f) -> vec3f {
-    return min(max(x, low), high);
+fn held(x: vec3f, cell: CellBox) -> vec3f {
+    return min(max(x, cell.low), cell.high);
 }
 
 // Where the quadric is least along an axis, between `low` and `high`.
@@ -53,21 +53,21 @@ fn least_along(x: f32, curvature: f32, pull: f32, low: f32, high: f32) -> f32 {
 }
 
 // The best point of a cell, from one near it.
-fn best_held(a: Sym3, b: vec3f, start: vec3f, low: vec3f, high: vec3f) -> vec3f {
+fn best_held(a: Sym3, b: vec3f, start: vec3f, cell: CellBox) -> vec3f {
     var x = start;
     for (var sweep = 0u; sweep < HELD_SWEEPS; sweep++) {
-        x.x = least_along(x.x, a.xx, sub(b.x, add(mul(a.xy, x.y), mul(a.xz, x.z))), low.x, high.x);
-        x.y = least_along(x.y, a.yy, sub(b.y, add(mul(a.xy, x.x), mul(a.yz, x.z))), low.y, high.y);
-        x.z = least_along(x.z, a.zz, sub(b.z, add(mul(a.xz, x.x), mul(a.yz, x.y))), low.z, high.z);
+        x.x = least_along(x.x, a.xx, sub(b.x, add(mul(a.xy, x.y), mul(a.xz, x.z))), cell.low.x, cell.high.x);
+        x.y = least_along(x.y, a.yy, sub(b.y, add(mul(a.xy, x.x), mul(a.yz, x.z))), cell.low.y, cell.high.y);
+        x.z = least_along(x.z, a.zz, sub(b.z, add(mul(a.xz, x.x), mul(a.yz, x.y))), cell.low.z, cell.high.z);
     }
     return x;
 }
 
-// The point of a cell from `low` to `high`, and its mean squared distance to the planes.
-fn representative(sum: CellSum, low: vec3f, high: vec3f, at_mean: bool) -> vec4f {
+// The point of a cell, and its mean squared distance to the planes.
+fn representative(sum: CellSum, cell: CellBox, at_mean: bool) -> vec4f {
     let mean = flush3(scale3(position(sum), divide(1.0, sum.corners)), LEAST_COMPONENT);
     if sum.weight < NO_WEIGHT {
-        return vec4f(held(mean, low, high), 0.0);
+        return vec4f(held(mean, cell), 0.0);
     }
     let share = divide(1.0, sum.weight);
     let a = sym_flush(sym_scale(matrix(sum), share), LEAST_FACTOR);
@@ -82,18 +82,14 @@ fn representative(sum: CellSum, low: vec3f, high: vec3f, at_mean: bool) -> vec4f
         x = add3(x, step_along(e.z, e.values.z, greatest, pull));
         x = flush3(x, LEAST_COMPONENT);
     }
-    let inside = held(x, low, high);
+    let inside = held(x, cell);
     if at_mean || all(inside == x) {
         x = inside;
     } else {
-        x = best_held(a, b, inside, low, high);
+        x = best_held(a, b, inside, cell);
     }
     let square = add(sub(dot3(x, sym_mul(a, x)), mul(2.0, dot3(b, x))), flush(mul(sum.c, share), LEAST_FACTOR));
     return vec4f(x, flush(max(square, 0.0), LEAST_FACTOR));
-}
-
-fn cell_low(site: Site, steps: u32) -> Site {
-    return Site(site.x / steps * steps, site.y / steps * steps, site.z / steps * steps);
 }
 
 fn run(cell: u32) {
@@ -102,9 +98,6 @@ fn run(cell: u32) {
     for (var i = load_cell_pieces(cell); i < end; i++) {
         sum = sum_add(sum, load_sums(i));
     }
-    let origin = load_origins(cell);
-    let low = about(cell_low(origin, params.steps), origin, params.unit);
-    let side = mul(f32(params.steps), params.unit);
-    let high = add3(low, vec3f(side, side, side));
-    store_representatives(cell, representative(sum, low, high, params.at_mean != 0u));
+    let bounds = cell_box(load_origins(cell), params.steps, params.unit);
+    store_representatives(cell, representative(sum, bounds, params.at_mean != 0u));
 }

@@ -156,15 +156,15 @@ pub struct RoundRecord {
 pub struct Phases {
     /// Joining equal positions, dropping degenerate and duplicate faces.
     pub weld: f64,
-    /// Normalisation, adjacency, first sums.
+    /// Normalisation, adjacency, first sums; of clustering the lattice.
     pub build: f64,
-    /// Sums, pairs and costs.
+    /// Sums, pairs and costs; of clustering the representatives.
     pub cost: f64,
-    /// Gate and ordering.
+    /// Gate and ordering; of clustering the search for the grid, and what it leaves.
     pub select: f64,
     /// Filters and placements; an estimate from one attempt in sixteen, since they alternate with contractions.
     pub filter: f64,
-    /// Contractions and compaction.
+    /// Contractions and compaction; of clustering the mesh.
     pub apply: f64,
     /// Fitting the vertices to the original, where asked for.
     pub fit: f64,

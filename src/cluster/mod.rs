@@ -1,8 +1,8 @@
 //! Vertex clustering: the vertices in a cell of a grid become one, and the faces that span three cells are left.
 //!
 //! The fast first pass for enormous or broken meshes: any faces at all are accepted, and topology is ignored. Parts that
-//! share a cell are joined, what is thinner than a cell becomes a sheet of two sides that takes itself away, holes may
-//! open and close. The result depends on where the grid lies.
+//! share a cell are joined; both sides of what is thinner than a cell fall together, and faces that then coincide take
+//! each other away; holes open and close; borders shrink by up to a cell. The result depends on where the grid lies.
 //!
 //! The flow is in `driver`: vertices on a `lattice`, their cells on a device, a `search` for the grid where a number of
 //! faces is asked for, the faces `left`, sums and representatives of the cells on a device, and the mesh `made` of them.

@@ -14,6 +14,8 @@ const CLOSE: f64 = 0.99;
 const TIGHT: f64 = 1.002;
 /// Faces within this factor of the target are worth an exact count.
 const NEAR: f64 = 1.5;
+/// So few are in any case.
+const FEW: usize = 10_000;
 /// Passes that a count that falls as expected takes at most.
 const EXPECTED_PASSES: usize = 6;
 /// Passes at most; halving alone takes fifteen to get tight.
@@ -97,7 +99,7 @@ impl Search {
 
     fn is_near(&self, pass: &Pass) -> bool {
         let (estimate, target) = (self.estimate(pass), self.target as f64);
-        estimate < target * NEAR && estimate * NEAR > target
+        pass.spanning <= FEW || (estimate < target * NEAR && estimate * NEAR > target)
     }
 
     fn add(&mut self, pass: Pass) {

@@ -2,14 +2,14 @@
 
 use std::borrow::Cow;
 use std::ops::ControlFlow;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
 use crate::backend::{Buffer, Queue, Row};
 use crate::error::{Error, Result};
 use crate::kernel::cell_faces::CellFaces;
-use crate::kernel::cell_keys::CellKeys;
+use crate::kernel::cell_keys::{CellKeys, LEAST_STEPS};
 use crate::kernel::cell_sums::CellSums;
 use crate::kernel::count_spanning::{CountSpanning, SPAN_BLOCK};
 use crate::kernel::nearest_corners::NearestCorners;
@@ -73,6 +73,8 @@ pub struct Work<'a> {
     /// What a grid of so many steps leaves, the last that was counted.
     left: Option<(u32, Left)>,
     seconds: Phases,
+    /// When the phase began, and the time spent moving until then.
+    began: (Instant, Duration),
 }
 
 impl<'a> Work<'a> {
@@ -84,9 +86,9 @@ impl<'a> Work<'a> {
         used: &[bool],
         report: &'a mut Report<'a>,
     ) -> Result<Self> {
-        let clock = Instant::now();
+        let began = (Instant::now(), Duration::ZERO);
         let faces = mesh.faces.par_iter().with_min_len(ROWS).map(|&[a, b, c]| Face { a, b, c }).collect();
-        Ok(Self {
+        let mut work = Self {
             sites: queue.buffer_from(lattice.sites(&mesh.positions, used))?,
             faces: queue.buffer_from(faces)?,
             keys: queue.buffer(mesh.positions.len())?,
@@ -96,20 +98,35 @@ impl<'a> Work<'a> {
             report,
             keyed: 0,
             left: None,
-            seconds: Phases { build: clock.elapsed().as_secs_f64(), ..Phases::default() },
+            seconds: Phases::default(),
+            began,
             queue,
-        })
+        };
+        work.seconds.build = work.lap();
+        Ok(work)
+    }
+
+    /// The seconds since the last lap, less those spent moving.
+    fn lap(&mut self) -> f64 {
+        let now = (Instant::now(), self.queue.time_moving());
+        let began = std::mem::replace(&mut self.began, now);
+        (now.0 - began.0).saturating_sub(now.1 - began.1).as_secs_f64()
     }
 
     /// Finds the grid and clusters.
     pub fn run(mut self, goal: Goal, representative: Representative) -> Unless<Done> {
-        let clock = Instant::now();
         let extent = self.lattice.extent;
+        let faces_in = self.mesh.faces.len();
         let mut count = |steps, what| self.count(steps, what);
         let steps = match goal {
             Goal::Grid(steps) => Some(steps),
-            Goal::Faces { target, most } => go_on!(finest(target, most, extent, count)),
-            Goal::Deviation { most } => go_on!(coarsest(most, &mut count)),
+            // All that differ by a step or two.
+            Goal::Faces { target, .. } if target >= faces_in => Some(LEAST_STEPS),
+            Goal::Faces { target, most } => match go_on!(finest(target, most, extent, &mut count)) {
+                None => go_on!(coarsest(most, count)),
+                found => found,
+            },
+            Goal::Deviation { most } => go_on!(coarsest(most, count)),
         };
         let Some(steps) = steps else {
             return Err(Error::Mesh("all its faces are degenerate: no grid leaves one".into()));
@@ -124,7 +141,6 @@ impl<'a> Work<'a> {
         if left.sources.is_empty() {
             return Err(Error::Parameter("the grid leaves no face: give a finer one".into()));
         }
-        self.seconds.select = clock.elapsed().as_secs_f64();
         self.make(left, steps, representative).map(ControlFlow::Continue)
     }
 
@@ -163,38 +179,42 @@ impl<'a> Work<'a> {
 
     /// Makes the mesh of the faces left.
     fn make(mut self, mut left: Left, steps: u32, representative: Representative) -> Result<Done> {
-        let clock = Instant::now();
         self.key(steps)?;
         let (of_vertices, firsts) = left.number(&on_host(&mut self.queue, &self.keys)?);
         let cells = Cells { of_vertices, firsts, steps };
-        let numbered = clock.elapsed().as_secs_f64();
+        self.keys = self.queue.buffer(0)?;
+        self.seconds.select = self.lap();
         let (points, estimate) = self.points(&cells, representative)?;
-        let placed = clock.elapsed().as_secs_f64();
+        self.seconds.cost = self.lap();
         let (mesh, origin) = made(self.mesh, &self.lattice, &cells, &points, left.faces);
-        self.seconds.select += numbered;
-        self.seconds.cost = placed - numbered;
-        self.seconds.apply = clock.elapsed().as_secs_f64() - placed;
+        self.seconds.apply = self.lap();
         self.seconds.transfer = self.queue.time_moving().as_secs_f64();
         Ok(Done { mesh, origin, steps, estimate, seconds: self.seconds, bytes_moved: self.queue.bytes_moved() })
     }
 
-    /// Where the vertices of the cells go, and how far the worst is from its planes, in model units.
-    fn points(&mut self, cells: &Cells, representative: Representative) -> Result<(Points, f64)> {
-        let Self { queue, mesh, lattice, sites, faces, .. } = self;
-        let face_count = mesh.faces.len();
-        let vertex_cells = queue.buffer_from(cells.of_vertices.clone())?;
-        let mut cell_faces = queue.buffer(face_count)?;
-        queue.run(CellFaces {
-            faces,
-            vertex_cells: &vertex_cells,
+    /// The faces of every cell.
+    fn pieces(&mut self, cells: &Cells) -> Result<Pieces> {
+        let face_count = self.mesh.faces.len();
+        let vertex_cells = &self.queue.buffer_from(cells.of_vertices.clone())?;
+        let mut cell_faces = self.queue.buffer(face_count)?;
+        self.queue.run(CellFaces {
+            faces: &self.faces,
+            vertex_cells,
             face_count: face_count as u32,
             cell_faces: &mut cell_faces,
         })?;
-        drop(vertex_cells);
-        let pieces = Pieces::new(&on_host(queue, &cell_faces)?, cells.firsts.len());
+        let pieces = Pieces::new(&on_host(&mut self.queue, &cell_faces)?, cells.firsts.len());
+        // On a GPU the host has none of its rows.
         if cell_faces.host().is_empty() {
             pieces.check_for_gpu()?;
         }
+        Ok(pieces)
+    }
+
+    /// Where the vertices of the cells go, and how far the worst is from its planes, in model units.
+    fn points(&mut self, cells: &Cells, representative: Representative) -> Result<(Points, f64)> {
+        let pieces = self.pieces(cells)?;
+        let Self { queue, mesh, lattice, sites, faces, .. } = self;
         let (piece_count, cell_count) = (pieces.count(), cells.firsts.len());
         let origins = cells.firsts.iter().map(|&v| lattice.site(mesh.positions[v as usize])).collect();
         let (origins, unit) = (&queue.buffer_from(origins)?, unit(cells.steps));
@@ -205,11 +225,11 @@ impl<'a> Work<'a> {
         queue.run(CellSums {
             sites,
             faces,
-            cell_faces: &cell_faces,
             origins,
             pieces: rows,
             piece_faces,
             piece_count: piece_count as u32,
+            steps: cells.steps,
             unit,
             sums: &mut sums,
         })?;
@@ -234,12 +254,12 @@ impl<'a> Work<'a> {
         queue.run(NearestCorners {
             sites,
             faces,
-            cell_faces: &cell_faces,
             origins,
             pieces: rows,
             piece_faces,
             representatives: &points,
             piece_count: piece_count as u32,
+            steps: cells.steps,
             unit,
             nearest: &mut nearest,
         })?;

@@ -10,7 +10,7 @@
 
 use rayon::prelude::*;
 
-use super::cells::{CONSTANTS, LEAST_COMPONENT, NO_PLANE, Pieces};
+use super::cells::{CONSTANTS, CellBox, LEAST_COMPONENT, NO_PLANE, Pieces, cell_box, is_in};
 use super::rows::{CellSum, Face, Site};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
@@ -24,8 +24,6 @@ pub struct CellSums<'a> {
     pub sites: &'a Buffer<Site>,
     /// F faces.
     pub faces: &'a Buffer<Face>,
-    /// The cells of F faces.
-    pub cell_faces: &'a Buffer<Face>,
     /// The site of the first vertex of every cell.
     pub origins: &'a Buffer<Site>,
     /// The cell of every piece and where its faces start; one more that ends the last.
@@ -34,6 +32,8 @@ pub struct CellSums<'a> {
     pub piece_faces: &'a Buffer<u32>,
     /// P.
     pub piece_count: u32,
+    /// Steps to the side of a cell.
+    pub steps: u32,
     /// Units a step: a power of two.
     pub unit: f32,
     /// Writes P sums.
@@ -43,13 +43,14 @@ pub struct CellSums<'a> {
 params! {
     /// The uniform block.
     pub struct Params {
+        steps: u32,
         unit: f32,
     }
 }
 
-/// The sum with a face whose corners are a, b, c about the origin and lie in `cells`.
+/// The sum with a face that has a corner in the cell.
 #[inline(always)]
-fn with_face(sum: CellSum, cell: u32, cells: Face, [a, b, c]: [Vec3; 3]) -> CellSum {
+fn with_face(sum: CellSum, cell: CellBox, a: Vec3, b: Vec3, c: Vec3) -> CellSum {
     let mut next = sum;
     let n = flush3(cross3(sub3(b, a), sub3(c, a)), LEAST_FACTOR);
     let n_sq = dot3(n, n);
@@ -58,9 +59,9 @@ fn with_face(sum: CellSum, cell: u32, cells: Face, [a, b, c]: [Vec3; 3]) -> Cell
         let u = flush3(scale3(n, divide(1.0, length)), LEAST_COMPONENT);
         let weight = mul(0.5, length);
         // From a corner in the cell: it is near, and the distance to the plane loses no digits.
-        let inside = if cells.a == cell {
+        let inside = if is_in(a, cell) {
             a
-        } else if cells.b == cell {
+        } else if is_in(b, cell) {
             b
         } else {
             c
@@ -75,9 +76,9 @@ fn with_face(sum: CellSum, cell: u32, cells: Face, [a, b, c]: [Vec3; 3]) -> Cell
         next.weight = add(sum.weight, weight);
     }
     let mut position = sum.position();
-    for (at, of) in [(a, cells.a), (b, cells.b), (c, cells.c)] {
-        if of == cell {
-            position = add3(position, at);
+    for corner in [a, b, c] {
+        if is_in(corner, cell) {
+            position = add3(position, corner);
             next.corners = add(next.corners, 1.0);
         }
     }
@@ -94,14 +95,13 @@ impl Kernel for CellSums<'_> {
     const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;
 
     fn params(&self) -> Params {
-        Params { unit: self.unit }
+        Params { steps: self.steps, unit: self.unit }
     }
 
     fn bindings(&self) -> Vec<Binding<'_>> {
         vec![
             Binding::new("sites", Access::Read, self.sites),
             Binding::new("faces", Access::Read, self.faces),
-            Binding::new("cell_faces", Access::Read, self.cell_faces),
             Binding::new("origins", Access::Read, self.origins),
             Binding::new("pieces", Access::Read, self.pieces),
             Binding::new("piece_faces", Access::Read, self.piece_faces),
@@ -117,18 +117,18 @@ impl Kernel for CellSums<'_> {
         let mesh = Pieces {
             sites: self.sites.host(),
             faces: self.faces.host(),
-            cell_faces: self.cell_faces.host(),
             origins: self.origins.host(),
             pieces: self.pieces.host(),
             piece_faces: self.piece_faces.host(),
         };
-        let unit = self.unit;
+        let Self { steps, unit, .. } = *self;
         let sums = &mut self.sums.host_mut()[..self.piece_count as usize];
         sums.par_iter_mut().enumerate().with_min_len(16).for_each(|(piece, sum)| {
-            let cell = mesh.pieces[piece][0];
-            let origin = mesh.origins[cell as usize];
-            *sum = mesh.faces_of(piece).iter().fold(CellSum::default(), |sum, &f| {
-                with_face(sum, cell, mesh.cell_faces[f as usize], mesh.corners_about(f, origin, unit))
+            let origin = mesh.origins[mesh.pieces[piece][0] as usize];
+            let cell = cell_box(origin, steps, unit);
+            *sum = mesh.faces_of(piece).iter().fold(CellSum::default(), |sum, &face| {
+                let [a, b, c] = mesh.corners_about(face, origin, unit);
+                with_face(sum, cell, a, b, c)
             });
         });
     }
@@ -138,23 +138,23 @@ impl Kernel for CellSums<'_> {
 mod tests {
     use super::*;
 
-    const INSIDE: Face = Face { a: 3, b: 3, c: 3 };
+    const CELL: CellBox = CellBox { low: Vec3::splat(-1.0), high: Vec3::splat(2.5) };
 
     #[test]
     fn a_face_adds_its_plane_and_its_corners() {
-        // x = 2 with area 1/2, and one corner in the cell 4.
-        let corners = [Vec3::new(2.0, 0.0, 0.0), Vec3::new(2.0, 1.0, 0.0), Vec3::new(2.0, 0.0, 1.0)];
-        let sum = with_face(CellSum::default(), 3, Face { b: 4, ..INSIDE }, corners);
-        let plane = CellSum { xx: 0.5, bx: 1.0, c: 2.0, weight: 0.5, ..CellSum::default() };
+        // x = 2 with area 1½, and one corner beyond the cell.
+        let [a, b, c] = [Vec3::new(2.0, 0.0, 0.0), Vec3::new(2.0, 3.0, 0.0), Vec3::new(2.0, 0.0, 1.0)];
+        let sum = with_face(CellSum::default(), CELL, a, b, c);
+        let plane = CellSum { xx: 1.5, bx: 3.0, c: 6.0, weight: 1.5, ..CellSum::default() };
         assert_eq!(sum, CellSum { x: 4.0, y: 0.0, z: 1.0, corners: 2.0, ..plane });
-        let twice = with_face(sum, 4, Face { b: 4, ..INSIDE }, corners);
-        assert_eq!((twice.xx, twice.bx, twice.c, twice.weight), (1.0, 2.0, 4.0, 1.0));
-        assert_eq!((twice.position(), twice.corners), (Vec3::new(6.0, 1.0, 1.0), 3.0));
+        let twice = with_face(sum, CellBox { low: Vec3::new(0.0, 3.0, 0.0), high: Vec3::splat(4.0) }, a, b, c);
+        assert_eq!((twice.xx, twice.bx, twice.c, twice.weight), (3.0, 6.0, 12.0, 3.0));
+        assert_eq!((twice.position(), twice.corners), (Vec3::new(6.0, 3.0, 1.0), 3.0));
     }
 
     #[test]
     fn a_face_without_area_adds_its_corners_only() {
-        let sum = with_face(CellSum::default(), 3, INSIDE, [Vec3::ZERO, Vec3::X, Vec3::X * 2.0]);
+        let sum = with_face(CellSum::default(), CELL, Vec3::ZERO, Vec3::X, Vec3::X * 2.0);
         assert_eq!(sum, CellSum { x: 3.0, corners: 3.0, ..CellSum::default() });
     }
 }

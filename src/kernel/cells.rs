@@ -3,7 +3,7 @@
 use super::rows::{CellSum, Face, Site};
 use crate::backend::Constant;
 use crate::math::Vec3;
-use crate::math::exact::mul;
+use crate::math::exact::{add3, mul};
 
 /// Faces of a cell that one invocation takes at most; the loops over pieces of a cell stay short as well.
 pub const PIECE_FACES: u32 = 1024;
@@ -25,6 +25,29 @@ pub fn about(site: Site, origin: Site, unit: f32) -> Vec3 {
     )
 }
 
+/// A cell about its origin: its lowest and its highest corner, in units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CellBox {
+    /// The lowest corner, which belongs to the cell.
+    pub low: Vec3,
+    /// The highest corner, which belongs to others.
+    pub high: Vec3,
+}
+
+/// The cell of a site that is its origin.
+#[inline(always)]
+pub fn cell_box(origin: Site, steps: u32, unit: f32) -> CellBox {
+    let lowest = Site { x: origin.x / steps * steps, y: origin.y / steps * steps, z: origin.z / steps * steps };
+    let low = about(lowest, origin, unit);
+    CellBox { low, high: add3(low, Vec3::splat(mul(steps as f32, unit))) }
+}
+
+/// Whether a corner lies in a cell; no number is rounded on the way here.
+#[inline(always)]
+pub fn is_in(p: Vec3, cell: CellBox) -> bool {
+    p.cmpge(cell.low).all() && p.cmplt(cell.high).all()
+}
+
 /// A mesh and its cells as the kernels of a piece see them on the host.
 #[derive(Debug, Clone, Copy)]
 pub struct Pieces<'a> {
@@ -32,8 +55,6 @@ pub struct Pieces<'a> {
     pub sites: &'a [Site],
     /// F faces.
     pub faces: &'a [Face],
-    /// The cells of F faces.
-    pub cell_faces: &'a [Face],
     /// The site of the first vertex of every cell.
     pub origins: &'a [Site],
     /// The cell of every piece and where its faces start; one more that ends the last.

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::cells::{Pieces, about};
+use super::cells::{Pieces, cell_box, is_in};
 use super::rows::{Face, Site};
 use crate::backend::{Access, Binding, Buffer, Kernel, params};
 use crate::math::Vec3;
@@ -18,8 +18,6 @@ pub struct NearestCorners<'a> {
     pub sites: &'a Buffer<Site>,
     /// F faces.
     pub faces: &'a Buffer<Face>,
-    /// The cells of F faces.
-    pub cell_faces: &'a Buffer<Face>,
     /// The site of the first vertex of every cell.
     pub origins: &'a Buffer<Site>,
     /// The cell of every piece and where its faces start; one more that ends the last.
@@ -30,6 +28,8 @@ pub struct NearestCorners<'a> {
     pub representatives: &'a Buffer<[f32; 4]>,
     /// P.
     pub piece_count: u32,
+    /// Steps to the side of a cell.
+    pub steps: u32,
     /// Units a step: a power of two.
     pub unit: f32,
     /// Writes for P pieces the bits of the squared distance in units, which order as it does, and the vertex.
@@ -39,6 +39,7 @@ pub struct NearestCorners<'a> {
 params! {
     /// The uniform block.
     pub struct Params {
+        steps: u32,
         unit: f32,
     }
 }
@@ -62,14 +63,13 @@ impl Kernel for NearestCorners<'_> {
     const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
 
     fn params(&self) -> Params {
-        Params { unit: self.unit }
+        Params { steps: self.steps, unit: self.unit }
     }
 
     fn bindings(&self) -> Vec<Binding<'_>> {
         vec![
             Binding::new("sites", Access::Read, self.sites),
             Binding::new("faces", Access::Read, self.faces),
-            Binding::new("cell_faces", Access::Read, self.cell_faces),
             Binding::new("origins", Access::Read, self.origins),
             Binding::new("pieces", Access::Read, self.pieces),
             Binding::new("piece_faces", Access::Read, self.piece_faces),
@@ -86,23 +86,23 @@ impl Kernel for NearestCorners<'_> {
         let mesh = Pieces {
             sites: self.sites.host(),
             faces: self.faces.host(),
-            cell_faces: self.cell_faces.host(),
             origins: self.origins.host(),
             pieces: self.pieces.host(),
             piece_faces: self.piece_faces.host(),
         };
-        let (unit, points) = (self.unit, self.representatives.host());
+        let Self { steps, unit, .. } = *self;
+        let points = self.representatives.host();
         let rows = &mut self.nearest.host_mut()[..self.piece_count as usize];
         rows.par_iter_mut().enumerate().with_min_len(16).for_each(|(piece, row)| {
-            let cell = mesh.pieces[piece][0];
-            let origin = mesh.origins[cell as usize];
-            let [x, y, z, _] = points[cell as usize];
+            let number = mesh.pieces[piece][0] as usize;
+            let origin = mesh.origins[number];
+            let cell = cell_box(origin, steps, unit);
+            let [x, y, z, _] = points[number];
             *row = NOTHING;
-            for &f in mesh.faces_of(piece) {
-                let cells = mesh.cell_faces[f as usize].corners();
-                for (vertex, of) in mesh.faces[f as usize].corners().into_iter().zip(cells) {
-                    if of == cell {
-                        let p = about(mesh.sites[vertex as usize], origin, unit);
+            for &face in mesh.faces_of(piece) {
+                let vertices = mesh.faces[face as usize].corners();
+                for (vertex, p) in vertices.into_iter().zip(mesh.corners_about(face, origin, unit)) {
+                    if is_in(p, cell) {
                         *row = nearer(*row, vertex, p, Vec3::new(x, y, z));
                     }
                 }

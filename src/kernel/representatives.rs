@@ -8,7 +8,7 @@
 
 use rayon::prelude::*;
 
-use super::cells::{LEAST_COMPONENT, about};
+use super::cells::{CellBox, LEAST_COMPONENT, cell_box};
 use super::eigen::{NEGLIGIBLE, SWEEPS, eigen};
 use super::rows::{CellSum, Site};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
@@ -102,8 +102,8 @@ fn step_along(v: Vec3, value: f32, greatest: f32, pull: Vec3) -> Vec3 {
 }
 
 #[inline(always)]
-fn held(x: Vec3, low: Vec3, high: Vec3) -> Vec3 {
-    x.max(low).min(high)
+fn held(x: Vec3, cell: CellBox) -> Vec3 {
+    x.max(cell.low).min(cell.high)
 }
 
 /// Where the quadric is least along an axis, between `low` and `high`.
@@ -117,22 +117,22 @@ fn least_along(x: f32, curvature: f32, pull: f32, low: f32, high: f32) -> f32 {
 
 /// The best point of a cell, from one near it.
 #[inline(always)]
-fn best_held(a: Sym3, b: Vec3, start: Vec3, low: Vec3, high: Vec3) -> Vec3 {
+fn best_held(a: Sym3, b: Vec3, start: Vec3, cell: CellBox) -> Vec3 {
     let mut x = start;
     for _ in 0..HELD_SWEEPS {
-        x.x = least_along(x.x, a.xx, sub(b.x, add(mul(a.xy, x.y), mul(a.xz, x.z))), low.x, high.x);
-        x.y = least_along(x.y, a.yy, sub(b.y, add(mul(a.xy, x.x), mul(a.yz, x.z))), low.y, high.y);
-        x.z = least_along(x.z, a.zz, sub(b.z, add(mul(a.xz, x.x), mul(a.yz, x.y))), low.z, high.z);
+        x.x = least_along(x.x, a.xx, sub(b.x, add(mul(a.xy, x.y), mul(a.xz, x.z))), cell.low.x, cell.high.x);
+        x.y = least_along(x.y, a.yy, sub(b.y, add(mul(a.xy, x.x), mul(a.yz, x.z))), cell.low.y, cell.high.y);
+        x.z = least_along(x.z, a.zz, sub(b.z, add(mul(a.xz, x.x), mul(a.yz, x.y))), cell.low.z, cell.high.z);
     }
     x
 }
 
-/// The point of a cell from `low` to `high`, and its mean squared distance to the planes.
+/// The point of a cell, and its mean squared distance to the planes.
 #[inline(always)]
-fn representative(sum: CellSum, low: Vec3, high: Vec3, at_mean: bool) -> [f32; 4] {
+fn representative(sum: CellSum, cell: CellBox, at_mean: bool) -> [f32; 4] {
     let mean = flush3(scale3(sum.position(), divide(1.0, sum.corners)), LEAST_COMPONENT);
     if sum.weight < NO_WEIGHT {
-        let x = held(mean, low, high);
+        let x = held(mean, cell);
         return [x.x, x.y, x.z, 0.0];
     }
     let share = divide(1.0, sum.weight);
@@ -148,20 +148,14 @@ fn representative(sum: CellSum, low: Vec3, high: Vec3, at_mean: bool) -> [f32; 4
         x = add3(x, step_along(e.z, e.values.z, greatest, pull));
         x = flush3(x, LEAST_COMPONENT);
     }
-    let inside = held(x, low, high);
+    let inside = held(x, cell);
     x = if at_mean || (inside.x == x.x && inside.y == x.y && inside.z == x.z) {
         inside
     } else {
-        best_held(a, b, inside, low, high)
+        best_held(a, b, inside, cell)
     };
     let square = add(sub(dot3(x, sym_mul(a, x)), mul(2.0, dot3(b, x))), flush(mul(sum.c, share), LEAST_FACTOR));
     [x.x, x.y, x.z, flush(square.max(0.0), LEAST_FACTOR)]
-}
-
-/// The lowest corner of the cell of a site.
-#[inline(always)]
-fn cell_low(site: Site, steps: u32) -> Site {
-    Site { x: site.x / steps * steps, y: site.y / steps * steps, z: site.z / steps * steps }
 }
 
 impl Kernel for Representatives<'_> {
@@ -205,9 +199,7 @@ impl Kernel for Representatives<'_> {
         rows.par_iter_mut().enumerate().with_min_len(64).for_each(|(cell, row)| {
             let pieces = &sums[starts[cell] as usize..starts[cell + 1] as usize];
             let sum = pieces.iter().fold(CellSum::default(), |sum, &piece| sum_add(sum, piece));
-            let low = about(cell_low(origins[cell], steps), origins[cell], unit);
-            let high = add3(low, Vec3::splat(mul(steps as f32, unit)));
-            *row = representative(sum, low, high, at_mean);
+            *row = representative(sum, cell_box(origins[cell], steps, unit), at_mean);
         });
     }
 }
@@ -217,8 +209,7 @@ mod tests {
     use super::*;
     use crate::math::exact::outer;
 
-    const LOW: Vec3 = Vec3::splat(-0.5);
-    const HIGH: Vec3 = Vec3::splat(0.5);
+    const CELL: CellBox = CellBox { low: Vec3::splat(-0.5), high: Vec3::splat(0.5) };
 
     /// Planes n·x = d of weight 2, and one corner.
     fn sum(planes: &[([f32; 3], f32)], corner: [f32; 3]) -> CellSum {
@@ -238,39 +229,40 @@ mod tests {
     #[test]
     fn three_planes_meet_in_their_corner() {
         let cube = sum(&[(X, 0.25), (Y, -0.125), (Z, 0.375)], [0.1, 0.1, 0.1]);
-        assert_eq!(representative(cube, LOW, HIGH, false), [0.25, -0.125, 0.375, 0.0]);
-        assert_eq!(representative(cube, LOW, HIGH, true)[..3], [0.1; 3]);
+        assert_eq!(representative(cube, CELL, false), [0.25, -0.125, 0.375, 0.0]);
+        assert_eq!(representative(cube, CELL, true)[..3], [0.1; 3]);
     }
 
     #[test]
     fn what_the_planes_leave_open_stays_at_the_mean() {
         let edge = sum(&[(X, 0.25), (Y, -0.25)], [0.1, 0.2, 0.3]);
-        let [x, y, z, _] = representative(edge, LOW, HIGH, false);
+        let [x, y, z, _] = representative(edge, CELL, false);
         assert!((x - 0.25).abs() < 1e-6 && (y + 0.25).abs() < 1e-6 && z == 0.3, "{x} {y} {z}");
         let flat = sum(&[(Z, 0.125), (Z, 0.375)], [0.1, 0.2, 0.3]);
-        let [x, y, z, square] = representative(flat, LOW, HIGH, false);
+        let [x, y, z, square] = representative(flat, CELL, false);
         assert_eq!([x, y, z], [0.1, 0.2, 0.25]);
         assert!((square - 0.125 * 0.125).abs() < 1e-6, "{square}");
-        assert_eq!(representative(sum(&[], [0.1, 0.2, 0.3]), LOW, HIGH, false), [0.1, 0.2, 0.3, 0.0]);
+        assert_eq!(representative(sum(&[], [0.1, 0.2, 0.3]), CELL, false), [0.1, 0.2, 0.3, 0.0]);
     }
 
     #[test]
     fn nearly_parallel_planes_do_not_send_it_far_away() {
         // They meet at x = −10 or beyond: their common direction is the only one that counts.
         let tilted = [0.01, 0.0, 0.999_95];
-        let [x, ..] = representative(sum(&[(Z, 0.0), (tilted, 0.1)], [0.1, 0.2, 0.0]), LOW, HIGH, false);
+        let [x, ..] = representative(sum(&[(Z, 0.0), (tilted, 0.1)], [0.1, 0.2, 0.0]), CELL, false);
         assert!((x - 0.1).abs() < 1e-3, "{x}");
     }
 
     #[test]
     fn the_cell_holds_it() {
         let outside = sum(&[(X, 3.0), (Y, -2.0), (Z, 0.25)], [0.1, 0.2, 0.3]);
-        assert_eq!(representative(outside, LOW, HIGH, false)[..3], [0.5, -0.5, 0.25]);
+        assert_eq!(representative(outside, CELL, false)[..3], [0.5, -0.5, 0.25]);
         // On the side x = ½ the least of ½(x + y − 4)² + (y + 1¼)² is at ⅓; clamping the least of all gives −½.
         let half = 0.5_f32.sqrt();
         let planes = [([half, half, 0.0], 4.0 * half), (X, 3.0), (Y, -1.25)];
-        let [x, y, z, _] = representative(sum(&planes, [0.1, 0.2, 0.3]), LOW, HIGH, false);
+        let [x, y, z, _] = representative(sum(&planes, [0.1, 0.2, 0.3]), CELL, false);
         assert!(x == 0.5 && (y - 1.0 / 3.0).abs() < 1e-5 && (z - 0.3).abs() < 1e-6, "{x} {y} {z}");
-        assert_eq!(cell_low(Site { x: 29, y: 30, z: 31 }, 10), Site { x: 20, y: 30, z: 30 });
+        let cell = cell_box(Site { x: 29, y: 30, z: 31 }, 10, 0.0625);
+        assert_eq!((cell.low, cell.high), (Vec3::new(-9.0, 0.0, -1.0) / 16.0, Vec3::new(1.0, 10.0, 9.0) / 16.0));
     }
 }

@@ -175,7 +175,6 @@ fn cases_perturbed(perturbed: bool) -> impl Iterator<Item = (&'static Case, bool
 struct Rows {
     sites: Buffer<Site>,
     faces: Buffer<Face>,
-    cell_faces: Buffer<Face>,
     origins: Buffer<Site>,
     pieces: Buffer<[u32; 2]>,
     piece_faces: Buffer<u32>,
@@ -188,7 +187,6 @@ impl Rows {
         Ok(Self {
             sites: queue.buffer_from(case.sites.clone())?,
             faces: queue.buffer_from(case.faces.clone())?,
-            cell_faces: queue.buffer_from(case.cell_faces.clone())?,
             origins: queue.buffer_from(case.origins.clone())?,
             pieces: queue.buffer_from(case.pieces.clone())?,
             piece_faces: queue.buffer_from(case.piece_faces.clone())?,
@@ -198,12 +196,12 @@ impl Rows {
     }
 
     fn sums(&self, queue: &mut Queue, seen: &mut Seen, case: &Case) -> Result<Buffer<CellSum>> {
-        let Self { sites, faces, cell_faces, origins, pieces, piece_faces, .. } = self;
+        let Self { sites, faces, origins, pieces, piece_faces, .. } = self;
         let mut sums = queue.buffer(case.pieces.len() - 1)?;
-        let (piece_count, unit) = (case.pieces.len() as u32 - 1, case.unit);
+        let (piece_count, steps, unit) = (case.pieces.len() as u32 - 1, case.steps, case.unit);
         seen.run(
             queue,
-            CellSums { sites, faces, cell_faces, origins, pieces, piece_faces, piece_count, unit, sums: &mut sums },
+            CellSums { sites, faces, origins, pieces, piece_faces, piece_count, steps, unit, sums: &mut sums },
         )?;
         Ok(sums)
     }
@@ -309,7 +307,7 @@ fn representatives(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Resul
 fn nearest_corners(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
     for (case, perturbed) in cases_perturbed(perturbed) {
         seen.input(case.name);
-        let Rows { sites, faces, cell_faces, origins, pieces, piece_faces, .. } = &Rows::new(queue, case)?;
+        let Rows { sites, faces, origins, pieces, piece_faces, .. } = &Rows::new(queue, case)?;
         let mut points = case.points.clone();
         flip(&mut points[case.cell_faces[0].a as usize][0], perturbed);
         let representatives = &queue.buffer_from(points)?;
@@ -320,12 +318,12 @@ fn nearest_corners(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Resul
             NearestCorners {
                 sites,
                 faces,
-                cell_faces,
                 origins,
                 pieces,
                 piece_faces,
                 representatives,
                 piece_count,
+                steps: case.steps,
                 unit: case.unit,
                 nearest,
             },
