@@ -1,32 +1,6 @@
 // Where the vertices of every cell go: to the least of the cell's quadric, or to the mean of its corners. Twin:
 // src/kernel/representatives.rs
 
-fn matrix(sum: CellSum) -> Sym3 {
-    return Sym3(sum.xx, sum.xy, sum.xz, sum.yy, sum.yz, sum.zz);
-}
-
-fn linear(sum: CellSum) -> vec3f {
-    return vec3f(sum.bx, sum.by, sum.bz);
-}
-
-fn position(sum: CellSum) -> vec3f {
-    return vec3f(sum.x, sum.y, sum.z);
-}
-
-fn sum_add(a: CellSum, b: CellSum) -> CellSum {
-    let m = sym_add(matrix(a), matrix(b));
-    let l = add3(linear(a), linear(b));
-    let p = add3(position(a), position(b));
-    return CellSum(
-        m.xx, m.xy, m.xz, m.yy, m.yz, m.zz,
-        l.x, l.y, l.z,
-        add(a.c, b.c),
-        add(a.weight, b.weight),
-        p.x, p.y, p.z,
-        add(a.corners, b.corners),
-    );
-}
-
 fn sym_flush(m: Sym3, least: f32) -> Sym3 {
     return Sym3(
         flush(m.xx, least), flush(m.xy, least), flush(m.xz, least), flush(m.yy, least), flush(m.yz, least), flush(m.zz, least),

@@ -3,7 +3,7 @@
 use super::rows::{CellSum, Face, Site};
 use crate::backend::Constant;
 use crate::math::Vec3;
-use crate::math::exact::{add3, mul};
+use crate::math::exact::{add, add3, mul, sym_add};
 
 /// Faces of a cell that one invocation takes at most; the loops over pieces of a cell stay short as well.
 pub const PIECE_FACES: u32 = 1024;
@@ -34,18 +34,33 @@ pub struct CellBox {
     pub high: Vec3,
 }
 
+/// The site where the cell of a site begins.
+#[inline(always)]
+pub fn lowest_site(site: Site, steps: u32) -> Site {
+    Site { x: site.x / steps * steps, y: site.y / steps * steps, z: site.z / steps * steps }
+}
+
+/// The cell whose lowest corner is given.
+#[inline(always)]
+pub fn box_from(low: Vec3, steps: u32, unit: f32) -> CellBox {
+    CellBox { low, high: add3(low, Vec3::splat(mul(steps as f32, unit))) }
+}
+
 /// The cell of a site that is its origin.
 #[inline(always)]
 pub fn cell_box(origin: Site, steps: u32, unit: f32) -> CellBox {
-    let lowest = Site { x: origin.x / steps * steps, y: origin.y / steps * steps, z: origin.z / steps * steps };
-    let low = about(lowest, origin, unit);
-    CellBox { low, high: add3(low, Vec3::splat(mul(steps as f32, unit))) }
+    box_from(about(lowest_site(origin, steps), origin, unit), steps, unit)
 }
 
 /// Whether a corner lies in a cell; no number is rounded on the way here.
 #[inline(always)]
 pub fn is_in(p: Vec3, cell: CellBox) -> bool {
-    p.cmpge(cell.low).all() && p.cmplt(cell.high).all()
+    (p.x >= cell.low.x)
+        & (p.y >= cell.low.y)
+        & (p.z >= cell.low.z)
+        & (p.x < cell.high.x)
+        & (p.y < cell.high.y)
+        & (p.z < cell.high.z)
 }
 
 /// A mesh and its cells as the kernels of a piece see them on the host.
@@ -88,5 +103,30 @@ impl CellSum {
     #[inline(always)]
     pub fn position(self) -> Vec3 {
         Vec3::new(self.x, self.y, self.z)
+    }
+}
+
+/// The sum of two, about the same origin.
+#[inline(always)]
+pub fn sum_add(a: CellSum, b: CellSum) -> CellSum {
+    let matrix = sym_add(a.matrix(), b.matrix());
+    let linear = add3(a.linear(), b.linear());
+    let position = add3(a.position(), b.position());
+    CellSum {
+        xx: matrix.xx,
+        xy: matrix.xy,
+        xz: matrix.xz,
+        yy: matrix.yy,
+        yz: matrix.yz,
+        zz: matrix.zz,
+        bx: linear.x,
+        by: linear.y,
+        bz: linear.z,
+        c: add(a.c, b.c),
+        weight: add(a.weight, b.weight),
+        x: position.x,
+        y: position.y,
+        z: position.z,
+        corners: add(a.corners, b.corners),
     }
 }

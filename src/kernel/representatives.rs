@@ -8,13 +8,13 @@
 
 use rayon::prelude::*;
 
-use super::cells::{CellBox, LEAST_COMPONENT, cell_box};
+use super::cells::{CellBox, LEAST_COMPONENT, cell_box, sum_add};
 use super::eigen::{NEGLIGIBLE, SWEEPS, eigen};
 use super::rows::{CellSum, Site};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
 use crate::math::exact::{
-    LEAST_FACTOR, Sym3, add, add3, divide, dot3, flush, flush3, mul, scale3, sub, sub3, sym_add, sym_mul, sym_scale,
+    LEAST_FACTOR, Sym3, add, add3, divide, dot3, flush, flush3, mul, scale3, sub, sub3, sym_mul, sym_scale,
 };
 
 /// Eigenvalues below this share of the greatest are dropped.
@@ -53,30 +53,6 @@ params! {
         steps: u32,
         unit: f32,
         at_mean: u32,
-    }
-}
-
-#[inline(always)]
-fn sum_add(a: CellSum, b: CellSum) -> CellSum {
-    let matrix = sym_add(a.matrix(), b.matrix());
-    let linear = add3(a.linear(), b.linear());
-    let position = add3(a.position(), b.position());
-    CellSum {
-        xx: matrix.xx,
-        xy: matrix.xy,
-        xz: matrix.xz,
-        yy: matrix.yy,
-        yz: matrix.yz,
-        zz: matrix.zz,
-        bx: linear.x,
-        by: linear.y,
-        bz: linear.z,
-        c: add(a.c, b.c),
-        weight: add(a.weight, b.weight),
-        x: position.x,
-        y: position.y,
-        z: position.z,
-        corners: add(a.corners, b.corners),
     }
 }
 
