@@ -47,7 +47,7 @@
 //!
 //! # Where to read on
 //! - [`simplify()`]: the one entry; [`Budget`], [`Method`], [`Outcome`].
-//! - [`contract`]: the engine and its options.
+//! - [`contract`]: the engine and its options; [`cluster`]: vertex clustering, the fast first pass.
 //! - [`kernel`]: what runs on a GPU, each kernel beside its twin; [`backend`]: who runs it.
 //! - [`metrics`]: how far two surfaces are apart; [`spatial`]: the tree behind it.
 //! - [`report`]: heat maps and pictures of it.
@@ -58,6 +58,7 @@
 struct Readme;
 
 pub mod backend;
+pub mod cluster;
 pub mod contract;
 pub mod error;
 pub mod formats;

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use crate::backend::Device;
+use crate::cluster;
 use crate::contract;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
@@ -13,6 +14,9 @@ use crate::mesh::Mesh;
 pub enum Method {
     /// Quadric pair contraction in rounds.
     Contract(contract::Options),
+    /// Vertex clustering: the fast first pass for enormous or broken meshes. Ignores topology, and meets a number of faces
+    /// from below, not exactly.
+    Cluster(cluster::Options),
 }
 
 impl Default for Method {
@@ -98,10 +102,13 @@ impl Budget {
 pub enum StopReason {
     /// The face count was reached.
     FacesReached,
-    /// No contraction is left that is legal and within the error limit.
+    /// No contraction is left that is legal and within the error limit, or no coarser grid is within.
     ErrorReached,
-    /// Every pair that is left is refused; [`Outcome::blocked`] counts the reasons.
+    /// Every pair that is left is refused; [`Outcome::blocked`] counts the reasons. Of clustering: no coarser grid leaves a
+    /// face.
     Stuck,
+    /// The grid that was asked for is done.
+    GridReached,
     /// The progress callback asked to stop.
     Cancelled,
 }
@@ -149,15 +156,15 @@ pub struct RoundRecord {
 pub struct Phases {
     /// Joining equal positions, dropping degenerate and duplicate faces.
     pub weld: f64,
-    /// Normalisation, adjacency, first sums.
+    /// Normalisation, adjacency, first sums; of clustering the lattice.
     pub build: f64,
-    /// Sums, pairs and costs.
+    /// Sums, pairs and costs; of clustering the representatives.
     pub cost: f64,
-    /// Gate and ordering.
+    /// Gate and ordering; of clustering the search for the grid, and what it leaves.
     pub select: f64,
     /// Filters and placements; an estimate from one attempt in sixteen, since they alternate with contractions.
     pub filter: f64,
-    /// Contractions and compaction.
+    /// Contractions and compaction; of clustering the mesh.
     pub apply: f64,
     /// Fitting the vertices to the original, where asked for.
     pub fit: f64,
@@ -184,10 +191,13 @@ pub struct Outcome {
     pub blocked: Blocked,
     /// Largest estimated deviation of a contraction, in model units: the root of the area-weighted mean squared
     /// distance of the new vertex to the planes of the input it stands for. With the `volume` metric, where a vertex may
-    /// slide along the surface away from planes it once stood for, at most the sum of its steps off the surface. An
-    /// estimate, not a bound.
+    /// slide along the surface away from planes it once stood for, at most the sum of its steps off the surface. Of
+    /// clustering the same of a representative and the faces that touch its cell. An estimate, not a bound.
     pub error_estimate: f64,
-    /// One record a round.
+    /// Of clustering the side of a cell in model units; the diagonal, √3 times as long, bounds how far a vertex of the
+    /// input is from its representative.
+    pub cell_size: Option<f64>,
+    /// One record a round; none of clustering.
     pub rounds: Vec<RoundRecord>,
     /// Seconds by phase.
     pub seconds: Phases,
@@ -213,7 +223,7 @@ pub struct Progress {
     pub target: usize,
 }
 
-/// Called after every round; break to cancel.
+/// Called after every round, and after every grid that clustering tries; break to cancel.
 pub type OnProgress<'a> = dyn FnMut(Progress) -> ControlFlow<()> + Send + 'a;
 
 /// Simplifies `mesh` by `method` until `budget` is met, on `device`.
@@ -234,5 +244,6 @@ pub fn simplify(
 ) -> Result<Outcome> {
     match method {
         Method::Contract(options) => contract::run(mesh, options, budget, device, progress),
+        Method::Cluster(options) => cluster::run(mesh, options, budget, device, progress),
     }
 }

@@ -16,7 +16,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     // `simplify` is the entry and owns the words that every driver speaks (budget, outcome, records, progress): the
     // drivers use those types, `simplify` calls the drivers. Neither uses more of the other.
     ("contract", &["backend", "error", "kernel", "math", "mesh", "simplify", "spatial"]),
-    ("simplify", &["backend", "contract", "error", "math", "mesh"]),
+    ("cluster", &["backend", "error", "kernel", "math", "mesh", "simplify"]),
+    ("simplify", &["backend", "cluster", "contract", "error", "math", "mesh"]),
     ("formats", &["error", "math", "mesh"]),
     ("metrics", &["backend", "error", "kernel", "math", "mesh", "spatial"]),
     ("report", &["error", "math", "mesh", "metrics", "simplify", "spatial"]),

@@ -18,6 +18,15 @@ struct FaceFit {
     a: f32, b: f32, c: f32,
     error: f32,
 }
+struct Site { x: u32, y: u32, z: u32 }
+struct CellSum {
+    xx: f32, xy: f32, xz: f32, yy: f32, yz: f32, zz: f32,
+    bx: f32, by: f32, bz: f32,
+    c: f32,
+    weight: f32,
+    x: f32, y: f32, z: f32,
+    corners: f32,
+}
 struct Edge { half_edge: u32, across: u32 }
 struct Candidate { key: u32, half_edge: u32 }
 struct TreeNode { low_x: f32, low_y: f32, low_z: f32, first: u32, high_x: f32, high_y: f32, high_z: f32, count: u32 }

@@ -21,6 +21,8 @@ mod queue;
 
 use bytemuck::Pod;
 
+use crate::error::Error;
+
 pub use buffer::{Access, Binding, Buffer, Row};
 pub use device::{Device, GpuOptions, Selector};
 pub use gpu_adapters::{AdapterReport, adapters};
@@ -72,4 +74,9 @@ pub enum Constant {
     U32(u32),
     /// `f32`, finite.
     F32(f32),
+}
+
+/// The warning of a driver whose GPU failed.
+pub(crate) fn fallback(reason: &Error) -> String {
+    format!("the CPU went on where the GPU failed: {reason}")
 }

@@ -17,7 +17,8 @@ pub struct Record {
     input: String,
     output: String,
     method: &'static str,
-    metric: &'static str,
+    /// What a contraction costs; null with another method.
+    metric: Option<&'static str>,
     device: String,
     /// The driver, if a GPU did the work and the driver is known.
     driver: Option<String>,
@@ -30,11 +31,13 @@ pub struct Record {
     target: Option<usize>,
     pub reached: bool,
     stop_reason: StopReason,
+    /// The side of a cell of the grid, in model units; null without one.
+    cell_size: Option<f64>,
     /// Milliseconds from mesh in memory to mesh in memory.
     simplify_ms: f64,
     blocked: Blocked,
     error: Deviation,
-    rounds: Vec<RoundRecord>,
+    pub rounds: Vec<RoundRecord>,
     seconds: Seconds,
     /// Bytes resident at most; null where the system does not tell.
     peak_memory: Option<u64>,
@@ -104,8 +107,9 @@ impl Record {
     /// The record of a run that is done.
     pub fn new(job: &Job, input: &Mesh, outcome: &Outcome, device: &Device, clocks: &Clocks) -> Self {
         let (method, metric) = match &job.method {
-            Method::Contract(options) => ("contract", metric_name(options.metric)),
-            _ => ("", ""),
+            Method::Contract(options) => ("contract", Some(metric_name(options.metric))),
+            Method::Cluster(_) => ("cluster", None),
+            _ => ("", None),
         };
         let diagonal = input.diagonal();
         let estimate = outcome.error_estimate;
@@ -125,6 +129,7 @@ impl Record {
             target: counts_faces(&job.budget).then_some(outcome.target),
             reached: is_reached(&job.budget, outcome.stop),
             stop_reason: outcome.stop,
+            cell_size: outcome.cell_size,
             simplify_ms: clocks.solve * 1e3,
             blocked: outcome.blocked,
             error: Deviation {
@@ -220,7 +225,7 @@ fn counts_faces(budget: &Budget) -> bool {
 /// An error limit beside a face count is a limit, not the target.
 fn is_reached(budget: &Budget, stop: StopReason) -> bool {
     match stop {
-        StopReason::FacesReached => true,
+        StopReason::FacesReached | StopReason::GridReached => true,
         StopReason::ErrorReached => !counts_faces(budget),
         StopReason::Stuck | StopReason::Cancelled => false,
     }
@@ -238,6 +243,7 @@ fn name(stop: StopReason) -> &'static str {
         StopReason::FacesReached => "faces_reached",
         StopReason::ErrorReached => "error_reached",
         StopReason::Stuck => "stuck",
+        StopReason::GridReached => "grid_reached",
         StopReason::Cancelled => "cancelled",
     }
 }
@@ -285,7 +291,8 @@ mod tests {
 
     #[test]
     fn stop_reasons_have_one_name() {
-        for stop in [StopReason::FacesReached, StopReason::ErrorReached, StopReason::Stuck, StopReason::Cancelled] {
+        use StopReason::{Cancelled, ErrorReached, FacesReached, GridReached, Stuck};
+        for stop in [FacesReached, ErrorReached, Stuck, GridReached, Cancelled] {
             assert_eq!(serde_json::to_value(stop).ok(), Some(name(stop).into()));
         }
     }

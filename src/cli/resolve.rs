@@ -3,9 +3,8 @@
 use std::f64;
 
 use coarsen::backend::Selector;
-use coarsen::contract::{self, Options};
 use coarsen::formats::{Format, WriteOptions};
-use coarsen::{Budget, Method, metrics};
+use coarsen::{Budget, Method, cluster, contract, metrics};
 
 use super::Exit;
 use super::args::{self, Progress};
@@ -41,6 +40,7 @@ pub struct Job {
 pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
     let mut problems = Problems::default();
     let budget = problems.note(budget(&args.target));
+    let method = problems.note(method(&args.shape, &args.target));
     let selector = problems.note(selector(&args.device.device));
     let pipes = [&args.input, &args.output].map(|name| name == "-");
     let format = problems.format(args.writing.format.as_deref(), pipes);
@@ -59,15 +59,15 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         let input = source.as_ref().and_then(Source::path);
         problems.note(sink.check(input, args.writing.overwrite));
     }
-    let (Some(budget), Some(selector), Some(source), Some(sink), true) =
-        (budget, selector, source, sink, problems.is_empty())
+    let (Some(budget), Some(method), Some(selector), Some(source), Some(sink), true) =
+        (budget, method, selector, source, sink, problems.is_empty())
     else {
         return Err(problems.into_error());
     };
     Ok(Job {
         source,
         sink,
-        method: method(&args.shape),
+        method,
         budget,
         require_target: args.target.require_target,
         selector,
@@ -178,11 +178,13 @@ fn budget(target: &args::Target) -> anyhow::Result<Budget> {
     // The larger of two face counts is reached first.
     let keep = target.ratio.into_iter().chain(target.reduction.map(|r| 1.0 - r)).reduce(f64::max);
     let budget = Budget { faces: target.faces, keep, error: target.error, error_abs: target.error_abs };
-    if budget == Budget::default() {
-        let message = "no target: give --faces, --ratio, --reduction, --error or --error-abs";
-        return Err(refuse(Exit::Usage, message));
+    match (target.grid, budget == Budget::default()) {
+        (None, true) => {
+            Err(refuse(Exit::Usage, "no target: give --faces, --ratio, --reduction, --error or --error-abs"))
+        }
+        (Some(_), false) => Err(refuse(Exit::Usage, "--grid and another target contradict each other")),
+        _ => Ok(budget),
     }
-    Ok(budget)
 }
 
 /// The device that `--device` names.
@@ -207,10 +209,35 @@ pub fn selector(text: &str) -> anyhow::Result<Selector> {
     })
 }
 
-fn method(shape: &args::Shape) -> Method {
-    let defaults = Options::default();
-    let args::Method::Contract = shape.method;
-    Method::Contract(Options {
+fn method(shape: &args::Shape, target: &args::Target) -> anyhow::Result<Method> {
+    let contract = contract(shape);
+    match shape.method {
+        args::Method::Contract => {
+            if target.grid.is_some() || shape.representative.is_some() {
+                return Err(refuse(Exit::Usage, "--grid and --representative are for --method cluster"));
+            }
+            Ok(Method::Contract(contract))
+        }
+        args::Method::Cluster => {
+            if contract != contract::Options::default() {
+                let message = "--method cluster has no options of shape but --representative: leave the others away";
+                return Err(refuse(Exit::Usage, message));
+            }
+            Ok(Method::Cluster(cluster::Options {
+                grid: target.grid,
+                representative: match shape.representative {
+                    Some(args::Representative::Quadric) | None => cluster::Representative::Quadric,
+                    Some(args::Representative::Mean) => cluster::Representative::Mean,
+                    Some(args::Representative::Input) => cluster::Representative::Input,
+                },
+            }))
+        }
+    }
+}
+
+fn contract(shape: &args::Shape) -> contract::Options {
+    let defaults = contract::Options::default();
+    contract::Options {
         metric: match shape.metric {
             args::Metric::Volume => contract::Metric::Volume,
             args::Metric::Plane => contract::Metric::Plane,
@@ -231,7 +258,7 @@ fn method(shape: &args::Shape) -> Method {
         },
         fit: shape.fit,
         prune: shape.prune.unwrap_or(defaults.prune),
-    })
+    }
 }
 
 #[cfg(test)]
@@ -284,7 +311,7 @@ mod tests {
             job("coarsen simplify sample:part - --format ply -f 8 --metric plane --placement endpoint --max-flip 45 \
             --weld off --prune 1% --lock-border --border-weight 2 --join-within 0.5");
         let Method::Contract(options) = job.expect("a good line").method else { panic!("another method") };
-        let expected = Options {
+        let expected = contract::Options {
             metric: contract::Metric::Plane,
             placement: contract::Placement::Endpoint,
             border_weight: 2.0,
@@ -299,8 +326,26 @@ mod tests {
     }
 
     #[test]
+    fn clustering_takes_its_own_options_only() {
+        let job = |options: &str| job(&format!("coarsen simplify sample:part - --format ply {options}"));
+        let job_of = |options: &str| job(options).map(|job| (job.method, job.budget)).ok();
+        let by_grid = cluster::Options { grid: Some(200), representative: cluster::Representative::Input };
+        let expected = Some((Method::Cluster(by_grid), Budget::default()));
+        assert_eq!(job_of("--method cluster --grid 200 --representative input"), expected);
+        let expected = Some((Method::Cluster(cluster::Options::default()), Budget::keep(0.01)));
+        assert_eq!(job_of("--method cluster -r 1%"), expected);
+        for wrong in ["--grid 200", "-f 8 --representative mean", "--method cluster --grid 9 -f 8", "--method cluster"]
+        {
+            assert!(job(wrong).is_err(), "{wrong}");
+        }
+        for other in ["--metric plane", "--lock-border", "--fit 1", "--weld off", "--prune 1%", "--max-flip 45"] {
+            assert!(job(&format!("--method cluster -f 8 {other}")).is_err(), "{other}");
+        }
+    }
+
+    #[test]
     fn the_default_angle_is_the_documented_one() {
-        assert_eq!(format!("{:.1}", Options::default().max_flip_rad.to_degrees()), "78.5");
+        assert_eq!(format!("{:.1}", contract::Options::default().max_flip_rad.to_degrees()), "78.5");
     }
 
     #[test]

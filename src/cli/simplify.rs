@@ -68,7 +68,7 @@ fn tell(job: &Job, record: &Record) -> anyhow::Result<Exit> {
     if job.json {
         console::print_json(record)?;
     }
-    if job.verbosity == Verbosity::Verbose {
+    if job.verbosity == Verbosity::Verbose && !record.rounds.is_empty() {
         console::say(record.round_table());
     }
     if job.verbosity > Verbosity::Quiet {

@@ -1,5 +1,6 @@
 //! Numbers as people write them on a command line: `20k`, `10%`, `8GiB`.
 
+use coarsen::cluster::MOST_CELLS;
 use coarsen::metrics::{Kinds, Options, View};
 
 /// A count: `20000`, `20_000`, `20k`, `1.5M`, `2G`.
@@ -64,6 +65,12 @@ pub enum Weld {
     Off,
     /// At most this far, in model units; 0 welds equal positions.
     Within(f64),
+}
+
+/// Cells along the longest side of a grid.
+pub fn cells(text: &str) -> Result<u32, String> {
+    let cells = count(text).ok().and_then(|cells| u32::try_from(cells).ok());
+    cells.filter(|&cells| cells <= MOST_CELLS).ok_or_else(|| format!("give a whole number from 1 to {MOST_CELLS}"))
 }
 
 /// `off` or a length.
@@ -155,6 +162,14 @@ mod tests {
         assert_eq!(count("20%"), Err("it is a percentage: write --ratio 20% for a share of the faces".into()));
         for text in ["", "k", "0", "-5", "1.5", "1.2345k", "inf", "NaN", "1e300", "1e400", "é", "+4"] {
             assert!(count(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn grids() {
+        assert_eq!((cells("200"), cells("2k"), cells("2097152")), (Ok(200), Ok(2000), Ok(2_097_152)));
+        for text in ["0", "-1", "2097153", "1.5", "9G", "10%", "x"] {
+            assert_eq!(cells(text), Err("give a whole number from 1 to 2097152".into()), "{text}");
         }
     }
 

@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
-use crate::backend::{Buffer, Device, Queue};
-use crate::error::{Error, Result};
+use crate::backend::{Buffer, Device, Queue, fallback};
+use crate::error::Result;
 use crate::kernel::rows::{Candidate, Contraction, HUB, LOCKED};
 use crate::mesh::Mesh;
 use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord, StopReason};
@@ -387,6 +387,7 @@ impl<'a> Run<'a> {
             stop,
             blocked: self.rounds.last().map(|round| round.blocked).unwrap_or_default(),
             error_estimate: frame.length_to_model(f64::from(self.deviation)),
+            cell_size: None,
             rounds: self.rounds,
             seconds: self.seconds,
             bytes_moved: self.bytes_moved + self.evaluator.queue.bytes_moved(),
@@ -406,8 +407,4 @@ fn shares(spent: Spent, secs: f64) -> [f64; 3] {
 
 fn handover_faces(device: &Device) -> usize {
     if device.is_software() { SOFTWARE_HANDOVER_FACES } else { HANDOVER_FACES }
-}
-
-fn fallback(reason: &Error) -> String {
-    format!("the CPU went on where the GPU failed: {reason}")
 }

@@ -4,6 +4,10 @@
 //! calls and stores, in parallel where the outputs can be split. Single-precision arithmetic goes through
 //! [`crate::math::exact`], so that twin and shader agree bit for bit.
 
+pub mod cell_faces;
+pub mod cell_keys;
+pub mod cell_sums;
+pub mod cells;
 pub mod compact_faces;
 pub mod compact_quadrics;
 pub mod compact_rings;
@@ -14,6 +18,8 @@ pub mod contract_vertices;
 pub mod cost_histogram;
 pub mod count_candidates;
 pub mod count_pairs;
+pub mod count_spanning;
+pub mod eigen;
 pub mod exact_probe;
 pub mod face_normals;
 pub mod fit_points;
@@ -23,6 +29,7 @@ pub mod gather_candidates;
 pub mod gather_pairs;
 pub mod live_vertices;
 pub mod nearest;
+pub mod nearest_corners;
 pub mod nearest_faces;
 pub mod nearest_point;
 pub mod opposite_faces;
@@ -31,6 +38,7 @@ pub mod pairs;
 pub mod plane_costs;
 pub mod plane_quadric;
 pub mod plane_sums;
+pub mod representatives;
 pub mod rows;
 pub mod sample_distances;
 pub mod scan_add;

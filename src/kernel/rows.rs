@@ -244,6 +244,44 @@ impl FaceFit {
     }
 }
 
+/// A vertex on the lattice of vertex clustering, in steps below 2²⁴.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
+pub struct Site {
+    /// Steps along the first axis, or [`UNUSED`](super::cell_keys::UNUSED).
+    pub x: u32,
+    /// Steps along the second axis.
+    pub y: u32,
+    /// Steps along the third axis.
+    pub z: u32,
+}
+
+/// What faces tell a cell, about its first vertex and in units of about its side: the quadric xᵀA x − 2 b·x + c of their
+/// planes weighted by area, and the sum of their corners inside.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "the entries of a symmetric matrix and of vectors")]
+pub struct CellSum {
+    pub xx: f32,
+    pub xy: f32,
+    pub xz: f32,
+    pub yy: f32,
+    pub yz: f32,
+    pub zz: f32,
+    pub bx: f32,
+    pub by: f32,
+    pub bz: f32,
+    /// Constant term.
+    pub c: f32,
+    /// Sum of the planes' weights.
+    pub weight: f32,
+    pub x: f32,
+    pub y: f32,
+    pub z: f32,
+    /// Corners summed.
+    pub corners: f32,
+}
+
 macro_rules! matrix {
     ($row:ty) => {
         impl $row {
@@ -258,6 +296,7 @@ macro_rules! matrix {
 matrix!(VolumeSum);
 matrix!(BorderSum);
 matrix!(PlaneQuadric);
+matrix!(CellSum);
 
 impl VolumeSum {
     /// The sum of n.
@@ -285,4 +324,6 @@ row!(PlaneQuadric { xx, xy, xz, yy, yz, zz, bx, by, bz, c, weight });
 row!(Edge { half_edge, across });
 row!(FaceFit { nx, ny, nz, aa, ab, ac, bb, bc, cc, a, b, c, error });
 row!(Candidate { key, half_edge });
+row!(Site { x, y, z });
+row!(CellSum { xx, xy, xz, yy, yz, zz, bx, by, bz, c, weight, x, y, z, corners });
 row!(TreeNode { low_x, low_y, low_z, first, high_x, high_y, high_z, count });

@@ -13,9 +13,9 @@ mod circle;
 mod curve;
 mod disjoint;
 pub(crate) mod fan;
+pub(crate) mod key_table;
 mod near;
 pub mod orient;
-pub(crate) mod point_table;
 pub mod prune;
 pub mod samples;
 pub mod shapes;
@@ -125,7 +125,14 @@ impl Mesh {
     /// The length of the bounding box's diagonal, in model units.
     pub fn diagonal(&self) -> f64 {
         let (low, high) = self.bounds();
-        (high - low).length()
+        let length = (high - low).length();
+        if length.is_normal() {
+            return length;
+        }
+        // Squares left the range of numbers, or the difference did.
+        let half = high * 0.5 - low * 0.5;
+        let longest = half.max_element();
+        if longest > 0.0 { (half / longest).length() * longest * 2.0 } else { 0.0 }
     }
 
     /// The area of all faces, in squared model units.

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::PARALLEL_ROWS;
 use super::adjacency::group;
 use super::disjoint::DisjointSets;
-use super::point_table::PointTable;
+use super::key_table::KeyTable;
 use crate::math::DVec3;
 
 /// For every point the lowest index that a chain of steps of at most `distance` reaches.
@@ -17,7 +17,7 @@ pub(super) fn within(points: &[DVec3], distance: f64) -> Vec<u32> {
     // A little below 1/√3, so that rounding cannot make a cell longer than the distance.
     let cell = (distance * 0.577).max(largest * 1e-300).max(f64::MIN_POSITIVE);
     let cells: Vec<DVec3> = points.par_iter().with_min_len(PARALLEL_ROWS).map(|&p| (p / cell).floor()).collect();
-    let (table, lowest_in_cell) = PointTable::new(&cells);
+    let (table, lowest_in_cell) = KeyTable::new(&cells);
     let (starts, members) = group(points.len(), points.len(), |p| [lowest_in_cell[p]]);
     let members_of = |first: u32| &members[starts[first as usize] as usize..starts[first as usize + 1] as usize];
 

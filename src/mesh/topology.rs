@@ -92,7 +92,7 @@ pub fn topology_of(mesh: &Mesh, rings: &Rings) -> Topology {
         unreferenced_vertices,
         degenerate_faces,
         zero_area_faces,
-        duplicate_faces: twins.duplicates.len() + twins.opposite_pairs,
+        duplicate_faces: twins.duplicates.len() + twins.opposites.len(),
         genus: None,
     };
     if counts.is_closed() && counts.is_manifold() && counts.misoriented_edges == 0 {

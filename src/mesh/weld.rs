@@ -1,10 +1,12 @@
 //! Joins vertices that lie together, and drops the faces and vertices this leaves without a purpose.
 
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
 use rayon::prelude::*;
 
 use super::adjacency::group;
+use super::key_table::KeyTable;
 use super::near::within;
-use super::point_table::PointTable;
 use super::{Mesh, PARALLEL_ROWS};
 use crate::math::Vec3;
 
@@ -36,7 +38,7 @@ pub struct Welded {
 /// position; vertices and faces keep their order. Normals and colors of joined vertices are averaged; normals that cancel
 /// out fall back to that of the lowest vertex. Texture coordinates stay with their corners; a seam is kept that way.
 pub fn weld(mesh: &Mesh, tolerance: f64) -> Welded {
-    let lowest = if tolerance > 0.0 { within(&mesh.positions, tolerance) } else { PointTable::new(&mesh.positions).1 };
+    let lowest = if tolerance > 0.0 { within(&mesh.positions, tolerance) } else { KeyTable::new(&mesh.positions).1 };
     let joined_vertices = count(lowest.len(), |v| lowest[v] as usize != v);
 
     let joined = |f: usize| mesh.faces[f].map(|v| lowest[v as usize]);
@@ -73,7 +75,7 @@ pub fn weld(mesh: &Mesh, tolerance: f64) -> Welded {
         joined_vertices,
         degenerate_faces: degenerate.len(),
         duplicate_faces: twins.duplicates.len(),
-        opposite_faces: twins.opposite_pairs,
+        opposite_faces: twins.opposites.len(),
     }
 }
 
@@ -105,11 +107,11 @@ pub(crate) fn joined_attributes(
 }
 
 /// Faces on the same three corners. Faces with a repeated corner take no part.
-pub(super) struct Twins {
+pub(crate) struct Twins {
     /// Faces with the corners and the turning sense of a lower one, ascending.
     pub duplicates: Vec<u32>,
-    /// Corner sets that have faces of both senses.
-    pub opposite_pairs: usize,
+    /// The lowest face of either sense, of corner sets that have both; ascending by lowest corner.
+    pub opposites: Vec<[u32; 2]>,
 }
 
 /// A face under its lowest corner: the other two in order, whether they were swapped for that, and the face itself.
@@ -119,52 +121,46 @@ impl Twins {
     /// Compares every face with the others of the same lowest corner: on average two.
     pub fn new(face_count: usize, vertex_count: usize, face: impl Fn(usize) -> [u32; 3] + Sync) -> Self {
         let (starts, items) = group(face_count, vertex_count, |f| [face(f).into_iter().min().unwrap_or(0)]);
-        let chunks: Vec<(Vec<u32>, usize)> = (0..vertex_count)
+        let chunks: Vec<Self> = (0..vertex_count)
             .into_par_iter()
             .with_min_len(PARALLEL_ROWS)
             .fold(
-                || (Vec::new(), 0, Vec::new()),
-                |(mut duplicates, mut opposite, mut under), v| {
+                || (Self { duplicates: Vec::new(), opposites: Vec::new() }, Vec::new()),
+                |(mut twins, mut under), v| {
                     let row = &items[starts[v] as usize..starts[v + 1] as usize];
                     if row.len() > 1 {
-                        opposite += Self::compare(row, v as u32, &face, &mut under, &mut duplicates);
+                        twins.compare(row, v as u32, &face, &mut under);
                     }
-                    (duplicates, opposite, under)
+                    (twins, under)
                 },
             )
-            .map(|(duplicates, opposite, _)| (duplicates, opposite))
+            .map(|(twins, _)| twins)
             .collect();
-        let opposite_pairs = chunks.iter().map(|&(_, opposite)| opposite).sum();
-        let mut duplicates: Vec<u32> = chunks.into_iter().flat_map(|(duplicates, _)| duplicates).collect();
-        duplicates.sort_unstable();
-        Self { duplicates, opposite_pairs }
+        let mut all = Self { duplicates: Vec::new(), opposites: Vec::new() };
+        for twins in chunks {
+            all.duplicates.extend(twins.duplicates);
+            all.opposites.extend(twins.opposites);
+        }
+        all.duplicates.sort_unstable();
+        all
     }
 
-    fn compare(
-        row: &[u32],
-        lowest: u32,
-        face: &impl Fn(usize) -> [u32; 3],
-        under: &mut Vec<UnderLowest>,
-        duplicates: &mut Vec<u32>,
-    ) -> usize {
+    fn compare(&mut self, row: &[u32], lowest: u32, face: &impl Fn(usize) -> [u32; 3], under: &mut Vec<UnderLowest>) {
         under.clear();
         under.extend(row.iter().filter_map(|&f| {
             let [_, next, last] = super::adjacency::from_corner(face(f as usize), lowest)?;
             Some((next.min(last), next.max(last), last < next, f))
         }));
         under.sort_unstable();
-        let mut opposite = 0;
-        for pair in under.windows(2) {
-            let [(a, b, swapped, _), (other_a, other_b, other_swapped, f)] = [pair[0], pair[1]];
-            if (a, b) == (other_a, other_b) {
-                if swapped == other_swapped {
-                    duplicates.push(f);
-                } else {
-                    opposite += 1;
-                }
+        for same in under.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).filter(|same| same.len() > 1) {
+            // Those of one sense come first.
+            let turn = same.partition_point(|&(.., swapped, _)| swapped == same[0].2);
+            let (one, other) = same.split_at(turn);
+            self.duplicates.extend([one, other].into_iter().flat_map(|sense| sense.iter().skip(1)).map(|row| row.3));
+            if let (Some(one), Some(other)) = (one.first(), other.first()) {
+                self.opposites.push([one.3, other.3]);
             }
         }
-        opposite
     }
 }
 
@@ -241,12 +237,21 @@ fn all_but(len: usize, first: &[u32], second: &[u32]) -> Vec<u32> {
     kept
 }
 
+/// Whether a face uses each vertex.
+pub(crate) fn used_vertices(faces: &[[u32; 3]], vertex_count: usize) -> Vec<bool> {
+    let used: Vec<AtomicBool> = (0..vertex_count).map(|_| AtomicBool::new(false)).collect();
+    faces.par_iter().with_min_len(PARALLEL_ROWS).flatten_iter().for_each(|&v| {
+        // Looking first leaves the cache line to all threads that have it.
+        if !used[v as usize].load(Relaxed) {
+            used[v as usize].store(true, Relaxed);
+        }
+    });
+    used.into_iter().map(AtomicBool::into_inner).collect()
+}
+
 /// The vertices that a face uses, ascending.
 fn referenced(faces: &[[u32; 3]], vertex_count: usize) -> Vec<u32> {
-    let mut used = vec![false; vertex_count];
-    for &v in faces.as_flattened() {
-        used[v as usize] = true;
-    }
+    let used = used_vertices(faces, vertex_count);
     (0..vertex_count as u32).filter(|&v| used[v as usize]).collect()
 }
 

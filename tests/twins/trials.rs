@@ -1,5 +1,6 @@
 //! The one list of kernels: for each a run on hostile inputs, whose outputs must not depend on the device.
 
+mod cells;
 mod costs;
 mod fit;
 mod gate;
@@ -65,6 +66,7 @@ pub fn trials() -> impl Iterator<Item = Trial> {
         .chain(gate::TRIALS)
         .chain(nearest::TRIALS)
         .chain(fit::TRIALS)
+        .chain(cells::TRIALS)
 }
 
 fn exact_probe(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {

@@ -63,7 +63,8 @@ pub struct Target {
     /// Estimated deviation allowed, of the diagonal
     ///
     /// Stops before the estimated deviation passes this fraction of the bounding box's diagonal. The estimate is the root
-    /// of a mean squared distance to the planes of the original, no bound.
+    /// of a mean squared distance to the planes of the original, no bound. With --method cluster it bounds how far a
+    /// vertex moves.
     #[arg(short, long, value_name = "R|P%", value_parser = values::fraction)]
     pub error: Option<f64>,
 
@@ -72,6 +73,13 @@ pub struct Target {
     /// The same limit as --error, as a length in the units of the model.
     #[arg(long, value_name = "D", value_parser = values::length)]
     pub error_abs: Option<f64>,
+
+    /// Cells along the longest side: 200
+    ///
+    /// With --method cluster, instead of another target: lays a grid of this many cells along the longest side of the
+    /// bounding box, up to 2097152.
+    #[arg(long, value_name = "N", value_parser = values::cells)]
+    pub grid: Option<u32>,
 
     /// Exit with 3 if the face count is not reached
     ///
@@ -84,9 +92,12 @@ pub struct Target {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Shape")]
 pub struct Shape {
-    /// How to simplify: contract
+    /// How to simplify: contract or cluster
     ///
-    /// The method: 'contract' contracts pairs of vertices in rounds, the cheapest first.
+    /// The method: 'contract' contracts pairs of vertices in rounds, the cheapest first. 'cluster' makes one vertex of all
+    /// in a cell of a grid, a fast first pass for enormous or broken meshes that ignores topology: with --faces, --ratio
+    /// or --reduction the finest grid found that leaves at most as many faces, mostly 98% or more of them; with --error
+    /// the coarsest grid that moves no vertex farther than that; or with --grid.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Method::Contract, hide_possible_values = true)]
     pub method: Method,
 
@@ -96,6 +107,14 @@ pub struct Shape {
     /// accurate; with 'plane' the squared distances to the planes of the original, accumulated over the run.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Metric::Volume, hide_possible_values = true)]
     pub metric: Metric,
+
+    /// Vertex of a cell: quadric, mean or input
+    ///
+    /// Where the vertices of a cell go with --method cluster: with 'quadric' where the distances to the planes of its faces
+    /// are least, with 'mean' to the mean of their corners, with 'input' to the input's vertex nearest to where 'quadric'
+    /// is.
+    #[arg(long, value_name = "NAME", value_enum, hide_possible_values = true)]
+    pub representative: Option<Representative>,
 
     /// Keep border vertices where they are
     ///
@@ -243,6 +262,8 @@ pub struct Writing {
 pub enum Method {
     /// Quadric pair contraction in rounds
     Contract,
+    /// Vertex clustering on a grid
+    Cluster,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -266,6 +287,16 @@ pub enum Placement {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Representative {
+    /// Where the distances to the planes of the faces are least
+    Quadric,
+    /// The mean of the corners
+    Mean,
+    /// The nearest vertex of the input
+    Input,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Progress {
     /// A bar on a terminal unless CI is set
     Auto,
@@ -282,6 +313,7 @@ Examples:
   coarsen simplify sample:statue out.ply --faces 20k
   coarsen simplify sample:part part.stl --ratio 10% --metric plane
   coarsen simplify sample:terrain@100k tile.obj.gz --error 0.1% --lock-border
+  coarsen simplify sample:statue@5M small.ply --ratio 1% --method cluster
   coarsen simplify sample:statue@50k - --format ply --faces 5k > small.ply
 
 All options in full sentences: coarsen simplify --help";
@@ -298,4 +330,5 @@ Examples:
   coarsen simplify sample:statue out.ply --faces 20k
   coarsen simplify sample:part part.stl --ratio 10% --metric plane
   coarsen simplify sample:terrain@100k tile.obj.gz --error 0.1% --lock-border
+  coarsen simplify sample:statue@5M small.ply --ratio 1% --method cluster
   coarsen simplify sample:statue@50k - --format ply --faces 5k > small.ply";

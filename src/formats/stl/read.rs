@@ -8,7 +8,7 @@ use crate::error::{Error, Place, Result};
 use crate::formats::text::{Lines, Row, Rows, quote};
 use crate::math::DVec3;
 use crate::mesh::Mesh;
-use crate::mesh::point_table::distinct;
+use crate::mesh::key_table::distinct;
 
 /// Reads either form.
 pub(in crate::formats) fn read(bytes: &[u8]) -> Result<Mesh> {

@@ -1,4 +1,4 @@
-//! A concurrent hash table of points: which of them are equal.
+//! A concurrent hash table: which of many keys are equal.
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -7,29 +7,48 @@ use rayon::prelude::*;
 use super::PARALLEL_ROWS;
 use crate::math::DVec3;
 
-/// Sets of equal points, each represented by its lowest index. `-0.0` equals `0.0`.
+/// What may be equal: points (where `-0.0` equals `0.0`) and pairs of integers.
+pub(crate) trait Key: Copy + PartialEq + Sync {
+    /// Three words that are equal for equal keys.
+    fn words(self) -> [u64; 3];
+}
+
+impl Key for DVec3 {
+    fn words(self) -> [u64; 3] {
+        // Adding zero turns -0.0 into 0.0.
+        (self + 0.0).to_array().map(f64::to_bits)
+    }
+}
+
+impl Key for [u32; 2] {
+    fn words(self) -> [u64; 3] {
+        [self[0].into(), self[1].into(), 0]
+    }
+}
+
+/// Sets of equal keys, each represented by its lowest index.
 ///
 /// Open addressing. Which slot a set gets depends on the timing of the threads, what the slot holds in the end does not:
 /// a slot never changes its set, and takes the minimum of its members.
-pub(super) struct PointTable<'p> {
-    points: &'p [DVec3],
+pub(crate) struct KeyTable<'k, K> {
+    keys: &'k [K],
     /// 32 bits of hash above the 32 bits of the lowest index so far, or [`EMPTY`].
     slots: Vec<AtomicU64>,
 }
 
 const EMPTY: u64 = u64::MAX;
 
-impl<'p> PointTable<'p> {
-    /// Sorts `points` into sets; also returns the lowest index equal to each point.
-    pub fn new(points: &'p [DVec3]) -> (Self, Vec<u32>) {
+impl<'k, K: Key> KeyTable<'k, K> {
+    /// Sorts `keys` into sets; also returns the lowest index equal to each.
+    pub fn new(keys: &'k [K]) -> (Self, Vec<u32>) {
         // A quarter free keeps linear probing within a cache line or two.
-        let capacity = points.len() + points.len() / 3 + 1;
+        let capacity = keys.len() + keys.len() / 3 + 1;
         let slots = (0..capacity).into_par_iter().with_min_len(PARALLEL_ROWS).map(|_| AtomicU64::new(EMPTY)).collect();
-        let table = Self { points, slots };
-        let mut lowest: Vec<u32> = (0..points.len() as u32)
+        let table = Self { keys, slots };
+        let mut lowest: Vec<u32> = (0..keys.len() as u32)
             .into_par_iter()
             .with_min_len(PARALLEL_ROWS)
-            .map(|point| table.insert(point) as u32)
+            .map(|index| table.insert(index) as u32)
             .collect();
         lowest
             .par_iter_mut()
@@ -38,26 +57,26 @@ impl<'p> PointTable<'p> {
         (table, lowest)
     }
 
-    /// The lowest index of a point equal to `point`.
-    pub fn find(&self, point: DVec3) -> Option<u32> {
-        let hash = hash(point);
+    /// The lowest index of a key equal to `key`.
+    pub fn find(&self, key: K) -> Option<u32> {
+        let hash = hash(key);
         let mut slot = self.home(hash);
         loop {
             let entry = self.slots[slot].load(Relaxed);
             if entry == EMPTY {
                 return None;
             }
-            if self.holds(entry, hash, point) {
+            if self.holds(entry, hash, key) {
                 return Some(entry as u32);
             }
             slot = self.after(slot);
         }
     }
 
-    /// The slot of the set of `point`, which now knows of it.
+    /// The slot of the set of the key at `index`, which now knows of it.
     fn insert(&self, index: u32) -> usize {
-        let point = self.points[index as usize];
-        let hash = hash(point);
+        let key = self.keys[index as usize];
+        let hash = hash(key);
         let own = u64::from(hash as u32) << 32 | u64::from(index);
         let mut slot = self.home(hash);
         loop {
@@ -68,7 +87,7 @@ impl<'p> PointTable<'p> {
                     Err(other) => entry = other,
                 }
             }
-            if self.holds(entry, hash, point) {
+            if self.holds(entry, hash, key) {
                 if own < entry {
                     self.slots[slot].fetch_min(own, Relaxed);
                 }
@@ -78,8 +97,8 @@ impl<'p> PointTable<'p> {
         }
     }
 
-    fn holds(&self, entry: u64, hash: u64, point: DVec3) -> bool {
-        (entry >> 32) as u32 == hash as u32 && self.points[entry as u32 as usize] == point
+    fn holds(&self, entry: u64, hash: u64, key: K) -> bool {
+        (entry >> 32) as u32 == hash as u32 && self.keys[entry as u32 as usize] == key
     }
 
     fn home(&self, hash: u64) -> usize {
@@ -93,7 +112,7 @@ impl<'p> PointTable<'p> {
 
 /// The distinct of `points` in the order of their first appearance, and the number of each point's equal among them.
 pub(crate) fn distinct(points: &[DVec3]) -> (Vec<DVec3>, Vec<u32>) {
-    let (_, mut numbers) = PointTable::new(points);
+    let (_, mut numbers) = KeyTable::new(points);
     let mut firsts = Vec::new();
     for point in 0..points.len() {
         let lowest = numbers[point] as usize;
@@ -107,13 +126,12 @@ pub(crate) fn distinct(points: &[DVec3]) -> (Vec<DVec3>, Vec<u32>) {
 }
 
 /// Two folded multiplications; the odd constants are digits of π, which spread the short mantissas of rounded input.
-fn hash(point: DVec3) -> u64 {
+fn hash(key: impl Key) -> u64 {
     let fold = |a: u64, b: u64| {
         let product = u128::from(a) * u128::from(b);
         product as u64 ^ (product >> 64) as u64
     };
-    // Adding zero turns -0.0 into 0.0.
-    let [x, y, z] = (point + 0.0).to_array().map(f64::to_bits);
+    let [x, y, z] = key.words();
     fold(fold(x ^ 0x243f_6a88_85a3_08d3, y ^ 0x1319_8a2e_0370_7345) ^ z, 0xa409_3822_299f_31d1)
 }
 
@@ -124,7 +142,7 @@ mod tests {
     #[test]
     fn equal_points_share_their_lowest_index() {
         let points = [[0.0, 1.0, 2.0], [5.0; 3], [-0.0, 1.0, 2.0], [5.0; 3], [1.0, 0.0, 2.0]].map(DVec3::from);
-        let (table, lowest) = PointTable::new(&points);
+        let (table, lowest) = KeyTable::new(&points);
         assert_eq!(lowest, [0, 1, 0, 1, 4]);
         assert_eq!(table.find(DVec3::splat(5.0)), Some(1));
         assert_eq!(table.find(DVec3::splat(4.0)), None);
@@ -132,8 +150,16 @@ mod tests {
     }
 
     #[test]
-    fn no_points() {
-        let (table, lowest) = PointTable::new(&[]);
+    fn pairs_of_integers_are_keys() {
+        let keys = [[1, 2], [2, 1], [1, 2], [0, 0]];
+        let (table, lowest) = KeyTable::new(&keys);
+        assert_eq!(lowest, [0, 1, 0, 3]);
+        assert_eq!((table.find([2, 1]), table.find([2, 2])), (Some(1), None));
+    }
+
+    #[test]
+    fn no_keys() {
+        let (table, lowest) = KeyTable::<DVec3>::new(&[]);
         assert!(lowest.is_empty());
         assert_eq!(table.find(DVec3::ZERO), None);
     }
