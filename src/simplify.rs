@@ -6,6 +6,7 @@ use crate::backend::Device;
 use crate::contract;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+use crate::progressive::CollapseLog;
 
 /// How to simplify. A closed set: one variant a driver, each with its options.
 #[derive(Debug, Clone, PartialEq)]
@@ -187,6 +188,8 @@ pub struct Outcome {
     /// slide along the surface away from planes it once stood for, at most the sum of its steps off the surface. An
     /// estimate, not a bound.
     pub error_estimate: f64,
+    /// The contractions one by one, where asked for.
+    pub log: Option<CollapseLog>,
     /// One record a round.
     pub rounds: Vec<RoundRecord>,
     /// Seconds by phase.
