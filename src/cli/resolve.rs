@@ -1,6 +1,7 @@
 //! From arguments to a job: domain values, files that are there, and every contradiction at once.
 
 use std::f64;
+use std::path::{Path, PathBuf};
 
 use coarsen::backend::Selector;
 use coarsen::contract::{self, Options};
@@ -11,7 +12,7 @@ use super::Exit;
 use super::args::{self, Progress};
 use super::console::Verbosity;
 use super::failure::{exit_of, message, refuse};
-use super::sink::Sink;
+use super::sink::{Sink, same_file};
 use super::source::Source;
 use super::values::Weld;
 
@@ -27,6 +28,8 @@ pub struct Job {
     pub threads: usize,
     pub memory_limit: Option<u64>,
     pub writing: WriteOptions,
+    /// Where the log of the contractions goes, if anywhere.
+    pub log: Option<PathBuf>,
     /// Whether to measure the result, and how.
     pub measure: Option<metrics::Options>,
     pub json: bool,
@@ -59,6 +62,7 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         let input = source.as_ref().and_then(Source::path);
         problems.note(sink.check(input, args.writing.overwrite));
     }
+    check_log(args, [source.as_ref().and_then(Source::path), sink.as_ref().and_then(Sink::path)], &mut problems);
     let (Some(budget), Some(selector), Some(source), Some(sink), true) =
         (budget, selector, source, sink, problems.is_empty())
     else {
@@ -67,13 +71,14 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
     Ok(Job {
         source,
         sink,
-        method: method(&args.shape),
+        method: method(args),
         budget,
         require_target: args.target.require_target,
         selector,
         threads: args.device.threads.into(),
         memory_limit: args.device.memory_limit,
         writing: WriteOptions { ascii: args.writing.ascii },
+        log: args.writing.write_log.clone(),
         measure: (args.writing.measure)
             .then(|| metrics::Options { samples: args.writing.samples, ..metrics::Options::default() }),
         json: args.writing.json,
@@ -84,6 +89,24 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         },
         progress: args.writing.progress,
     })
+}
+
+/// Checks the file that the log goes to, which is to be none of `others`.
+fn check_log(args: &args::Simplify, others: [Option<&Path>; 2], problems: &mut Problems) {
+    let Some(log) = &args.writing.write_log else { return };
+    if args.shape.fit > 0 {
+        problems.add("--write-log and --fit contradict each other: fitted positions are in no record");
+    }
+    if log.as_os_str() == "-" {
+        problems.add("--write-log writes a file: '-' is none");
+        return;
+    }
+    let [input, output] = others;
+    if output.is_some_and(|output| output == log || same_file(output, log)) {
+        problems.add(format!("'{}' is the output as well: give the log another name", log.display()));
+        return;
+    }
+    problems.note(Sink::File(log.clone()).check(input, args.writing.overwrite));
 }
 
 /// Makes an input of the arguments of `inspect`.
@@ -148,7 +171,8 @@ impl Problems {
         }
     }
 
-    fn sink(&mut self, text: &str, format: PipeFormat) -> Option<Sink> {
+    /// The output that `text` names.
+    pub fn sink(&mut self, text: &str, format: PipeFormat) -> Option<Sink> {
         match format {
             PipeFormat::Unknown if text == "-" => None,
             PipeFormat::Known(format) => self.note(Sink::new(text, Some(format))),
@@ -175,14 +199,20 @@ impl Problems {
 }
 
 fn budget(target: &args::Target) -> anyhow::Result<Budget> {
-    // The larger of two face counts is reached first.
-    let keep = target.ratio.into_iter().chain(target.reduction.map(|r| 1.0 - r)).reduce(f64::max);
-    let budget = Budget { faces: target.faces, keep, error: target.error, error_abs: target.error_abs };
+    let by_faces = face_budget(target.faces, target.ratio, target.reduction);
+    let budget = Budget { error: target.error, error_abs: target.error_abs, ..by_faces };
     if budget == Budget::default() {
         let message = "no target: give --faces, --ratio, --reduction, --error or --error-abs";
         return Err(refuse(Exit::Usage, message));
     }
     Ok(budget)
+}
+
+/// The budget of `--faces`, `--ratio` and `--reduction`.
+pub fn face_budget(faces: Option<usize>, ratio: Option<f64>, reduction: Option<f64>) -> Budget {
+    // The larger of two face counts is reached first.
+    let keep = ratio.into_iter().chain(reduction.map(|r| 1.0 - r)).reduce(f64::max);
+    Budget { faces, keep, ..Budget::default() }
 }
 
 /// The device that `--device` names.
@@ -207,7 +237,8 @@ pub fn selector(text: &str) -> anyhow::Result<Selector> {
     })
 }
 
-fn method(shape: &args::Shape) -> Method {
+fn method(args: &args::Simplify) -> Method {
+    let shape = &args.shape;
     let defaults = Options::default();
     let args::Method::Contract = shape.method;
     Method::Contract(Options {
@@ -231,6 +262,7 @@ fn method(shape: &args::Shape) -> Method {
         },
         fit: shape.fit,
         prune: shape.prune.unwrap_or(defaults.prune),
+        log: args.writing.write_log.is_some(),
     })
 }
 
@@ -294,6 +326,7 @@ mod tests {
             weld: None,
             fit: 0,
             prune: 0.01,
+            log: false,
         };
         assert_eq!(options, expected);
     }

@@ -185,3 +185,69 @@ fn put<T: Copy>(rows: &mut Option<Vec<T>>, of_vertices: Option<Vec<T>>, vertices
 fn take<T: Copy>(rows: &[T], order: &[u32]) -> Vec<T> {
     order.iter().map(|&row| rows[row as usize]).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Identity;
+    use super::*;
+    use crate::error::Error;
+    use crate::mesh::shapes;
+
+    /// A square of two faces, and a log that contracts an edge of it.
+    fn log_of_a_square() -> (Mesh, CollapseLog) {
+        let mesh = shapes::plane(1, 1);
+        let contraction = Contraction { keep: 2, gone: 1, position: DVec3::splat(0.5) };
+        let log = CollapseLog {
+            identity: Identity::of(&mesh),
+            joined: Vec::new(),
+            dropped_faces: Vec::new(),
+            contractions: vec![contraction],
+            normals: None,
+            colors: None,
+        };
+        (mesh, log)
+    }
+
+    #[test]
+    fn a_log_that_contradicts_itself_is_refused() {
+        let (mesh, log) = log_of_a_square();
+        assert!(Replay::new(&mesh, &log).is_ok());
+        let refuses = |change: &dyn Fn(&mut CollapseLog), part: &str| {
+            let mut log = log.clone();
+            change(&mut log);
+            match Replay::new(&mesh, &log) {
+                Err(Error::Format { message, .. }) => assert!(message.contains(part), "{message}"),
+                other => panic!("{part}: {other:?}"),
+            }
+        };
+        for (keep, gone) in [(2, 2), (2, 4), (4, 2), (NONE, 0)] {
+            let bad = Contraction { keep, gone, position: DVec3::ZERO };
+            refuses(&|log| log.contractions[0] = bad, &format!("contraction 0 joins {gone} to {keep}"));
+        }
+        refuses(&|log| log.contractions.push(log.contractions[0]), "contraction 1");
+        refuses(&|log| log.contractions[0].position.x = f64::NAN, "contraction 0");
+        for row in [[4, 0], [2, 3], [2, 2], [NONE, NONE]] {
+            refuses(&|log| log.joined.push(row), "is joined to");
+        }
+        refuses(&|log| log.joined = vec![[1, 0], [1, NONE]], "vertex 1 is joined");
+        refuses(&|log| log.joined = vec![[1, 0], [2, 1]], "vertex 2 is joined to 1");
+        let joined = CollapseLog { joined: vec![[1, 0]], contractions: Vec::new(), ..log.clone() };
+        refuses(&|log| *log = joined.clone(), "kept without three corners");
+        refuses(&|log| log.joined.push([3, NONE]), "kept without three corners");
+        refuses(&|log| log.dropped_faces = vec![2], "not in order");
+        refuses(&|log| log.dropped_faces = vec![1, 1], "not in order");
+    }
+
+    #[test]
+    fn steps_count_what_is_left() {
+        let (mesh, log) = log_of_a_square();
+        let mut replay = Replay::new(&mesh, &log).expect("its own mesh");
+        assert_eq!((replay.step(), replay.vertex_count(), replay.face_count()), (0, 4, 2));
+        assert!(replay.forward() && !replay.forward());
+        let after = replay.mesh();
+        assert_eq!((replay.step(), replay.vertex_count(), replay.face_count()), (1, 3, after.faces.len()));
+        assert_eq!(after.positions[1], DVec3::splat(0.5));
+        assert!(replay.back() && !replay.back());
+        assert_eq!(replay.mesh(), mesh);
+    }
+}
