@@ -13,7 +13,7 @@ use clap_complete::Shell;
 pub use bench::{Bench, Job as BenchJob};
 pub use compare::{Compare, Up};
 pub use replay::Replay;
-pub use simplify::{Method, Metric, Placement, Progress, Shape, Simplify, Target};
+pub use simplify::{Method, Metric, Placement, Progress, Simplify, Target};
 
 /// Reduce triangle meshes, on the GPU or the CPU, with the same bytes on both.
 #[derive(Debug, Parser)]

@@ -97,6 +97,6 @@ pub struct Writing {
 
 const EXAMPLES: &str = "\
 Examples:
-  coarsen simplify sample:part low.ply --faces 1k --write-log part.clog
-  coarsen replay sample:part part.clog mid.ply --faces 5k
+  coarsen simplify sample:part low.ply --ratio 5% --write-log part.clog
+  coarsen replay sample:part part.clog mid.ply --ratio 20%
   coarsen replay sample:part part.clog - --format ply --ratio 50% > high.ply";
