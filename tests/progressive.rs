@@ -85,6 +85,7 @@ fn a_log_leads_to_the_result_and_back() {
             let with = logged(metric);
             let variants = [
                 Options { placement: Placement::Endpoint, ..with.clone() },
+                Options { placement: Placement::EndpointOrMiddle, ..with.clone() },
                 Options { weld: None, ..with.clone() },
                 Options { weld: Some(0.02), ..with.clone() },
                 with,
