@@ -49,6 +49,7 @@
 //! - [`simplify()`]: the one entry; [`Budget`], [`Method`], [`Outcome`].
 //! - [`contract`]: the engine and its options; [`cluster`]: vertex clustering, the fast first pass.
 //! - [`kernel`]: what runs on a GPU, each kernel beside its twin; [`backend`]: who runs it.
+//! - [`progressive`]: the contractions of a run, to replay to any face count and back.
 //! - [`metrics`]: how far two surfaces are apart; [`spatial`]: the tree behind it.
 //! - [`report`]: heat maps and pictures of it.
 //! - [`mesh`]: welding, topology, validation, shapes and samples; [`formats`]: files.
@@ -66,6 +67,7 @@ pub mod kernel;
 pub mod math;
 pub mod mesh;
 pub mod metrics;
+pub mod progressive;
 pub mod report;
 pub mod simplify;
 pub mod spatial;

@@ -7,6 +7,7 @@ use crate::cluster;
 use crate::contract;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+use crate::progressive::CollapseLog;
 
 /// How to simplify. A closed set: one variant a driver, each with its options.
 #[derive(Debug, Clone, PartialEq)]
@@ -197,6 +198,8 @@ pub struct Outcome {
     /// Of clustering the side of a cell in model units; the diagonal, √3 times as long, bounds how far a vertex of the
     /// input is from its representative.
     pub cell_size: Option<f64>,
+    /// The contractions one by one, where asked for.
+    pub log: Option<CollapseLog>,
     /// One record a round; none of clustering.
     pub rounds: Vec<RoundRecord>,
     /// Seconds by phase.

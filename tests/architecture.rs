@@ -15,10 +15,12 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("kernel", &["backend", "error", "math"]),
     // `simplify` is the entry and owns the words that every driver speaks (budget, outcome, records, progress): the
     // drivers use those types, `simplify` calls the drivers. Neither uses more of the other.
-    ("contract", &["backend", "error", "kernel", "math", "mesh", "simplify", "spatial"]),
+    ("contract", &["backend", "error", "kernel", "math", "mesh", "progressive", "simplify", "spatial"]),
     ("cluster", &["backend", "error", "kernel", "math", "mesh", "simplify"]),
-    ("simplify", &["backend", "cluster", "contract", "error", "math", "mesh"]),
+    ("simplify", &["backend", "cluster", "contract", "error", "math", "mesh", "progressive"]),
     ("formats", &["error", "math", "mesh"]),
+    // A log needs nothing of the driver that made it, and is written as atomically as a mesh.
+    ("progressive", &["error", "formats", "math", "mesh"]),
     ("metrics", &["backend", "error", "kernel", "math", "mesh", "spatial"]),
     ("report", &["error", "math", "mesh", "metrics", "simplify", "spatial"]),
     // The command line uses the library by its public name and nothing uses the command line.

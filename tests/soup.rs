@@ -12,7 +12,7 @@ use coarsen::math::DVec3;
 use coarsen::mesh::{shapes, weld};
 use coarsen::{Budget, Device, Error, Mesh, Method, simplify};
 use support::deviation::Random;
-use support::engine::{METRICS, cpu};
+use support::engine::{METRICS, assert_replays, cpu};
 use support::independent::{Topology, topology};
 use support::shapes::{bumpy, cube, grid, sphere, torus};
 
@@ -119,7 +119,7 @@ fn mesh(random: &mut Random) -> Mesh {
 
 fn options(random: &mut Random) -> Options {
     let join_within = if below(random, 4) == 0 { pick(random, &[1e-9, 0.3, 2.0, 1e30]) } else { 0.0 };
-    Options {
+    let options = Options {
         metric: pick(random, &METRICS),
         placement: pick(random, &PLACEMENTS),
         border_weight: pick(random, &[0.0, 1.0, 1e-30, 1e6]),
@@ -129,7 +129,9 @@ fn options(random: &mut Random) -> Options {
         max_flip_rad: pick(random, &[1.37, 1e-3, std::f32::consts::FRAC_PI_2]),
         weld: pick(random, &[Some(0.0), Some(0.0), None, Some(1e-3), Some(0.5)]),
         prune: 0.0,
-    }
+        log: false,
+    };
+    Options { log: options.fit == 0, ..options }
 }
 
 fn budget(random: &mut Random, faces: usize) -> Budget {
@@ -171,6 +173,9 @@ fn assert_sound(mesh: &Mesh, options: &Options, budget: Budget, device: &Device)
         Some(tolerance) => weld(mesh, tolerance).mesh,
         None => mesh.clone(),
     };
+    if options.log {
+        assert_replays("the log", mesh, &outcome);
+    }
     // Degenerate faces are dropped in any case, and would count at the edges they double.
     start.faces.retain(|[a, b, c]| a != b && b != c && c != a);
     let (was, is) = (topology(&start), topology(&outcome.mesh));

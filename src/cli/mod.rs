@@ -15,6 +15,7 @@ mod interrupt;
 mod memory;
 mod progress;
 mod record;
+mod replay;
 mod resolve;
 mod simplify;
 mod sink;
@@ -57,6 +58,7 @@ pub fn explain(answer: &clap::Error) -> ExitCode {
 pub fn run(arguments: Arguments) -> anyhow::Result<Exit> {
     match arguments.verb {
         Verb::Simplify(args) => simplify::run(resolve::simplify(&args)?),
+        Verb::Replay(args) => replay::run(&replay::Job::new(&args)?),
         Verb::Inspect(args) => inspect::run(&resolve::inspect(&args)?, args.json),
         Verb::Devices(args) => devices::run(args.json),
         Verb::Compare(args) => compare::run(&compare::Job::new(&args)?),

@@ -1,6 +1,7 @@
 //! From arguments to a job: domain values, files that are there, and every contradiction at once.
 
 use std::f64;
+use std::path::{Path, PathBuf};
 
 use coarsen::backend::Selector;
 use coarsen::formats::{Format, WriteOptions};
@@ -10,7 +11,7 @@ use super::Exit;
 use super::args::{self, Progress};
 use super::console::Verbosity;
 use super::failure::{exit_of, message, refuse};
-use super::sink::Sink;
+use super::sink::{Sink, same_file};
 use super::source::Source;
 use super::values::Weld;
 
@@ -26,6 +27,8 @@ pub struct Job {
     pub threads: usize,
     pub memory_limit: Option<u64>,
     pub writing: WriteOptions,
+    /// Where the log of the contractions goes, if anywhere.
+    pub log: Option<PathBuf>,
     /// Whether to measure the result, and how.
     pub measure: Option<metrics::Options>,
     pub json: bool,
@@ -40,7 +43,7 @@ pub struct Job {
 pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
     let mut problems = Problems::default();
     let budget = problems.note(budget(&args.target));
-    let method = problems.note(method(&args.shape, &args.target));
+    let method = problems.note(method(&args.shape, &args.target, args.writing.write_log.is_some()));
     let selector = problems.note(selector(&args.device.device));
     let pipes = [&args.input, &args.output].map(|name| name == "-");
     let format = problems.format(args.writing.format.as_deref(), pipes);
@@ -59,6 +62,7 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         let input = source.as_ref().and_then(Source::path);
         problems.note(sink.check(input, args.writing.overwrite));
     }
+    check_log(args, [source.as_ref().and_then(Source::path), sink.as_ref().and_then(Sink::path)], &mut problems);
     let (Some(budget), Some(method), Some(selector), Some(source), Some(sink), true) =
         (budget, method, selector, source, sink, problems.is_empty())
     else {
@@ -74,6 +78,7 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         threads: args.device.threads.into(),
         memory_limit: args.device.memory_limit,
         writing: WriteOptions { ascii: args.writing.ascii },
+        log: args.writing.write_log.clone(),
         measure: (args.writing.measure)
             .then(|| metrics::Options { samples: args.writing.samples, ..metrics::Options::default() }),
         json: args.writing.json,
@@ -84,6 +89,27 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         },
         progress: args.writing.progress,
     })
+}
+
+/// Checks the file that the log goes to, which is to be none of `others`.
+fn check_log(args: &args::Simplify, others: [Option<&Path>; 2], problems: &mut Problems) {
+    let Some(log) = &args.writing.write_log else { return };
+    if args.shape.fit > 0 {
+        problems.add("--write-log and --fit contradict each other: fitted positions are in no record");
+    }
+    if args.shape.join_within > 0.0 {
+        problems.add("--write-log and --join-within contradict each other: faces that vanish are in no record");
+    }
+    if log.as_os_str() == "-" {
+        problems.add("--write-log writes a file: '-' is none");
+        return;
+    }
+    let [input, output] = others;
+    if output.is_some_and(|output| output == log || same_file(output, log)) {
+        problems.add(format!("'{}' is the output as well: give the log another name", log.display()));
+        return;
+    }
+    problems.note(Sink::File(log.clone()).check(input, args.writing.overwrite));
 }
 
 /// Makes an input of the arguments of `inspect`.
@@ -148,7 +174,8 @@ impl Problems {
         }
     }
 
-    fn sink(&mut self, text: &str, format: PipeFormat) -> Option<Sink> {
+    /// The output that `text` names.
+    pub fn sink(&mut self, text: &str, format: PipeFormat) -> Option<Sink> {
         match format {
             PipeFormat::Unknown if text == "-" => None,
             PipeFormat::Known(format) => self.note(Sink::new(text, Some(format))),
@@ -175,9 +202,8 @@ impl Problems {
 }
 
 fn budget(target: &args::Target) -> anyhow::Result<Budget> {
-    // The larger of two face counts is reached first.
-    let keep = target.ratio.into_iter().chain(target.reduction.map(|r| 1.0 - r)).reduce(f64::max);
-    let budget = Budget { faces: target.faces, keep, error: target.error, error_abs: target.error_abs };
+    let by_faces = face_budget(target.faces, target.ratio, target.reduction);
+    let budget = Budget { error: target.error, error_abs: target.error_abs, ..by_faces };
     match (target.grid, budget == Budget::default()) {
         (None, true) => {
             Err(refuse(Exit::Usage, "no target: give --faces, --ratio, --reduction, --error or --error-abs"))
@@ -185,6 +211,13 @@ fn budget(target: &args::Target) -> anyhow::Result<Budget> {
         (Some(_), false) => Err(refuse(Exit::Usage, "--grid and another target contradict each other")),
         _ => Ok(budget),
     }
+}
+
+/// The budget of `--faces`, `--ratio` and `--reduction`.
+pub fn face_budget(faces: Option<usize>, ratio: Option<f64>, reduction: Option<f64>) -> Budget {
+    // The larger of two face counts is reached first.
+    let keep = ratio.into_iter().chain(reduction.map(|r| 1.0 - r)).reduce(f64::max);
+    Budget { faces, keep, ..Budget::default() }
 }
 
 /// The device that `--device` names.
@@ -209,16 +242,19 @@ pub fn selector(text: &str) -> anyhow::Result<Selector> {
     })
 }
 
-fn method(shape: &args::Shape, target: &args::Target) -> anyhow::Result<Method> {
+fn method(shape: &args::Shape, target: &args::Target, log: bool) -> anyhow::Result<Method> {
     let contract = contract(shape);
     match shape.method {
         args::Method::Contract => {
             if target.grid.is_some() || shape.representative.is_some() {
                 return Err(refuse(Exit::Usage, "--grid and --representative are for --method cluster"));
             }
-            Ok(Method::Contract(contract))
+            Ok(Method::Contract(contract::Options { log, ..contract }))
         }
         args::Method::Cluster => {
+            if log {
+                return Err(refuse(Exit::Usage, "--write-log is for --method contract: a grid contracts nothing"));
+            }
             if contract != contract::Options::default() {
                 let message = "--method cluster has no options of shape but --representative: leave the others away";
                 return Err(refuse(Exit::Usage, message));
@@ -258,6 +294,7 @@ fn contract(shape: &args::Shape) -> contract::Options {
         },
         fit: shape.fit,
         prune: shape.prune.unwrap_or(defaults.prune),
+        log: false,
     }
 }
 
@@ -321,6 +358,7 @@ mod tests {
             weld: None,
             fit: 0,
             prune: 0.01,
+            log: false,
         };
         assert_eq!(options, expected);
     }

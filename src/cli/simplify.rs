@@ -36,8 +36,7 @@ pub fn run(job: Job) -> anyhow::Result<Exit> {
     for warning in &outcome.warnings {
         console::warning(job.verbosity, &format!("'{}': {warning}", job.source));
     }
-    let (written, write) =
-        timed(|| interrupt::shielded(|| device.install(|| job.sink.write(&outcome.mesh, &job.writing))));
+    let (written, write) = timed(|| interrupt::shielded(|| device.install(|| write(&job, &outcome))));
     written?;
     // The result is safe by now, whatever happens to the measuring.
     let (measured, measure) = timed(|| job.measure.map(|options| deviation(&input, &outcome.mesh, &options, &device)));
@@ -61,6 +60,15 @@ fn solve(job: &Job, input: &Mesh, device: &Device) -> anyhow::Result<Outcome> {
     let outcome = coarsen::simplify(input, &job.method, &job.budget, device, Some(&mut on_round));
     meter.clear();
     outcome.map_err(|error| at(job.source.to_string().as_ref(), error))
+}
+
+/// Writes the result, and its log where one is asked for.
+fn write(job: &Job, outcome: &Outcome) -> coarsen::Result<()> {
+    job.sink.write(&outcome.mesh, &job.writing)?;
+    match (&job.log, &outcome.log) {
+        (Some(path), Some(log)) => log.write(path),
+        _ => Ok(()),
+    }
 }
 
 /// Says what was done; a target that was required and missed is an error though the result stands.

@@ -36,6 +36,14 @@ impl Sink {
         Ok(Self::File(path))
     }
 
+    /// The file, if it is one.
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::File(path) => Some(path),
+            Self::Stdout(_) => None,
+        }
+    }
+
     /// Checks that writing can succeed, so that a long run does not end in vain.
     ///
     /// # Errors

@@ -17,6 +17,7 @@ use super::fit_guard::Guard;
 use super::history::{History, became};
 use super::join::Joins;
 use super::prepare::{Prepared, prepare};
+use super::record::Recorder;
 use super::restore::restore;
 use super::surface::{Start, Surface};
 use super::{Metric, Options, Placement};
@@ -101,7 +102,8 @@ pub fn run(
     let target = budget.target_faces(mesh.faces.len())?;
     let prepared = prepare(mesh, options)?;
     let max_deviation = prepared.frame.length_to_rows(budget.max_deviation(mesh.diagonal())?);
-    let mut run = Run::new(prepared, options, device, max_deviation)?;
+    let recorder = options.log.then(|| Recorder::new(mesh, &prepared));
+    let mut run = Run { recorder, ..Run::new(prepared, options, device, max_deviation)? };
     run.seconds.build = clock.elapsed().as_secs_f64() - run.seconds.weld;
 
     let stop = loop {
@@ -137,6 +139,7 @@ struct Run<'a> {
     joins: Joins,
     /// The original and what became of its vertices, for the fit.
     history: Option<(Start, History)>,
+    recorder: Option<Recorder<'a>>,
     handover_faces: usize,
     candidates: Vec<Candidate>,
     /// How many times wider than usual the gate is.
@@ -183,6 +186,7 @@ impl<'a> Run<'a> {
             rules,
             joins,
             history,
+            recorder: None,
             handover_faces: handover_faces(device).min(host.face_count / 4),
             seconds: Phases { weld: prepared.weld_secs, ..Phases::default() },
             prepared,
@@ -263,7 +267,12 @@ impl<'a> Run<'a> {
         let may_overshoot = self.widening >= FULL || !self.prepared.has_border;
         let quota = Quota { faces: to_remove, may_overshoot };
         let (carried, joins) = (&mut self.prepared.carried, self.joins.pairs());
-        self.committer.commit(&mut self.host, carried, &mut self.candidates, joins, quota, may_wait)
+        let before = self.recorder.as_ref().map(|_| carried.origin.clone());
+        let done = self.committer.commit(&mut self.host, carried, &mut self.candidates, joins, quota, may_wait);
+        if let (Some(recorder), Some(before)) = (&mut self.recorder, before) {
+            recorder.record(&done.0.contractions, &before, carried);
+        }
+        done
     }
 
     /// Adds to the last round's refusals the edges that were no pairs: between locked vertices, and at hubs.
@@ -388,6 +397,7 @@ impl<'a> Run<'a> {
             blocked: self.rounds.last().map(|round| round.blocked).unwrap_or_default(),
             error_estimate: frame.length_to_model(f64::from(self.deviation)),
             cell_size: None,
+            log: self.recorder.map(Recorder::into_log),
             rounds: self.rounds,
             seconds: self.seconds,
             bytes_moved: self.bytes_moved + self.evaluator.queue.bytes_moved(),

@@ -26,6 +26,7 @@ mod listing;
 mod patch;
 mod placement;
 mod prepare;
+mod record;
 mod restore;
 mod scan;
 mod select;
@@ -98,6 +99,9 @@ pub struct Options {
     pub fit: u32,
     /// Drop components whose bounding box's diagonal is below this fraction of the mesh's first.
     pub prune: f64,
+    /// Whether to keep a log of the contractions: [`Outcome::log`]. Not together with a fit, whose moves are no
+    /// contractions, nor with a join distance.
+    pub log: bool,
 }
 
 impl Default for Options {
@@ -112,6 +116,7 @@ impl Default for Options {
             weld: Some(0.0),
             fit: 0,
             prune: 0.0,
+            log: false,
         }
     }
 }
@@ -149,6 +154,16 @@ impl Options {
         }
         if !(0.0..=1.0).contains(&self.prune) {
             return Err(Error::Parameter(format!("the prune limit is {}, not in 0 … 1", self.prune)));
+        }
+        if self.log && self.joins() {
+            return Err(Error::Parameter(
+                "a log and a join distance exclude each other: faces that vanish back to back are in no record".into(),
+            ));
+        }
+        if self.log && self.fit > 0 {
+            return Err(Error::Parameter(
+                "a log and a fit exclude each other: fitted positions are in no record".into(),
+            ));
         }
         Ok(())
     }

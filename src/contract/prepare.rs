@@ -31,6 +31,8 @@ pub struct Prepared {
     pub faces: Vec<Face>,
     pub rings: Rings,
     pub carried: Carried,
+    /// The lowest input vertex joined with each, for a log; `None` where each is on its own.
+    pub lowest: Option<Vec<u32>>,
     pub has_border: bool,
     pub warnings: Vec<String>,
     pub weld_secs: f64,
@@ -66,7 +68,7 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     let (arranged, attributes, warnings) = arrange(mesh, options)?;
     let weld_secs = clock.elapsed().as_secs_f64();
 
-    let Arranged { vertex_source, mut faces, face_source, rings, bounds, .. } = arranged;
+    let Arranged { vertex_source, mut faces, face_source, rings, lowest, bounds, .. } = arranged;
     let mut prepared = Prepared {
         frame: Frame::new(&faces, |v| mesh.positions[vertex_source[v as usize] as usize], bounds),
         positions: Vec::new(),
@@ -79,6 +81,7 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
             drift: Vec::new(),
             face_origin: face_source,
         },
+        lowest: lowest.filter(|_| options.log),
         has_border: false,
         warnings,
         weld_secs,
@@ -107,6 +110,7 @@ fn arrange(mesh: &Mesh, options: &Options) -> Result<(Arranged, Attributes, Vec<
         onto(&mut arranged.face_source, &welded.face_source);
         (arranged.degenerate_faces, arranged.duplicate_faces) = (welded.degenerate_faces, welded.duplicate_faces);
         arranged.unreferenced_vertices = welded.unreferenced_vertices;
+        arranged.lowest = Some(welded.lowest);
     } else {
         arranged = Arranged::new(mesh, options.weld);
         attributes = joined_attributes(mesh, arranged.lowest.as_ref(), &arranged.vertex_source);
@@ -206,6 +210,7 @@ fn weld(mesh: &Mesh, tolerance: Option<f64>) -> Welded {
         },
         vertex_source: (0..mesh.positions.len() as u32).collect(),
         face_source,
+        lowest: (0..mesh.positions.len() as u32).collect(),
         joined_vertices: 0,
         unreferenced_vertices: 0,
         degenerate_faces,

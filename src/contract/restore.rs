@@ -32,11 +32,7 @@ pub fn restore(
     let mut new_vertex = vec![0; origin.len()];
     (0..).zip(&vertex_order).for_each(|(new, &old)| new_vertex[old as usize] = new);
 
-    let at = |&v: &u32| {
-        let (origin, row) = (origin[v as usize], positions[v as usize]);
-        let kept: Option<&DVec3> = input.positions.get(origin as usize).filter(|_| origin & MOVED_FROM == 0);
-        kept.copied().unwrap_or_else(|| frame.to_model(row))
-    };
+    let at = |&v: &u32| model_position(input, frame, origin[v as usize], positions[v as usize]);
     let corners = |&f: &u32| {
         let [a, b, c] = faces[f as usize].corners().map(|v| new_vertex[v as usize]);
         if face_origin[f as usize] & TURNED == 0 { [a, b, c] } else { [a, c, b] }
@@ -50,6 +46,12 @@ pub fn restore(
     };
     let origin = take(&origin, &vertex_order);
     (mesh, origin.into_iter().map(|origin| if origin & MOVED_FROM == 0 { origin } else { MOVED }).collect())
+}
+
+/// Where a vertex of this origin and row lies in model units: what stands at an input vertex, exactly there.
+pub fn model_position(input: &Mesh, frame: Frame, origin: u32, row: Position) -> DVec3 {
+    let kept: Option<&DVec3> = input.positions.get(origin as usize).filter(|_| origin & MOVED_FROM == 0);
+    kept.copied().unwrap_or_else(|| frame.to_model(row))
 }
 
 /// The rows in ascending order of their origins, which differ and, less a flag, lie below `count`.

@@ -102,7 +102,7 @@ pub fn topology_of(mesh: &Mesh, rings: &Rings) -> Topology {
 }
 
 /// Whether a corner is repeated.
-pub(super) fn has_repeated_corner(&[a, b, c]: &[u32; 3]) -> bool {
+pub(crate) fn has_repeated_corner(&[a, b, c]: &[u32; 3]) -> bool {
     a == b || b == c || c == a
 }
 

@@ -19,6 +19,8 @@ pub struct Welded {
     pub vertex_source: Vec<u32>,
     /// The input face of each face; strictly ascending.
     pub face_source: Vec<u32>,
+    /// The lowest input vertex that each input vertex was joined with: itself, where it was with none.
+    pub lowest: Vec<u32>,
     /// Input vertices joined into a lower one.
     pub joined_vertices: usize,
     /// Positions that no kept face uses: `joined_vertices + unreferenced_vertices` is what the mesh lost.
@@ -72,6 +74,7 @@ pub fn weld(mesh: &Mesh, tolerance: f64) -> Welded {
         mesh: Mesh { positions, faces, normals, colors, texcoords },
         vertex_source,
         face_source,
+        lowest,
         joined_vertices,
         degenerate_faces: degenerate.len(),
         duplicate_faces: twins.duplicates.len(),
@@ -291,6 +294,7 @@ mod tests {
         assert_eq!(welded.mesh.positions, [1, 2, 3, 5].map(|v| soup().positions[v]));
         assert_eq!(welded.vertex_source, [1, 2, 3, 5]);
         assert_eq!(welded.face_source, [0, 1]);
+        assert_eq!(welded.lowest, [0, 1, 2, 3, 2, 5, 3]);
         assert_eq!((welded.joined_vertices, welded.unreferenced_vertices), (2, 1));
     }
 

@@ -12,6 +12,7 @@ fn help_is_as_recorded() {
         ("coarsen", "--help"),
         ("simplify-short", "simplify -h"),
         ("simplify", "simplify --help"),
+        ("replay", "replay --help"),
         ("inspect", "inspect --help"),
         ("devices", "devices --help"),
         ("bench", "bench --help"),
@@ -37,6 +38,8 @@ fn help_fits_a_terminal() {
         "-h",
         "simplify -h",
         "simplify --help",
+        "replay -h",
+        "replay --help",
         "inspect --help",
         "devices -h",
         "bench -h",
@@ -64,6 +67,7 @@ fn small(example: &str) -> String {
     let words: Vec<String> = line.split_whitespace().map(shrink).collect();
     let options = match words[0].as_str() {
         "simplify" => " -g cpu -w",
+        "replay" => " -w",
         "compare" => " -g cpu",
         "bench" if words.len() == 1 => " sample:part@1k -g cpu,gpu --repeats 1 --samples 1k",
         "bench" if !line.contains("--repeats") => " --repeats 1 --samples 1k",
@@ -78,7 +82,7 @@ fn examples_run() {
     let dir = Dir::new();
     let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("README.md");
     let mut texts = vec![readme.replace("cargo run --release -- ", "coarsen ")];
-    for verb in ["", "simplify", "inspect", "devices", "bench", "compare", "completions", "man"] {
+    for verb in ["", "simplify", "replay", "inspect", "devices", "bench", "compare", "completions", "man"] {
         texts.push(String::from_utf8(dir.run(&format!("{verb} --help")).succeeds().out).expect("help in UTF-8"));
     }
     let examples: Vec<&str> = (texts.iter().flat_map(|text| text.lines()))

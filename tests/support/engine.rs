@@ -4,6 +4,7 @@ use coarsen::backend::{Device, GpuOptions, Selector};
 use coarsen::contract::{Metric, Options};
 use coarsen::formats::{Format, WriteOptions, write_to};
 use coarsen::mesh::{Defect, validate};
+use coarsen::progressive::{CollapseLog, Replay};
 use coarsen::{Budget, Mesh, Method, Outcome, simplify};
 
 use super::independent::{Topology, topology};
@@ -117,4 +118,35 @@ pub fn assert_rounds_add_up(name: &str, outcome: &Outcome) {
     if let Some(last) = outcome.rounds.last() {
         assert_eq!(outcome.blocked, last.blocked, "{name}");
     }
+}
+
+/// The log of a run, read back from the bytes of its file, leads from the input to the result and back; returns the start.
+pub fn assert_replays(name: &str, input: &Mesh, outcome: &Outcome) -> Mesh {
+    let written = outcome.log.as_ref().unwrap_or_else(|| panic!("{name}: no log"));
+    let log = CollapseLog::from_bytes(&written.to_bytes()).unwrap_or_else(|error| panic!("{name}: {error}"));
+    assert!(log == *written, "{name}: the log that is read is another");
+    let mut replay = Replay::new(input, &log).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let start = replay.mesh();
+    loop {
+        let faces = replay.face_count();
+        if !replay.forward() {
+            break;
+        }
+        let lost = faces - replay.face_count();
+        assert!((1..=2).contains(&lost), "{name}: contraction {} removes {lost} faces", replay.step());
+    }
+    assert_eq!(replay.step(), log.contractions().len(), "{name}");
+    assert_same_mesh(&format!("{name}, the result"), &replay.mesh(), &outcome.mesh);
+    while replay.back() {}
+    assert_same_mesh(&format!("{name}, the start again"), &replay.mesh(), &start);
+    start
+}
+
+/// The same numbers bit for bit.
+#[track_caller]
+pub fn assert_same_mesh(name: &str, a: &Mesh, b: &Mesh) {
+    assert_eq!(a, b, "{name}");
+    let bits =
+        |mesh: &Mesh| -> Vec<[u64; 3]> { mesh.positions.iter().map(|p| p.to_array().map(f64::to_bits)).collect() };
+    assert!(bits(a) == bits(b), "{name}: the signs of zeros");
 }

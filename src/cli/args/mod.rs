@@ -4,6 +4,7 @@
 
 mod bench;
 mod compare;
+mod replay;
 mod simplify;
 
 use clap::{Args, Command, CommandFactory, Parser, Subcommand};
@@ -11,6 +12,7 @@ use clap_complete::Shell;
 
 pub use bench::{Bench, Job as BenchJob};
 pub use compare::{Compare, Up};
+pub use replay::Replay;
 pub use simplify::{Method, Metric, Placement, Progress, Representative, Shape, Simplify, Target};
 
 /// Reduce triangle meshes, on the GPU or the CPU, with the same bytes on both.
@@ -56,6 +58,7 @@ fn wrapped(text: &str, width: usize) -> String {
 #[derive(Debug, Subcommand)]
 pub enum Verb {
     Simplify(Box<Simplify>),
+    Replay(Replay),
     Inspect(Inspect),
     Compare(Box<Compare>),
     Devices(Devices),

@@ -1,5 +1,7 @@
 //! What may be written after `coarsen simplify`.
 
+use std::path::PathBuf;
+
 use clap::{Args, ValueEnum};
 
 use crate::cli::values::{self, Weld};
@@ -217,6 +219,14 @@ pub struct Writing {
     /// The format of standard input and output, needed where IN or OUT is '-'.
     #[arg(long, value_name = "EXT")]
     pub format: Option<String>,
+
+    /// Write a log for `coarsen replay`
+    ///
+    /// Writes every contraction to this file, from which `coarsen replay` makes the mesh of any number of faces between the
+    /// input's and the result's. -w replaces it as it does the output. Not together with --fit, which moves vertices
+    /// without contracting any.
+    #[arg(long, value_name = "FILE")]
+    pub write_log: Option<PathBuf>,
 
     /// Measure the result against the input
     ///

@@ -1,0 +1,47 @@
+//! The log of a run: every round's contractions under the names that input vertices have.
+
+use crate::kernel::rows::{Contraction, Position};
+use crate::mesh::Mesh;
+use crate::progressive::{self, CollapseLog};
+
+use super::carry::{Carried, MOVED_FROM, TURNED};
+use super::frame::Frame;
+use super::prepare::Prepared;
+use super::restore::model_position;
+
+/// Rounds number vertices anew; the origins that these carry are names that last.
+#[derive(Debug)]
+pub struct Recorder<'a> {
+    input: &'a Mesh,
+    frame: Frame,
+    log: CollapseLog,
+}
+
+impl<'a> Recorder<'a> {
+    /// At the start of a run on `input`.
+    pub fn new(input: &'a Mesh, prepared: &Prepared) -> Self {
+        let Prepared { frame, carried, lowest, .. } = prepared;
+        let faces = carried.face_origin.iter().map(|origin| origin & !TURNED);
+        Self { input, frame: *frame, log: CollapseLog::new(input, lowest.as_deref(), &carried.origin, faces) }
+    }
+
+    /// Notes a round before it is compacted: `before` are the origins as it began.
+    pub fn record(&mut self, contractions: &[Contraction], before: &[u32], carried: &Carried) {
+        for &Contraction { keep, gone, x, y, z, flags } in contractions {
+            // The new vertex goes by the name of one of the ends, not always by that of its row.
+            let origin = carried.origin[keep as usize];
+            let [own, other] = [keep, gone].map(|v| before[v as usize] & !MOVED_FROM);
+            let (kept, lost) = if origin & !MOVED_FROM == own { (own, other) } else { (other, own) };
+            let position = model_position(self.input, self.frame, origin, Position { x, y, z, flags });
+            let contraction = progressive::Contraction { keep: kept, gone: lost, position };
+            let normal = carried.normals.as_ref().map(|rows| rows[keep as usize]);
+            let color = carried.colors.as_ref().map(|rows| rows[keep as usize]);
+            self.log.push(contraction, normal, color);
+        }
+    }
+
+    /// The log of what was noted.
+    pub fn into_log(self) -> CollapseLog {
+        self.log
+    }
+}
