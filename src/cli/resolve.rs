@@ -221,6 +221,7 @@ fn method(shape: &args::Shape) -> Method {
             args::Placement::EndpointOrMiddle => contract::Placement::EndpointOrMiddle,
             args::Placement::Endpoint => contract::Placement::Endpoint,
         },
+        weighting: contract::Weighting::Uniform,
         border_weight: shape.border_weight,
         lock_border: shape.lock_border,
         max_flip_rad: shape.max_flip.unwrap_or(defaults.max_flip_rad),
@@ -287,6 +288,7 @@ mod tests {
         let expected = Options {
             metric: contract::Metric::Plane,
             placement: contract::Placement::Endpoint,
+            weighting: contract::Weighting::Uniform,
             border_weight: 2.0,
             lock_border: true,
             max_flip_rad: std::f32::consts::FRAC_PI_4,

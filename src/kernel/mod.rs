@@ -4,6 +4,8 @@
 //! calls and stores, in parallel where the outputs can be split. Single-precision arithmetic goes through
 //! [`crate::math::exact`], so that twin and shader agree bit for bit.
 
+pub mod block_sums;
+pub mod border_curvatures;
 pub mod compact_faces;
 pub mod compact_quadrics;
 pub mod compact_rings;
@@ -14,8 +16,11 @@ pub mod contract_vertices;
 pub mod cost_histogram;
 pub mod count_candidates;
 pub mod count_pairs;
+pub mod curvatures;
 pub mod exact_probe;
+pub mod face_cotangents;
 pub mod face_normals;
+pub mod feature_weights;
 pub mod fit_points;
 pub mod fit_steps;
 pub mod fit_sums;
@@ -39,6 +44,8 @@ pub(crate) mod split;
 pub mod stars;
 pub mod volume_costs;
 pub mod volume_sums;
+pub mod weigh_keys;
+pub mod weigh_quadrics;
 
 use crate::backend::{Device, Exactness, GpuOptions, Selector, row};
 use crate::error::{Error, Result};

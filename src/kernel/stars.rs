@@ -41,18 +41,35 @@ impl<'a> Stars<'a> {
     }
 }
 
+/// A face seen from one of its corners.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Spoke {
+    /// Which corner, from 0 to 2.
+    pub corner: u32,
+    /// The corner after it.
+    pub next: u32,
+    /// The corner before it.
+    pub last: u32,
+}
+
+/// A face from its corner `vertex`.
+#[inline(always)]
+pub fn spoke(face: Face, vertex: u32) -> Spoke {
+    if face.a == vertex {
+        Spoke { corner: 0, next: face.b, last: face.c }
+    } else if face.b == vertex {
+        Spoke { corner: 1, next: face.c, last: face.a }
+    } else {
+        Spoke { corner: 2, next: face.a, last: face.b }
+    }
+}
+
 /// n = (p1−p0)×(p2−p0): twice the area, along the normal. `p0` is the position of `vertex`, a corner of the face.
 #[inline(always)]
 pub fn normal_from(vertex: u32, p0: Vec3, face: Face, stars: &Stars<'_>) -> Vec3 {
-    let next = if face.a == vertex {
-        [face.b, face.c]
-    } else if face.b == vertex {
-        [face.c, face.a]
-    } else {
-        [face.a, face.b]
-    };
-    let p1 = stars.positions[next[0] as usize].xyz();
-    let p2 = stars.positions[next[1] as usize].xyz();
+    let from = spoke(face, vertex);
+    let p1 = stars.positions[from.next as usize].xyz();
+    let p2 = stars.positions[from.last as usize].xyz();
     flush3(cross3(sub3(p1, p0), sub3(p2, p0)), LEAST_FACTOR)
 }
 

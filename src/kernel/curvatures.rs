@@ -1,0 +1,134 @@
+//! The mean curvature and the mixed area of every vertex. Twin: `shaders/curvatures.wgsl`, line for line.
+//!
+//! # Reference
+//! \[MDSB03\] sections 3.3 and 4: half the length of the mean curvature normal, over the mixed Voronoi area. Departs: at
+//! a border, where the operator would measure how the border bends, the curvature is left at zero.
+
+use rayon::prelude::*;
+
+use super::rows::{BORDER, Cotangents, Face, Position};
+use super::split::CHUNK;
+use super::stars::{Stars, spoke};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
+use crate::math::Vec3;
+use crate::math::exact::{LEAST_FACTOR, LEAST_SUM, add, add3, divide, dot3, flush, flush3, mul, root, scale3, sub3};
+
+/// Areas up to this, in the normalized frame, are of stars without area: no curvature.
+pub const NO_STAR: f32 = 1e-12;
+
+/// One invocation a vertex.
+pub struct Curvatures<'a> {
+    /// V positions.
+    pub positions: &'a Buffer<Position>,
+    /// F faces.
+    pub faces: &'a Buffer<Face>,
+    /// V + 1 starts into `ring_faces`.
+    pub ring_starts: &'a Buffer<u32>,
+    /// The faces around every vertex, ascending.
+    pub ring_faces: &'a Buffer<u32>,
+    /// F rows.
+    pub cotangents: &'a Buffer<Cotangents>,
+    /// V.
+    pub vertex_count: u32,
+    /// Writes V mixed areas, whose sum is the area of the surface.
+    pub areas: &'a mut Buffer<f32>,
+    /// Writes V mean curvatures without their sign, in one over the frame's length; zero on a border.
+    pub curvatures: &'a mut Buffer<f32>,
+}
+
+/// The row of a face as this corner sees it: its own cotangent first, then those of the corners after it.
+#[inline(always)]
+fn seen_from(corner: u32, row: Cotangents) -> Cotangents {
+    if corner == 0 {
+        return row;
+    }
+    if corner == 1 {
+        return Cotangents { a: row.b, b: row.c, c: row.a, area: row.area };
+    }
+    Cotangents { a: row.c, b: row.a, c: row.b, area: row.area }
+}
+
+/// The share of a face's area that is nearer to this corner than to the others; parts of it where the face is obtuse.
+#[inline(always)]
+fn mixed_area(at: Cotangents, first: Vec3, second: Vec3) -> f32 {
+    if at.a < 0.0 {
+        return mul(0.5, at.area);
+    }
+    if at.b < 0.0 || at.c < 0.0 {
+        return mul(0.25, at.area);
+    }
+    mul(0.125, add(mul(dot3(first, first), at.c), mul(dot3(second, second), at.b)))
+}
+
+/// Σ (cot α + cot β)(p − q) over the edges at a vertex: four times its mean curvature and area, along the normal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Star {
+    turn: Vec3,
+    area: f32,
+}
+
+#[inline(always)]
+fn star_of(vertex: u32, stars: &Stars<'_>, cotangents: &[Cotangents]) -> Star {
+    let p = stars.positions[vertex as usize].xyz();
+    let mut turn = Vec3::ZERO;
+    let mut area = 0.0;
+    for &f in stars.ring(vertex) {
+        let from = spoke(stars.faces[f as usize], vertex);
+        let at = seen_from(from.corner, cotangents[f as usize]);
+        let first = flush3(sub3(p, stars.positions[from.next as usize].xyz()), LEAST_FACTOR);
+        let second = flush3(sub3(p, stars.positions[from.last as usize].xyz()), LEAST_FACTOR);
+        turn = add3(turn, add3(scale3(first, at.c), scale3(second, at.b)));
+        area = add(area, mixed_area(at, first, second));
+    }
+    Star { turn: flush3(turn, LEAST_FACTOR), area: flush(area, LEAST_SUM) }
+}
+
+#[inline(always)]
+fn curvature(star: Star) -> f32 {
+    if star.area <= NO_STAR {
+        return 0.0;
+    }
+    divide(root(dot3(star.turn, star.turn)), mul(4.0, star.area))
+}
+
+impl Kernel for Curvatures<'_> {
+    const NAME: &'static str = "curvatures";
+    const SOURCE: &'static str = include_str!("../../shaders/curvatures.wgsl");
+    const SHARED: &'static [&'static str] = &[include_str!("../../shaders/shared/stars.wgsl")];
+    type Params = ();
+    const PARAMS: &'static [(&'static str, &'static str)] = &[];
+    const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;
+
+    fn params(&self) {}
+
+    fn bindings(&self) -> Vec<Binding<'_>> {
+        vec![
+            Binding::new("positions", Access::Read, self.positions),
+            Binding::new("faces", Access::Read, self.faces),
+            Binding::new("ring_starts", Access::Read, self.ring_starts),
+            Binding::new("ring_faces", Access::Read, self.ring_faces),
+            Binding::new("cotangents", Access::Read, self.cotangents),
+            Binding::new("areas", Access::Write, self.areas),
+            Binding::new("curvatures", Access::Write, self.curvatures),
+        ]
+    }
+
+    fn invocations(&self) -> u32 {
+        self.vertex_count
+    }
+
+    fn run_cpu(&mut self) {
+        let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
+        let (vertices, cotangents) = (..self.vertex_count as usize, self.cotangents.host());
+        let areas = self.areas.host_mut()[vertices].par_iter_mut();
+        let rows = areas.zip(&mut self.curvatures.host_mut()[vertices]).enumerate();
+        rows.with_min_len(CHUNK).for_each(|(vertex, (area, row))| {
+            let star = star_of(vertex as u32, &stars, cotangents);
+            *area = star.area;
+            *row = if stars.positions[vertex].flags & BORDER == 0 { curvature(star) } else { 0.0 };
+        });
+    }
+}
+
+/// The flags, and what else the shader names.
+const CONSTANTS: &[(&str, Constant)] = &[("BORDER", Constant::U32(BORDER)), ("NO_STAR", Constant::F32(NO_STAR))];
