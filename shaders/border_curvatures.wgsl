@@ -7,8 +7,8 @@ fn mean_around(vertex: u32) -> f32 {
     let end = load_ring_starts(vertex + 1u);
     for (var i = load_ring_starts(vertex); i < end; i++) {
         // A neighbor off the border is a corner of two faces here.
-        let from = spoke(load_faces(load_ring_faces(i)), vertex);
-        let ends = array<u32, 2>(from.next, from.last);
+        let seen = spoke(load_faces(load_ring_faces(i)), vertex);
+        let ends = array<u32, 2>(seen.next, seen.last);
         for (var k = 0u; k < 2u; k++) {
             if (load_positions(ends[k]).flags & BORDER) == 0u {
                 sum = add(sum, load_curvatures(ends[k]));

@@ -31,10 +31,10 @@ fn star_of(vertex: u32) -> Star {
     let end = load_ring_starts(vertex + 1u);
     for (var i = load_ring_starts(vertex); i < end; i++) {
         let f = load_ring_faces(i);
-        let from = spoke(load_faces(f), vertex);
-        let at = seen_from(from.corner, load_cotangents(f));
-        let first = flush3(sub3(p, xyz(load_positions(from.next))), LEAST_FACTOR);
-        let second = flush3(sub3(p, xyz(load_positions(from.last))), LEAST_FACTOR);
+        let seen = spoke(load_faces(f), vertex);
+        let at = seen_from(seen.corner, load_cotangents(f));
+        let first = flush3(sub3(p, xyz(load_positions(seen.next))), LEAST_FACTOR);
+        let second = flush3(sub3(p, xyz(load_positions(seen.last))), LEAST_FACTOR);
         turn = add3(turn, add3(scale3(first, at.c), scale3(second, at.b)));
         area = add(area, mixed_area(at, first, second));
     }
@@ -45,7 +45,7 @@ fn curvature(star: Star) -> f32 {
     if star.area <= NO_STAR {
         return 0.0;
     }
-    return divide(root(dot3(star.turn, star.turn)), mul(4.0, star.area));
+    return min(divide(root(dot3(star.turn, star.turn)), mul(4.0, star.area)), SHARPEST);
 }
 
 fn run(i: u32) {

@@ -15,9 +15,9 @@ fn spoke(face: Face, vertex: u32) -> Spoke {
 
 // n = (p1−p0)×(p2−p0): twice the area, along the normal. p0 is the position of `vertex`, a corner of the face.
 fn normal_from(vertex: u32, p0: vec3f, face: Face) -> vec3f {
-    let from = spoke(face, vertex);
-    let p1 = xyz(load_positions(from.next));
-    let p2 = xyz(load_positions(from.last));
+    let seen = spoke(face, vertex);
+    let p1 = xyz(load_positions(seen.next));
+    let p2 = xyz(load_positions(seen.last));
     return flush3(cross3(sub3(p1, p0), sub3(p2, p0)), LEAST_FACTOR);
 }
 

@@ -31,8 +31,8 @@ fn mean_around(vertex: u32, stars: &Stars<'_>, curvatures: &[f32]) -> f32 {
     let mut count = 0.0;
     for &f in stars.ring(vertex) {
         // A neighbor off the border is a corner of two faces here.
-        let from = spoke(stars.faces[f as usize], vertex);
-        for end in [from.next, from.last] {
+        let seen = spoke(stars.faces[f as usize], vertex);
+        for end in [seen.next, seen.last] {
             if stars.positions[end as usize].flags & BORDER == 0 {
                 sum = add(sum, curvatures[end as usize]);
                 count = add(count, 1.0);

@@ -15,6 +15,8 @@ use crate::math::exact::{LEAST_FACTOR, LEAST_SUM, add, add3, divide, dot3, flush
 
 /// Areas up to this, in the normalized frame, are of stars without area: no curvature.
 pub const NO_STAR: f32 = 1e-12;
+/// Greatest curvature: a radius of a millionth of the mean edge. What passes it is noise on a needle.
+pub const SHARPEST: f32 = 1e6;
 
 /// One invocation a vertex.
 pub struct Curvatures<'a> {
@@ -73,10 +75,10 @@ fn star_of(vertex: u32, stars: &Stars<'_>, cotangents: &[Cotangents]) -> Star {
     let mut turn = Vec3::ZERO;
     let mut area = 0.0;
     for &f in stars.ring(vertex) {
-        let from = spoke(stars.faces[f as usize], vertex);
-        let at = seen_from(from.corner, cotangents[f as usize]);
-        let first = flush3(sub3(p, stars.positions[from.next as usize].xyz()), LEAST_FACTOR);
-        let second = flush3(sub3(p, stars.positions[from.last as usize].xyz()), LEAST_FACTOR);
+        let seen = spoke(stars.faces[f as usize], vertex);
+        let at = seen_from(seen.corner, cotangents[f as usize]);
+        let first = flush3(sub3(p, stars.positions[seen.next as usize].xyz()), LEAST_FACTOR);
+        let second = flush3(sub3(p, stars.positions[seen.last as usize].xyz()), LEAST_FACTOR);
         turn = add3(turn, add3(scale3(first, at.c), scale3(second, at.b)));
         area = add(area, mixed_area(at, first, second));
     }
@@ -88,7 +90,7 @@ fn curvature(star: Star) -> f32 {
     if star.area <= NO_STAR {
         return 0.0;
     }
-    divide(root(dot3(star.turn, star.turn)), mul(4.0, star.area))
+    divide(root(dot3(star.turn, star.turn)), mul(4.0, star.area)).min(SHARPEST)
 }
 
 impl Kernel for Curvatures<'_> {
@@ -131,4 +133,5 @@ impl Kernel for Curvatures<'_> {
 }
 
 /// The flags, and what else the shader names.
-const CONSTANTS: &[(&str, Constant)] = &[("BORDER", Constant::U32(BORDER)), ("NO_STAR", Constant::F32(NO_STAR))];
+const CONSTANTS: &[(&str, Constant)] =
+    &[("BORDER", Constant::U32(BORDER)), ("NO_STAR", Constant::F32(NO_STAR)), ("SHARPEST", Constant::F32(SHARPEST))];

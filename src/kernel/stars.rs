@@ -67,9 +67,9 @@ pub fn spoke(face: Face, vertex: u32) -> Spoke {
 /// n = (p1−p0)×(p2−p0): twice the area, along the normal. `p0` is the position of `vertex`, a corner of the face.
 #[inline(always)]
 pub fn normal_from(vertex: u32, p0: Vec3, face: Face, stars: &Stars<'_>) -> Vec3 {
-    let from = spoke(face, vertex);
-    let p1 = stars.positions[from.next as usize].xyz();
-    let p2 = stars.positions[from.last as usize].xyz();
+    let seen = spoke(face, vertex);
+    let p1 = stars.positions[seen.next as usize].xyz();
+    let p2 = stars.positions[seen.last as usize].xyz();
     flush3(cross3(sub3(p1, p0), sub3(p2, p0)), LEAST_FACTOR)
 }
 

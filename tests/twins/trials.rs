@@ -1,6 +1,7 @@
 //! The one list of kernels: for each a run on hostile inputs, whose outputs must not depend on the device.
 
 mod costs;
+mod features;
 mod fit;
 mod gate;
 mod inputs;
@@ -62,6 +63,7 @@ pub fn trials() -> impl Iterator<Item = Trial> {
         .into_iter()
         .chain(surface::TRIALS)
         .chain(costs::TRIALS)
+        .chain(features::TRIALS)
         .chain(gate::TRIALS)
         .chain(nearest::TRIALS)
         .chain(fit::TRIALS)
