@@ -96,9 +96,6 @@ fn root_digits(n: u32, guess: f32) -> u32 {
 }
 
 fn log2(x: f32) -> f32 {
-    if x < LEAST {
-        return 0.0;
-    }
     // x = 2ᵏ(1 + f).
     let above = bitcast<i32>(x) - ROOT_HALF;
     let k = f32(above >> 23u);
@@ -112,7 +109,8 @@ fn log2(x: f32) -> f32 {
     p = add(mul(p, f), 0.48091063);
     p = add(mul(p, f), -0.72134733);
     p = add(mul(p, f), 1.442695);
-    return add(k, mul(p, f));
+    let logarithm = add(k, mul(p, f));
+    return select(logarithm, 0.0, x < LEAST);
 }
 
 fn add3(a: vec3f, b: vec3f) -> vec3f {

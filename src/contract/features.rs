@@ -5,9 +5,9 @@ use crate::error::Result;
 use crate::kernel::block_sums::{BlockSums, SUM_BLOCK};
 use crate::kernel::border_curvatures::BorderCurvatures;
 use crate::kernel::curvatures::Curvatures;
-use crate::kernel::face_cotangents::FaceCotangents;
+use crate::kernel::face_corners::FaceCorners;
 use crate::kernel::feature_weights::{FeatureWeights, Params};
-use crate::kernel::rows::Cotangents;
+use crate::kernel::rows::Corners;
 use crate::mesh::Mesh;
 use crate::mesh::weld::lowest_at_position;
 
@@ -21,7 +21,7 @@ use super::{Metric, Options};
 pub struct Features {
     feature: Feature,
     has_border: bool,
-    cotangents: Buffer<Cotangents>,
+    corners: Buffer<Corners>,
     areas: Buffer<f32>,
     curvatures: Buffer<f32>,
     /// Sums of blocks, and of blocks of those, in turns.
@@ -36,7 +36,7 @@ impl Features {
         Ok(Self {
             feature,
             has_border,
-            cotangents: queue.buffer(surface.face_count)?,
+            corners: queue.buffer(surface.face_count)?,
             areas: queue.buffer(vertices)?,
             curvatures: queue.buffer(vertices)?,
             sums: [queue.buffer(blocks)?, queue.buffer(blocks.div_ceil(SUM_BLOCK as usize))?],
@@ -57,14 +57,14 @@ impl Features {
     fn run(&mut self, queue: &mut Queue, surface: &Surface, params: Params) -> Result<()> {
         let Surface { positions, faces, ring_starts, ring_faces, .. } = surface;
         let vertex_count = surface.vertex_count as u32;
-        let Self { cotangents, areas, curvatures, weights, .. } = self;
-        queue.run(FaceCotangents { positions, faces, face_count: surface.face_count as u32, cotangents })?;
+        let Self { corners, areas, curvatures, weights, .. } = self;
+        queue.run(FaceCorners { positions, faces, face_count: surface.face_count as u32, corners })?;
         queue.run(Curvatures {
             positions,
             faces,
             ring_starts,
             ring_faces,
-            cotangents,
+            corners,
             vertex_count,
             areas,
             curvatures,

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::rows::{BORDER, Cotangents, Face, Position};
+use super::rows::{BORDER, Corners, Face, Position};
 use super::split::CHUNK;
 use super::stars::{Stars, spoke};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
@@ -29,37 +29,13 @@ pub struct Curvatures<'a> {
     /// The faces around every vertex, ascending.
     pub ring_faces: &'a Buffer<u32>,
     /// F rows.
-    pub cotangents: &'a Buffer<Cotangents>,
+    pub corners: &'a Buffer<Corners>,
     /// V.
     pub vertex_count: u32,
     /// Writes V mixed areas, whose sum is the area of the surface.
     pub areas: &'a mut Buffer<f32>,
     /// Writes V mean curvatures without their sign, in one over the frame's length; zero on a border.
     pub curvatures: &'a mut Buffer<f32>,
-}
-
-/// The row of a face as this corner sees it: its own cotangent first, then those of the corners after it.
-#[inline(always)]
-fn seen_from(corner: u32, row: Cotangents) -> Cotangents {
-    if corner == 0 {
-        return row;
-    }
-    if corner == 1 {
-        return Cotangents { a: row.b, b: row.c, c: row.a, area: row.area };
-    }
-    Cotangents { a: row.c, b: row.a, c: row.b, area: row.area }
-}
-
-/// The share of a face's area that is nearer to this corner than to the others; parts of it where the face is obtuse.
-#[inline(always)]
-fn mixed_area(at: Cotangents, first: Vec3, second: Vec3) -> f32 {
-    if at.a < 0.0 {
-        return mul(0.5, at.area);
-    }
-    if at.b < 0.0 || at.c < 0.0 {
-        return mul(0.25, at.area);
-    }
-    mul(0.125, add(mul(dot3(first, first), at.c), mul(dot3(second, second), at.b)))
 }
 
 /// Σ (cot α + cot β)(p − q) over the edges at a vertex: four times its mean curvature and area, along the normal.
@@ -69,20 +45,40 @@ struct Star {
     area: f32,
 }
 
+/// Adds a face of which this vertex is a corner.
 #[inline(always)]
-fn star_of(vertex: u32, stars: &Stars<'_>, cotangents: &[Cotangents]) -> Star {
-    let p = stars.positions[vertex as usize].xyz();
-    let mut turn = Vec3::ZERO;
-    let mut area = 0.0;
-    for &f in stars.ring(vertex) {
-        let seen = spoke(stars.faces[f as usize], vertex);
-        let at = seen_from(seen.corner, cotangents[f as usize]);
-        let first = flush3(sub3(p, stars.positions[seen.next as usize].xyz()), LEAST_FACTOR);
-        let second = flush3(sub3(p, stars.positions[seen.last as usize].xyz()), LEAST_FACTOR);
-        turn = add3(turn, add3(scale3(first, at.c), scale3(second, at.b)));
-        area = add(area, mixed_area(at, first, second));
+fn with_face(star: Star, vertex: u32, p: Vec3, face: Face, row: Corners, positions: &[Position]) -> Star {
+    let seen = spoke(face, vertex);
+    let is_b = seen.corner == 1;
+    let is_c = seen.corner == 2;
+    let of_corner = |[a, b, c]: [f32; 3]| {
+        if is_c {
+            c
+        } else if is_b {
+            b
+        } else {
+            a
+        }
+    };
+    let area = of_corner([row.area_a, row.area_b, row.area_c]);
+    let cot_next = of_corner([row.cot_b, row.cot_c, row.cot_a]);
+    let cot_last = of_corner([row.cot_c, row.cot_a, row.cot_b]);
+    let from_next = sub3(p, positions[seen.next as usize].xyz());
+    let from_last = sub3(p, positions[seen.last as usize].xyz());
+    Star {
+        turn: add3(star.turn, add3(scale3(from_next, cot_last), scale3(from_last, cot_next))),
+        area: add(star.area, area),
     }
-    Star { turn: flush3(turn, LEAST_FACTOR), area: flush(area, LEAST_SUM) }
+}
+
+#[inline(always)]
+fn star_of(vertex: u32, stars: &Stars<'_>, corners: &[Corners]) -> Star {
+    let p = stars.positions[vertex as usize].xyz();
+    let mut star = Star { turn: Vec3::ZERO, area: 0.0 };
+    for &f in stars.ring(vertex) {
+        star = with_face(star, vertex, p, stars.faces[f as usize], corners[f as usize], stars.positions);
+    }
+    Star { turn: flush3(star.turn, LEAST_FACTOR), area: flush(star.area, LEAST_SUM) }
 }
 
 #[inline(always)]
@@ -109,7 +105,7 @@ impl Kernel for Curvatures<'_> {
             Binding::new("faces", Access::Read, self.faces),
             Binding::new("ring_starts", Access::Read, self.ring_starts),
             Binding::new("ring_faces", Access::Read, self.ring_faces),
-            Binding::new("cotangents", Access::Read, self.cotangents),
+            Binding::new("corners", Access::Read, self.corners),
             Binding::new("areas", Access::Write, self.areas),
             Binding::new("curvatures", Access::Write, self.curvatures),
         ]
@@ -121,11 +117,11 @@ impl Kernel for Curvatures<'_> {
 
     fn run_cpu(&mut self) {
         let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
-        let (vertices, cotangents) = (..self.vertex_count as usize, self.cotangents.host());
+        let (vertices, corners) = (..self.vertex_count as usize, self.corners.host());
         let areas = self.areas.host_mut()[vertices].par_iter_mut();
         let rows = areas.zip(&mut self.curvatures.host_mut()[vertices]).enumerate();
         rows.with_min_len(CHUNK).for_each(|(vertex, (area, row))| {
-            let star = star_of(vertex as u32, &stars, cotangents);
+            let star = star_of(vertex as u32, &stars, corners);
             *area = star.area;
             *row = if stars.positions[vertex].flags & BORDER == 0 { curvature(star) } else { 0.0 };
         });

@@ -18,7 +18,7 @@ pub mod count_candidates;
 pub mod count_pairs;
 pub mod curvatures;
 pub mod exact_probe;
-pub mod face_cotangents;
+pub mod face_corners;
 pub mod face_normals;
 pub mod feature_weights;
 pub mod fit_points;

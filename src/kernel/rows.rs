@@ -126,18 +126,17 @@ impl Normal {
     }
 }
 
-/// The cotangents at a face's corners, and its area.
+/// The cotangents at the corners of a face, and their shares of its area.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-pub struct Cotangents {
-    /// At the first corner.
-    pub a: f32,
-    /// At the second.
-    pub b: f32,
-    /// At the third.
-    pub c: f32,
-    /// The area.
-    pub area: f32,
+#[expect(missing_docs, reason = "named by corner")]
+pub struct Corners {
+    pub cot_a: f32,
+    pub cot_b: f32,
+    pub cot_c: f32,
+    pub area_a: f32,
+    pub area_b: f32,
+    pub area_c: f32,
 }
 
 /// What the `volume` metric needs of a vertex: sums over the faces of its star of n nᵀ/|n| and n, the normals as long as
@@ -293,7 +292,7 @@ row!(Position { x, y, z, flags });
 row!(Face { a, b, c });
 row!(Contraction { keep, gone, x, y, z, flags });
 row!(Normal { x, y, z, root });
-row!(Cotangents { a, b, c, area });
+row!(Corners { cot_a, cot_b, cot_c, area_a, area_b, area_c });
 row!(VolumeSum { xx, xy, xz, yy, yz, zz, nx, ny, nz });
 row!(BorderSum { xx, xy, xz, yy, yz, zz });
 row!(PlaneQuadric { xx, xy, xz, yy, yz, zz, bx, by, bz, c, weight });

@@ -55,12 +55,23 @@ pub struct Spoke {
 /// A face from its corner `vertex`.
 #[inline(always)]
 pub fn spoke(face: Face, vertex: u32) -> Spoke {
-    if face.a == vertex {
-        Spoke { corner: 0, next: face.b, last: face.c }
-    } else if face.b == vertex {
-        Spoke { corner: 1, next: face.c, last: face.a }
-    } else {
-        Spoke { corner: 2, next: face.a, last: face.b }
+    let (is_b, is_c) = (face.b == vertex, face.c == vertex);
+    Spoke {
+        corner: u32::from(is_b) + 2 * u32::from(is_c),
+        next: if is_c {
+            face.a
+        } else if is_b {
+            face.c
+        } else {
+            face.b
+        },
+        last: if is_c {
+            face.b
+        } else if is_b {
+            face.a
+        } else {
+            face.c
+        },
     }
 }
 

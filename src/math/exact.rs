@@ -80,11 +80,8 @@ const ROOT_HALF: i32 = 0x3f35_04f3;
 /// The polynomial is log₂(1 + f)/f for f in √½ − 1 ..= √2 − 1 with the least greatest relative error, 3 · 10⁻⁸.
 #[inline(always)]
 pub fn log2(x: f32) -> f32 {
-    if x < LEAST {
-        return 0.0;
-    }
     // x = 2ᵏ(1 + f).
-    let above = x.to_bits() as i32 - ROOT_HALF;
+    let above = (x.to_bits() as i32).wrapping_sub(ROOT_HALF);
     let k = (above >> 23) as f32;
     let f = sub(f32::from_bits(((above & 0x7f_ffff) + ROOT_HALF) as u32), 1.0);
     let mut p = 0.125_837_01;
@@ -96,7 +93,8 @@ pub fn log2(x: f32) -> f32 {
     p = add(mul(p, f), 0.480_910_63);
     p = add(mul(p, f), -0.721_347_33);
     p = add(mul(p, f), 1.442_695);
-    add(k, mul(p, f))
+    let logarithm = add(k, mul(p, f));
+    if x < LEAST { 0.0 } else { logarithm }
 }
 
 /// a + b.

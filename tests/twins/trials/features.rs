@@ -5,9 +5,9 @@ use coarsen::backend::{Buffer, Device, Queue};
 use coarsen::kernel::block_sums::{BlockSums, SUM_BLOCK};
 use coarsen::kernel::border_curvatures::BorderCurvatures;
 use coarsen::kernel::curvatures::Curvatures;
-use coarsen::kernel::face_cotangents::FaceCotangents;
+use coarsen::kernel::face_corners::FaceCorners;
 use coarsen::kernel::feature_weights::{FeatureWeights, Params};
-use coarsen::kernel::rows::{Cotangents, Face, Position};
+use coarsen::kernel::rows::{Corners, Face, Position};
 use coarsen::kernel::weigh_keys::WeighKeys;
 use coarsen::kernel::weigh_quadrics::WeighQuadrics;
 
@@ -15,7 +15,7 @@ use super::inputs::{Random, Round, flip, rounds};
 use super::{Seen, Trial};
 
 pub const TRIALS: [Trial; 7] = [
-    Trial { name: "face_cotangents", run: face_cotangents },
+    Trial { name: "face_corners", run: face_corners },
     Trial { name: "curvatures", run: curvatures },
     Trial { name: "border_curvatures", run: border_curvatures },
     Trial { name: "block_sums", run: block_sums },
@@ -46,28 +46,28 @@ impl Mesh {
         })
     }
 
-    fn cotangents(&self, queue: &mut Queue) -> Result<Buffer<Cotangents>> {
-        let mut cotangents = queue.buffer(self.faces.len())?;
+    fn corners(&self, queue: &mut Queue) -> Result<Buffer<Corners>> {
+        let mut corners = queue.buffer(self.faces.len())?;
         let Self { positions, faces, face_count, .. } = self;
-        queue.run(FaceCotangents { positions, faces, face_count: *face_count, cotangents: &mut cotangents })?;
-        Ok(cotangents)
+        queue.run(FaceCorners { positions, faces, face_count: *face_count, corners: &mut corners })?;
+        Ok(corners)
     }
 }
 
-/// Cotangents and curvatures of a round, on the host.
-fn curved(round: &Round) -> (Vec<Cotangents>, Vec<f32>) {
+/// Corners and curvatures of a round, on the host.
+fn curved(round: &Round) -> (Vec<Corners>, Vec<f32>) {
     let mut queue = Device::cpu(1).unwrap().cpu_queue();
     let mesh = Mesh::new(&mut queue, round).unwrap();
-    let cotangents = &mesh.cotangents(&mut queue).unwrap();
+    let corners = &mesh.corners(&mut queue).unwrap();
     let Mesh { positions, faces, ring_starts, ring_faces, vertex_count, .. } = &mesh;
     let vertex_count = *vertex_count;
     let areas = &mut queue.buffer(round.positions.len()).unwrap();
     let curvatures = &mut queue.buffer(round.positions.len()).unwrap();
     queue
-        .run(Curvatures { positions, faces, ring_starts, ring_faces, cotangents, vertex_count, areas, curvatures })
+        .run(Curvatures { positions, faces, ring_starts, ring_faces, corners, vertex_count, areas, curvatures })
         .unwrap();
     queue.run(BorderCurvatures { positions, faces, ring_starts, ring_faces, vertex_count, curvatures }).unwrap();
-    (cotangents.host().to_vec(), curvatures.host().to_vec())
+    (corners.host().to_vec(), curvatures.host().to_vec())
 }
 
 /// A weight for each of `count` rows: zeros, ones, and others of all magnitudes that are used.
@@ -77,16 +77,16 @@ fn some_weights(count: usize) -> Vec<f32> {
     (0..count).map(|_| weight()).collect()
 }
 
-fn face_cotangents(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
+fn face_corners(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
     for (round, perturbed) in rounds(perturbed) {
         seen.input(round.name);
         let mut rows = round.positions.clone();
         flip(&mut rows[round.faces[0].a as usize].x, perturbed);
         let positions = &queue.buffer_from(rows)?;
         let faces = &queue.buffer_from(round.faces.clone())?;
-        let cotangents = &mut queue.buffer(round.faces.len())?;
-        seen.run(queue, FaceCotangents { positions, faces, face_count: round.faces.len() as u32, cotangents })?;
-        seen.output(queue, "cotangents", cotangents)?;
+        let corners = &mut queue.buffer(round.faces.len())?;
+        seen.run(queue, FaceCorners { positions, faces, face_count: round.faces.len() as u32, corners })?;
+        seen.output(queue, "corners", corners)?;
     }
     Ok(())
 }
@@ -95,16 +95,16 @@ fn curvatures(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()>
     for (round, perturbed) in rounds(perturbed) {
         seen.input(round.name);
         let (mut rows, _) = curved(round);
-        flip(&mut rows[round.ring_faces[0] as usize].area, perturbed);
-        flip(&mut rows[round.ring_faces[0] as usize].b, perturbed);
+        flip(&mut rows[round.ring_faces[0] as usize].area_a, perturbed);
+        flip(&mut rows[round.ring_faces[0] as usize].cot_b, perturbed);
         let mesh = Mesh::new(queue, round)?;
         let Mesh { positions, faces, ring_starts, ring_faces, vertex_count, .. } = &mesh;
-        let (cotangents, vertex_count) = (&queue.buffer_from(rows)?, *vertex_count);
+        let (corners, vertex_count) = (&queue.buffer_from(rows)?, *vertex_count);
         let areas = &mut queue.buffer(round.positions.len())?;
         let curvatures = &mut queue.buffer(round.positions.len())?;
         seen.run(
             queue,
-            Curvatures { positions, faces, ring_starts, ring_faces, cotangents, vertex_count, areas, curvatures },
+            Curvatures { positions, faces, ring_starts, ring_faces, corners, vertex_count, areas, curvatures },
         )?;
         seen.output(queue, "areas", areas)?;
         seen.output(queue, "curvatures", curvatures)?;
