@@ -50,6 +50,7 @@
 //! - [`contract`]: the engine and its options.
 //! - [`kernel`]: what runs on a GPU, each kernel beside its twin; [`backend`]: who runs it.
 //! - [`metrics`]: how far two surfaces are apart; [`spatial`]: the tree behind it.
+//! - [`papers`]: the tables of papers as jobs, run and measured.
 //! - [`report`]: heat maps and pictures of it.
 //! - [`mesh`]: welding, topology, validation, shapes and samples; [`formats`]: files.
 
@@ -65,6 +66,7 @@ pub mod kernel;
 pub mod math;
 pub mod mesh;
 pub mod metrics;
+pub mod papers;
 pub mod report;
 pub mod simplify;
 pub mod spatial;
