@@ -1,9 +1,10 @@
 //! From arguments to a job: domain values, files that are there, and every contradiction at once.
 
 use std::f64;
+use std::path::PathBuf;
 
 use coarsen::backend::Selector;
-use coarsen::contract::{self, Options};
+use coarsen::contract::{self, Feature, Options, Weighting};
 use coarsen::formats::{Format, WriteOptions};
 use coarsen::{Budget, Method, metrics};
 
@@ -13,7 +14,8 @@ use super::console::Verbosity;
 use super::failure::{exit_of, message, refuse};
 use super::sink::Sink;
 use super::source::Source;
-use super::values::Weld;
+use super::values::{WeightSource, Weld};
+use super::weights;
 
 /// Everything `simplify` needs to know.
 #[derive(Debug)]
@@ -21,12 +23,16 @@ pub struct Job {
     pub source: Source,
     pub sink: Sink,
     pub method: Method,
+    /// The weights that the method lacks yet.
+    pub weight: Option<WeightSource>,
     pub budget: Budget,
     pub require_target: bool,
     pub selector: Selector,
     pub threads: usize,
     pub memory_limit: Option<u64>,
     pub writing: WriteOptions,
+    /// Where to write the feature degrees of the input, and how they are found.
+    pub write_feature: Option<(PathBuf, Feature)>,
     /// Whether to measure the result, and how.
     pub measure: Option<metrics::Options>,
     pub json: bool,
@@ -59,6 +65,9 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         let input = source.as_ref().and_then(Source::path);
         problems.note(sink.check(input, args.writing.overwrite));
     }
+    weights::check(args, source.as_ref(), &mut problems);
+    let feature = weights::feature(&args.weights);
+    let write_feature = weights::feature_sink(args, source.as_ref(), &mut problems).map(|path| (path, feature));
     let (Some(budget), Some(selector), Some(source), Some(sink), true) =
         (budget, selector, source, sink, problems.is_empty())
     else {
@@ -67,13 +76,15 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
     Ok(Job {
         source,
         sink,
-        method: method(&args.shape),
+        method: method(&args.shape, feature),
+        weight: args.weights.weight.clone(),
         budget,
         require_target: args.target.require_target,
         selector,
         threads: args.device.threads.into(),
         memory_limit: args.device.memory_limit,
         writing: WriteOptions { ascii: args.writing.ascii },
+        write_feature,
         measure: (args.writing.measure)
             .then(|| metrics::Options { samples: args.writing.samples, ..metrics::Options::default() }),
         json: args.writing.json,
@@ -207,21 +218,23 @@ pub fn selector(text: &str) -> anyhow::Result<Selector> {
     })
 }
 
-fn method(shape: &args::Shape) -> Method {
-    let defaults = Options::default();
-    let args::Method::Contract = shape.method;
+fn method(shape: &args::Shape, feature: Feature) -> Method {
+    let defaults = match shape.method {
+        args::Method::Contract => Options::default(),
+        args::Method::Feature => Options { weighting: Weighting::Feature(feature), ..Options::feature_weighted() },
+    };
     Method::Contract(Options {
-        metric: match shape.metric {
+        metric: shape.metric.map_or(defaults.metric, |metric| match metric {
             args::Metric::Volume => contract::Metric::Volume,
             args::Metric::Plane => contract::Metric::Plane,
-        },
-        placement: match shape.placement {
+        }),
+        placement: shape.placement.map_or(defaults.placement, |placement| match placement {
             args::Placement::Optimal => contract::Placement::Optimal,
             args::Placement::Segment => contract::Placement::Segment,
             args::Placement::EndpointOrMiddle => contract::Placement::EndpointOrMiddle,
             args::Placement::Endpoint => contract::Placement::Endpoint,
-        },
-        weighting: contract::Weighting::Uniform,
+        }),
+        weighting: defaults.weighting,
         border_weight: shape.border_weight,
         lock_border: shape.lock_border,
         max_flip_rad: shape.max_flip.unwrap_or(defaults.max_flip_rad),
@@ -238,6 +251,7 @@ fn method(shape: &args::Shape) -> Method {
 #[cfg(test)]
 mod tests {
     use clap::Parser;
+    use coarsen::contract::{FeatureMode, Update};
 
     use super::*;
     use crate::cli::args::{Arguments, Verb};
@@ -288,7 +302,7 @@ mod tests {
         let expected = Options {
             metric: contract::Metric::Plane,
             placement: contract::Placement::Endpoint,
-            weighting: contract::Weighting::Uniform,
+            weighting: Weighting::Uniform,
             border_weight: 2.0,
             lock_border: true,
             max_flip_rad: std::f32::consts::FRAC_PI_4,
@@ -298,6 +312,44 @@ mod tests {
             prune: 0.01,
         };
         assert_eq!(options, expected);
+    }
+
+    #[test]
+    fn features_reach_the_engine() {
+        let line = |options: &str| {
+            let job = job(&format!("coarsen simplify sample:part - --format ply -f 8 {options}"));
+            job.map(|job| job.method).map_err(|error| error.to_string())
+        };
+        let preset = Options::feature_weighted();
+        let with = |feature| Method::Contract(Options { weighting: Weighting::Feature(feature), ..preset.clone() });
+        assert_eq!(line("--method feature"), Ok(Method::Contract(preset.clone())));
+        assert_eq!(
+            line("--method feature --feature-lambda 2 --feature-floor 0.5 --feature-update recompute"),
+            Ok(with(Feature {
+                mode: FeatureMode::Affine { lambda: 2.0 },
+                curvature_floor: 0.5,
+                update: Update::Recompute
+            }))
+        );
+        let gated = Feature { mode: FeatureMode::Gated { lambda: 16.0 }, ..Feature::default() };
+        assert_eq!(line("--method feature --feature-mode gated"), Ok(with(gated)));
+        let literal = Feature { mode: FeatureMode::Contrast, curvature_floor: 0.0, update: Update::Static };
+        assert_eq!(line("--method feature --feature-mode contrast"), Ok(with(literal)));
+        let optimal =
+            Options { metric: contract::Metric::Volume, placement: contract::Placement::Optimal, ..preset.clone() };
+        assert_eq!(line("--method feature --metric volume --placement optimal"), Ok(Method::Contract(optimal)));
+
+        for (options, part) in [
+            ("--feature-mode affine", "--feature-mode is for --method feature"),
+            ("--feature-floor 1", "--feature-floor is for --method feature"),
+            ("--method feature --feature-mode entropy --feature-lambda 3", "'affine' and 'gated'"),
+            ("--method feature --weight a.txt", "contradict"),
+            ("--weight ply:saliency", "'sample:part' is no PLY file"),
+            ("--write-feature a.obj", "'a.obj' is no PLY"),
+        ] {
+            let error = line(options).expect_err("a contradiction");
+            assert!(error.contains(part), "{options}: {error}");
+        }
     }
 
     #[test]

@@ -5,6 +5,7 @@ mod compare;
 mod errors;
 mod help;
 mod output;
+mod weights;
 mod words;
 
 use std::fs;

@@ -5,6 +5,7 @@
 mod bench;
 mod compare;
 mod simplify;
+mod weights;
 
 use clap::{Args, Command, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
@@ -12,6 +13,7 @@ use clap_complete::Shell;
 pub use bench::{Bench, Job as BenchJob};
 pub use compare::{Compare, Up};
 pub use simplify::{Method, Metric, Placement, Progress, Shape, Simplify, Target};
+pub use weights::{FeatureMode, FeatureUpdate, Weights};
 
 /// Reduce triangle meshes, on the GPU or the CPU, with the same bytes on both.
 #[derive(Debug, Parser)]
