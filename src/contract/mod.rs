@@ -87,7 +87,7 @@ pub struct Options {
     pub metric: Metric,
     /// The placement policy.
     pub placement: Placement,
-    /// What every vertex counts.
+    /// What every vertex counts. A fit after the rounds does not know it.
     pub weighting: Weighting,
     /// Weight of border edges against faces; 0 lets borders move freely.
     pub border_weight: f32,
