@@ -1,5 +1,4 @@
 //! Curvatures, feature degrees and weights: known answers, invariances, and what weights do to a run. [Yang13]
-#![expect(clippy::print_stdout, reason = "a skipped test says so")]
 
 mod support;
 

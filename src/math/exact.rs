@@ -92,7 +92,7 @@ pub fn log2(x: f32) -> f32 {
     p = add(mul(p, f), -0.360_703_68);
     p = add(mul(p, f), 0.480_910_63);
     p = add(mul(p, f), -0.721_347_33);
-    p = add(mul(p, f), 1.442_695);
+    p = add(mul(p, f), std::f32::consts::LOG2_E);
     let logarithm = add(k, mul(p, f));
     if x < LEAST { 0.0 } else { logarithm }
 }
