@@ -85,4 +85,5 @@ fn run(i: u32) {
     let n = x << select(0u, 1u, x < y);
     put(i, 48u, f32(quotient_digits(n, y, misguess(f32(n) / f32(y), bits.z))));
     put(i, 49u, f32(root_digits(n, misguess(sqrt(f32(n) * 8388608.0), bits.w))));
+    put_raw(i, 50u, log2(finite(bits.z)));
 }

@@ -51,6 +51,7 @@
 //! - [`kernel`]: what runs on a GPU, each kernel beside its twin; [`backend`]: who runs it.
 //! - [`progressive`]: the contractions of a run, to replay to any face count and back.
 //! - [`metrics`]: how far two surfaces are apart; [`spatial`]: the tree behind it.
+//! - [`papers`]: the tables of papers as jobs, run and measured.
 //! - [`report`]: heat maps and pictures of it.
 //! - [`mesh`]: welding, topology, validation, shapes and samples; [`formats`]: files.
 
@@ -67,6 +68,7 @@ pub mod kernel;
 pub mod math;
 pub mod mesh;
 pub mod metrics;
+pub mod papers;
 pub mod progressive;
 pub mod report;
 pub mod simplify;

@@ -7,9 +7,9 @@ mod support;
 use std::fmt::Write;
 use std::path::Path;
 
-use coarsen::Budget;
 use coarsen::contract::{Options, Placement};
 use coarsen::mesh::{SAMPLES, sample};
+use coarsen::{Budget, Mesh};
 use support::deviation::deviation;
 use support::engine::{METRICS, asked, bytes, contract, fnv};
 
@@ -22,23 +22,25 @@ const SHARES: [f64; 3] = [0.5, 0.1, 0.04];
 fn record() -> String {
     let mut lines =
         String::from("sample   metric placement share  vertices faces rounds  deviation              hash\n");
+    let mut run = |name: &str, [metric, placement]: [&str; 2], mesh: &Mesh, options: &Options, share: f64| {
+        let outcome = contract(mesh, options, Budget::keep(share));
+        let rms = deviation(mesh, &outcome.mesh, 20_000).rms;
+        let hash = fnv(&bytes(&outcome.mesh));
+        let (vertices, faces) = (outcome.mesh.positions.len(), outcome.mesh.faces.len());
+        let what = format!("{name:8} {metric:6} {placement:9} {share:<5}");
+        writeln!(lines, "{what} {vertices:9} {faces:5} {:6} {rms:10.2e}  {hash:016x}", outcome.rounds.len())
+            .expect("a string takes any text");
+    };
     for &(name, ..) in SAMPLES {
         let mesh = sample(name, Some(FACES)).expect("a sample");
         for metric in METRICS {
-            for (placement, share) in
-                SHARES.map(|share| (Placement::Optimal, share)).into_iter().chain([(Placement::Endpoint, 0.1)])
-            {
-                let outcome =
-                    contract(&mesh, &Options { metric, placement, ..Options::default() }, Budget::keep(share));
-                let rms = deviation(&mesh, &outcome.mesh, 20_000).rms;
-                let hash = fnv(&bytes(&outcome.mesh));
-                let (vertices, faces) = (outcome.mesh.positions.len(), outcome.mesh.faces.len());
-                let [metric, placement] = [format!("{metric:?}"), format!("{placement:?}")];
-                let what = format!("{name:8} {metric:6} {placement:9} {share:<5}");
-                writeln!(lines, "{what} {vertices:9} {faces:5} {:6} {rms:10.2e}  {hash:016x}", outcome.rounds.len())
-                    .expect("a string takes any text");
+            let optimal = SHARES.map(|share| (Placement::Optimal, share));
+            for (placement, share) in optimal.into_iter().chain([(Placement::Endpoint, 0.1)]) {
+                let options = Options { metric, placement, ..Options::default() };
+                run(name, [&format!("{metric:?}"), &format!("{placement:?}")], &mesh, &options, share);
             }
         }
+        run(name, ["Plane", "Feature"], &mesh, &Options::feature_weighted(), 0.1);
     }
     lines
 }

@@ -7,7 +7,7 @@ mod support;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
-use coarsen::contract::{Options, Placement};
+use coarsen::contract::{Feature, FeatureMode, Options, Placement, Update, Weighting};
 use coarsen::math::DVec3;
 use coarsen::mesh::{shapes, weld};
 use coarsen::{Budget, Device, Error, Mesh, Method, simplify};
@@ -117,11 +117,31 @@ fn mesh(random: &mut Random) -> Mesh {
     mesh
 }
 
-fn options(random: &mut Random) -> Options {
+fn weighting(random: &mut Random, vertices: usize) -> Weighting {
+    let factor = pick(random, &[0.0, 4.0, 1e6]);
+    let modes = [
+        FeatureMode::Affine { lambda: factor },
+        FeatureMode::Gated { lambda: factor },
+        FeatureMode::Contrast,
+        FeatureMode::Entropy,
+    ];
+    match below(random, 4) {
+        0 => Weighting::Feature(Feature {
+            mode: pick(random, &modes),
+            curvature_floor: pick(random, &[0.0, 1.0, 1e6]),
+            update: pick(random, &[Update::Static, Update::Recompute]),
+        }),
+        1 => Weighting::Given((0..vertices).map(|_| pick(random, &[0.0, 1.0, 1e-38, 3e38, 1e-45, 0.3])).collect()),
+        _ => Weighting::Uniform,
+    }
+}
+
+fn options(random: &mut Random, vertices: usize) -> Options {
     let join_within = if below(random, 4) == 0 { pick(random, &[1e-9, 0.3, 2.0, 1e30]) } else { 0.0 };
     let options = Options {
         metric: pick(random, &METRICS),
         placement: pick(random, &PLACEMENTS),
+        weighting: weighting(random, vertices),
         border_weight: pick(random, &[0.0, 1.0, 1e-30, 1e6]),
         lock_border: below(random, 4) == 0,
         join_within,
@@ -197,7 +217,7 @@ fn assert_sound(mesh: &Mesh, options: &Options, budget: Budget, device: &Device)
 fn run(seed: u64, device: &Device) {
     let mut random = Random(seed);
     let mesh = mesh(&mut random);
-    let options = options(&mut random);
+    let options = options(&mut random, mesh.positions.len());
     let budget = budget(&mut random, mesh.faces.len());
     attempt(&format!("seed {seed}"), &mesh, &options, budget, device);
 }

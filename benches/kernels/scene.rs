@@ -1,9 +1,12 @@
 //! The buffers of a round in the middle of its work: every kernel can run on them, in any order and again and again.
 
 use coarsen::backend::{Buffer, Queue, Row};
+use coarsen::kernel::block_sums::SUM_BLOCK;
 use coarsen::kernel::contract_vertices::{GONE, KEEPS};
 use coarsen::kernel::cost_histogram::BUCKETS;
-use coarsen::kernel::rows::{BorderSum, Candidate, Contraction, Edge, Face, Normal, PlaneQuadric, Position, VolumeSum};
+use coarsen::kernel::rows::{
+    BorderSum, Candidate, Contraction, Corners, Edge, Face, Normal, PlaneQuadric, Position, VolumeSum,
+};
 use coarsen::kernel::scan_blocks::SCAN_BLOCK;
 use coarsen::mesh::{Rings, sample};
 
@@ -45,6 +48,14 @@ scene! {
     sums: VolumeSum,
     borders: BorderSum,
     quadrics: PlaneQuadric,
+    corners: Corners,
+    areas: f32,
+    curvatures: f32,
+    curvature_sums: f32,
+    weights: f32,
+    weighed_quadrics: PlaneQuadric,
+    /// Zeros, which weights leave as they are.
+    weighed_keys: u32,
     /// Pairs of every block of vertices.
     pair_counts: u32,
     /// Pairs before every block.
@@ -132,6 +143,13 @@ impl Scene {
             sums: rows(queue, v),
             borders: rows(queue, 1),
             quadrics: rows(queue, v),
+            corners: rows(queue, f),
+            areas: rows(queue, v),
+            curvatures: rows(queue, v),
+            curvature_sums: rows(queue, v.div_ceil(SUM_BLOCK as usize)),
+            weights: rows(queue, v),
+            weighed_quadrics: rows(queue, v),
+            weighed_keys: rows(queue, 3 * f),
             candidates: rows(queue, 3 * f),
             positions_out: rows(queue, v),
             faces_out: rows(queue, f),
@@ -152,7 +170,18 @@ impl Scene {
 
     /// Runs what later kernels read the results of; the scans are plain sums.
     fn fill(&mut self, queue: &mut Queue) {
-        self.run(queue, &["face_normals", "volume_sums", "plane_sums", "count_pairs"]);
+        self.run(
+            queue,
+            &[
+                "face_normals",
+                "volume_sums",
+                "plane_sums",
+                "face_corners",
+                "curvatures",
+                "feature_weights",
+                "count_pairs",
+            ],
+        );
         self.pair_starts = upload(queue, sums_before(self.pair_counts.host()));
         self.pair_count = self.pair_starts.host().last().copied().unwrap_or(0);
         self.run(queue, &["gather_pairs", "volume_costs"]);

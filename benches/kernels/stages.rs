@@ -2,6 +2,7 @@
 
 use coarsen::Result;
 use coarsen::backend::Queue;
+use coarsen::kernel::block_sums::BlockSums;
 use coarsen::kernel::compact_faces::CompactFaces;
 use coarsen::kernel::compact_quadrics::CompactQuadrics;
 use coarsen::kernel::compact_rings::CompactRings;
@@ -12,7 +13,10 @@ use coarsen::kernel::contract_vertices::ContractVertices;
 use coarsen::kernel::cost_histogram::CostHistogram;
 use coarsen::kernel::count_candidates::CountCandidates;
 use coarsen::kernel::count_pairs::CountPairs;
+use coarsen::kernel::curvatures::Curvatures;
+use coarsen::kernel::face_corners::FaceCorners;
 use coarsen::kernel::face_normals::FaceNormals;
+use coarsen::kernel::feature_weights::{FeatureWeights, Params};
 use coarsen::kernel::gather_candidates::GatherCandidates;
 use coarsen::kernel::gather_pairs::GatherPairs;
 use coarsen::kernel::live_vertices::LiveVertices;
@@ -22,6 +26,8 @@ use coarsen::kernel::scan_add::ScanAdd;
 use coarsen::kernel::scan_blocks::ScanBlocks;
 use coarsen::kernel::volume_costs::{BORDER_FACTOR, VolumeCosts};
 use coarsen::kernel::volume_sums::VolumeSums;
+use coarsen::kernel::weigh_keys::WeighKeys;
+use coarsen::kernel::weigh_quadrics::WeighQuadrics;
 
 use crate::scene::Scene;
 
@@ -58,6 +64,10 @@ macro_rules! stage {
     };
 }
 
+/// 1 + 4 times the feature degree.
+const AFFINE: Params =
+    Params { floor_share: 2e-6, least_sum: 1.0, gated: 0, base: 1.0, slope: 4.0, least: 0.0, of_fixed: 5.0 };
+
 /// All kernels of a round.
 pub const STAGES: &[Stage] = &[
     stage!("face_normals", faces, |s| FaceNormals {
@@ -84,6 +94,44 @@ pub const STAGES: &[Stage] = &[
         vertex_count: s.vertex_count,
         border_weight: 1.0,
         quadrics: &mut s.quadrics,
+    }),
+    stage!("face_corners", faces, |s| FaceCorners {
+        positions: &s.positions,
+        faces: &s.faces,
+        face_count: s.face_count,
+        corners: &mut s.corners,
+    }),
+    stage!("curvatures", vertices, |s| Curvatures {
+        positions: &s.positions,
+        faces: &s.faces,
+        ring_starts: &s.ring_starts,
+        ring_faces: &s.ring_faces,
+        corners: &s.corners,
+        vertex_count: s.vertex_count,
+        areas: &mut s.areas,
+        curvatures: &mut s.curvatures,
+    }),
+    stage!("block_sums", vertices, |s| BlockSums {
+        values: &s.curvatures,
+        value_count: s.vertex_count,
+        sums: &mut s.curvature_sums,
+    }),
+    stage!("feature_weights", vertices, |s| FeatureWeights {
+        positions: &s.positions,
+        faces: &s.faces,
+        ring_starts: &s.ring_starts,
+        ring_faces: &s.ring_faces,
+        curvatures: &s.curvatures,
+        curvature_sum: &s.curvature_sums,
+        vertex_count: s.vertex_count,
+        params: AFFINE,
+        weights: &mut s.weights,
+    }),
+    stage!("weigh_quadrics", vertices, |s| WeighQuadrics {
+        quadrics: &s.quadrics,
+        weights: &s.weights,
+        vertex_count: s.vertex_count,
+        weighed_quadrics: &mut s.weighed_quadrics,
     }),
     stage!("count_pairs", vertices, |s| CountPairs {
         positions: &s.positions,
@@ -128,6 +176,13 @@ pub const STAGES: &[Stage] = &[
         pair_count: s.pair_count,
         placement: 0,
         keys: &mut s.plane_keys,
+    }),
+    stage!("weigh_keys", pairs, |s| WeighKeys {
+        faces: &s.faces,
+        pairs: &s.pairs,
+        weights: &s.weights,
+        pair_count: s.pair_count,
+        keys: &mut s.weighed_keys,
     }),
     stage!("cost_histogram", pairs, |s| CostHistogram {
         keys: &s.keys,

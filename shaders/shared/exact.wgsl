@@ -12,6 +12,7 @@ const GREATEST_BITS: u32 = 0x7f7fffffu;
 const IMPLICIT_BIT: u32 = 0x800000u;
 const FRACTION: u32 = 0x7fffffu;
 const SIGN: u32 = 0x80000000u;
+const ROOT_HALF: i32 = 0x3f3504f3;
 
 fn add(a: f32, b: f32) -> f32 {
     return keep(a + b);
@@ -92,6 +93,24 @@ fn root_digits(n: u32, guess: f32) -> u32 {
         s = s + 1u;
     }
     return s;
+}
+
+fn log2(x: f32) -> f32 {
+    // x = 2ᵏ(1 + f).
+    let above = bitcast<i32>(x) - ROOT_HALF;
+    let k = f32(above >> 23u);
+    let f = sub(bitcast<f32>((above & 0x7fffff) + ROOT_HALF), 1.0);
+    var p = 0.12583701f;
+    p = add(mul(p, f), -0.20726973);
+    p = add(mul(p, f), 0.2157156);
+    p = add(mul(p, f), -0.23894483);
+    p = add(mul(p, f), 0.28791624);
+    p = add(mul(p, f), -0.36070368);
+    p = add(mul(p, f), 0.48091063);
+    p = add(mul(p, f), -0.72134733);
+    p = add(mul(p, f), 1.442695);
+    let logarithm = add(k, mul(p, f));
+    return select(logarithm, 0.0, x < LEAST);
 }
 
 fn add3(a: vec3f, b: vec3f) -> vec3f {

@@ -1,18 +1,5 @@
 // Which edges are pairs, and the half-edge and the face that stand for each. Twin: src/kernel/pairs.rs
 
-// A face seen from one of its corners.
-struct Spoke { corner: u32, next: u32, last: u32 }
-
-fn spoke(face: Face, vertex: u32) -> Spoke {
-    if face.a == vertex {
-        return Spoke(0u, face.b, face.c);
-    }
-    if face.b == vertex {
-        return Spoke(1u, face.c, face.a);
-    }
-    return Spoke(2u, face.a, face.b);
-}
-
 // Whether the edge of u and w is a pair that u lists.
 fn lists(u: u32, w: u32) -> bool {
     if u > w {

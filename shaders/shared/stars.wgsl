@@ -1,15 +1,23 @@
 // The faces around a vertex and their normals. Twin: src/kernel/stars.rs
 
+// A face seen from one of its corners.
+struct Spoke { corner: u32, next: u32, last: u32 }
+
+fn spoke(face: Face, vertex: u32) -> Spoke {
+    if face.a == vertex {
+        return Spoke(0u, face.b, face.c);
+    }
+    if face.b == vertex {
+        return Spoke(1u, face.c, face.a);
+    }
+    return Spoke(2u, face.a, face.b);
+}
+
 // n = (p1−p0)×(p2−p0): twice the area, along the normal. p0 is the position of `vertex`, a corner of the face.
 fn normal_from(vertex: u32, p0: vec3f, face: Face) -> vec3f {
-    var next = vec2u(face.a, face.b);
-    if face.a == vertex {
-        next = vec2u(face.b, face.c);
-    } else if face.b == vertex {
-        next = vec2u(face.c, face.a);
-    }
-    let p1 = xyz(load_positions(next.x));
-    let p2 = xyz(load_positions(next.y));
+    let seen = spoke(face, vertex);
+    let p1 = xyz(load_positions(seen.next));
+    let p2 = xyz(load_positions(seen.last));
     return flush3(cross3(sub3(p1, p0), sub3(p2, p0)), LEAST_FACTOR);
 }
 

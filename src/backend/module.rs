@@ -53,13 +53,13 @@ pub(super) fn uniform_block(own: &[u8], invocations: u32) -> Vec<u8> {
 /// Declares a uniform block: a `repr(C)` struct of `u32` and `f32` with its `FIELDS` for [`Kernel::PARAMS`].
 macro_rules! params {
     ($(#[$attribute:meta])* $visibility:vis struct $name:ident {
-        $($(#[$field_attribute:meta])* $field:ident: $scalar:ident),+ $(,)?
+        $($(#[$field_attribute:meta])* $field_visibility:vis $field:ident: $scalar:ident),+ $(,)?
     }) => {
         $(#[$attribute])*
         #[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
         #[repr(C)]
         $visibility struct $name {
-            $($(#[$field_attribute])* $field: $scalar),+
+            $($(#[$field_attribute])* $field_visibility $field: $scalar),+
         }
 
         impl $name {

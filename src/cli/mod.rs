@@ -21,6 +21,7 @@ mod simplify;
 mod sink;
 mod source;
 mod values;
+mod weights;
 
 use std::ffi::OsString;
 use std::io::Write;

@@ -107,7 +107,7 @@ impl Record {
     /// The record of a run that is done.
     pub fn new(job: &Job, input: &Mesh, outcome: &Outcome, device: &Device, clocks: &Clocks) -> Self {
         let (method, metric) = match &job.method {
-            Method::Contract(options) => ("contract", Some(metric_name(options.metric))),
+            Method::Contract(options) => (method_name(options), Some(metric_name(options.metric))),
             Method::Cluster(_) => ("cluster", None),
             _ => ("", None),
         };
@@ -229,6 +229,10 @@ fn is_reached(budget: &Budget, stop: StopReason) -> bool {
         StopReason::ErrorReached => !counts_faces(budget),
         StopReason::Stuck | StopReason::Cancelled => false,
     }
+}
+
+fn method_name(options: &contract::Options) -> &'static str {
+    if matches!(options.weighting, contract::Weighting::Feature(_)) { "feature" } else { "contract" }
 }
 
 fn metric_name(metric: contract::Metric) -> &'static str {

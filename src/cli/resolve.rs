@@ -4,6 +4,7 @@ use std::f64;
 use std::path::{Path, PathBuf};
 
 use coarsen::backend::Selector;
+use coarsen::contract::{Feature, Weighting};
 use coarsen::formats::{Format, WriteOptions};
 use coarsen::{Budget, Method, cluster, contract, metrics};
 
@@ -13,7 +14,8 @@ use super::console::Verbosity;
 use super::failure::{exit_of, message, refuse};
 use super::sink::{Sink, same_file};
 use super::source::Source;
-use super::values::Weld;
+use super::values::{WeightSource, Weld};
+use super::weights;
 
 /// Everything `simplify` needs to know.
 #[derive(Debug)]
@@ -21,6 +23,8 @@ pub struct Job {
     pub source: Source,
     pub sink: Sink,
     pub method: Method,
+    /// The weights that the method lacks yet.
+    pub weight: Option<WeightSource>,
     pub budget: Budget,
     pub require_target: bool,
     pub selector: Selector,
@@ -29,6 +33,8 @@ pub struct Job {
     pub writing: WriteOptions,
     /// Where the log of the contractions goes, if anywhere.
     pub log: Option<PathBuf>,
+    /// Where to write the feature degrees of the input, and how they are found.
+    pub write_feature: Option<(PathBuf, Feature)>,
     /// Whether to measure the result, and how.
     pub measure: Option<metrics::Options>,
     pub json: bool,
@@ -43,7 +49,8 @@ pub struct Job {
 pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
     let mut problems = Problems::default();
     let budget = problems.note(budget(&args.target));
-    let method = problems.note(method(&args.shape, &args.target, args.writing.write_log.is_some()));
+    let feature = weights::feature(&args.weights);
+    let method = problems.note(method(&args.shape, &args.target, feature, args.writing.write_log.is_some()));
     let selector = problems.note(selector(&args.device.device));
     let pipes = [&args.input, &args.output].map(|name| name == "-");
     let format = problems.format(args.writing.format.as_deref(), pipes);
@@ -63,6 +70,8 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         problems.note(sink.check(input, args.writing.overwrite));
     }
     check_log(args, [source.as_ref().and_then(Source::path), sink.as_ref().and_then(Sink::path)], &mut problems);
+    weights::check(args, source.as_ref(), &mut problems);
+    let write_feature = weights::feature_sink(args, source.as_ref(), &mut problems).map(|path| (path, feature));
     let (Some(budget), Some(method), Some(selector), Some(source), Some(sink), true) =
         (budget, method, selector, source, sink, problems.is_empty())
     else {
@@ -72,6 +81,7 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         source,
         sink,
         method,
+        weight: args.weights.weight.clone(),
         budget,
         require_target: args.target.require_target,
         selector,
@@ -79,6 +89,7 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         memory_limit: args.device.memory_limit,
         writing: WriteOptions { ascii: args.writing.ascii },
         log: args.writing.write_log.clone(),
+        write_feature,
         measure: (args.writing.measure)
             .then(|| metrics::Options { samples: args.writing.samples, ..metrics::Options::default() }),
         json: args.writing.json,
@@ -242,10 +253,10 @@ pub fn selector(text: &str) -> anyhow::Result<Selector> {
     })
 }
 
-fn method(shape: &args::Shape, target: &args::Target, log: bool) -> anyhow::Result<Method> {
-    let contract = contract(shape);
+fn method(shape: &args::Shape, target: &args::Target, feature: Feature, log: bool) -> anyhow::Result<Method> {
+    let contract = contract(shape, feature);
     match shape.method {
-        args::Method::Contract => {
+        args::Method::Contract | args::Method::Feature => {
             if target.grid.is_some() || shape.representative.is_some() {
                 return Err(refuse(Exit::Usage, "--grid and --representative are for --method cluster"));
             }
@@ -271,19 +282,25 @@ fn method(shape: &args::Shape, target: &args::Target, log: bool) -> anyhow::Resu
     }
 }
 
-fn contract(shape: &args::Shape) -> contract::Options {
-    let defaults = contract::Options::default();
+fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
+    let defaults = match shape.method {
+        args::Method::Contract | args::Method::Cluster => contract::Options::default(),
+        args::Method::Feature => {
+            contract::Options { weighting: Weighting::Feature(feature), ..contract::Options::feature_weighted() }
+        }
+    };
     contract::Options {
-        metric: match shape.metric {
+        metric: shape.metric.map_or(defaults.metric, |metric| match metric {
             args::Metric::Volume => contract::Metric::Volume,
             args::Metric::Plane => contract::Metric::Plane,
-        },
-        placement: match shape.placement {
+        }),
+        placement: shape.placement.map_or(defaults.placement, |placement| match placement {
             args::Placement::Optimal => contract::Placement::Optimal,
             args::Placement::Segment => contract::Placement::Segment,
             args::Placement::EndpointOrMiddle => contract::Placement::EndpointOrMiddle,
             args::Placement::Endpoint => contract::Placement::Endpoint,
-        },
+        }),
+        weighting: defaults.weighting,
         border_weight: shape.border_weight,
         lock_border: shape.lock_border,
         max_flip_rad: shape.max_flip.unwrap_or(defaults.max_flip_rad),
@@ -301,6 +318,7 @@ fn contract(shape: &args::Shape) -> contract::Options {
 #[cfg(test)]
 mod tests {
     use clap::Parser;
+    use coarsen::contract::{FeatureMode, Update};
 
     use super::*;
     use crate::cli::args::{Arguments, Verb};
@@ -351,6 +369,7 @@ mod tests {
         let expected = contract::Options {
             metric: contract::Metric::Plane,
             placement: contract::Placement::Endpoint,
+            weighting: Weighting::Uniform,
             border_weight: 2.0,
             lock_border: true,
             max_flip_rad: std::f32::consts::FRAC_PI_4,
@@ -378,6 +397,48 @@ mod tests {
         }
         for other in ["--metric plane", "--lock-border", "--fit 1", "--weld off", "--prune 1%", "--max-flip 45"] {
             assert!(job(&format!("--method cluster -f 8 {other}")).is_err(), "{other}");
+        }
+    }
+
+    #[test]
+    fn features_reach_the_engine() {
+        let line = |options: &str| {
+            let job = job(&format!("coarsen simplify sample:part - --format ply -f 8 {options}"));
+            job.map(|job| job.method).map_err(|error| error.to_string())
+        };
+        let preset = contract::Options::feature_weighted();
+        let with =
+            |feature| Method::Contract(contract::Options { weighting: Weighting::Feature(feature), ..preset.clone() });
+        assert_eq!(line("--method feature"), Ok(Method::Contract(preset.clone())));
+        assert_eq!(
+            line("--method feature --feature-lambda 2 --feature-floor 0.5 --feature-update recompute"),
+            Ok(with(Feature {
+                mode: FeatureMode::Affine { lambda: 2.0 },
+                curvature_floor: 0.5,
+                update: Update::Recompute
+            }))
+        );
+        let gated = Feature { mode: FeatureMode::Gated { lambda: 16.0 }, ..Feature::default() };
+        assert_eq!(line("--method feature --feature-mode gated"), Ok(with(gated)));
+        let literal = Feature { mode: FeatureMode::Contrast, curvature_floor: 0.0, update: Update::Static };
+        assert_eq!(line("--method feature --feature-mode contrast"), Ok(with(literal)));
+        let optimal = contract::Options {
+            metric: contract::Metric::Volume,
+            placement: contract::Placement::Optimal,
+            ..preset.clone()
+        };
+        assert_eq!(line("--method feature --metric volume --placement optimal"), Ok(Method::Contract(optimal)));
+
+        for (options, part) in [
+            ("--feature-mode affine", "--feature-mode is for --method feature"),
+            ("--feature-floor 1", "--feature-floor is for --method feature"),
+            ("--method feature --feature-mode entropy --feature-lambda 3", "'affine' and 'gated'"),
+            ("--method feature --weight a.txt", "contradict"),
+            ("--weight ply:saliency", "'sample:part' is no PLY file"),
+            ("--write-feature a.obj", "'a.obj' is no PLY"),
+        ] {
+            let error = line(options).expect_err("a contradiction");
+            assert!(error.contains(part), "{options}: {error}");
         }
     }
 

@@ -4,14 +4,14 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use coarsen::metrics::deviation;
-use coarsen::{Device, Mesh, Outcome, StopReason};
+use coarsen::{Device, Mesh, Method, Outcome, StopReason};
 
 use super::console::{self, Verbosity};
 use super::failure::{at, refuse};
 use super::progress::Meter;
 use super::record::{Clocks, Record};
 use super::resolve::Job;
-use super::{Exit, interrupt, memory};
+use super::{Exit, interrupt, memory, weights};
 
 /// Runs the job.
 ///
@@ -28,7 +28,9 @@ pub fn run(job: Job) -> anyhow::Result<Exit> {
     let input = input?;
     memory::check(input.faces.len(), device.is_gpu(), job.memory_limit)?;
 
-    let (outcome, solve) = timed(|| interrupt::shielded(|| solve(&job, &input, &device)));
+    let method = weights::method(&job)?;
+    weights::write_features(&job, &input, &device)?;
+    let (outcome, solve) = timed(|| interrupt::shielded(|| solve(&job, &method, &input, &device)));
     let outcome = outcome?;
     if outcome.stop == StopReason::Cancelled {
         return Err(refuse(Exit::Interrupted, "interrupted, nothing is written"));
@@ -51,13 +53,13 @@ fn timed<R>(work: impl FnOnce() -> R) -> (R, f64) {
     (result, clock.elapsed().as_secs_f64())
 }
 
-fn solve(job: &Job, input: &Mesh, device: &Device) -> anyhow::Result<Outcome> {
+fn solve(job: &Job, method: &Method, input: &Mesh, device: &Device) -> anyhow::Result<Outcome> {
     let meter = Meter::new(job.progress, job.verbosity);
     let mut on_round = |step| {
         meter.show(step);
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let outcome = coarsen::simplify(input, &job.method, &job.budget, device, Some(&mut on_round));
+    let outcome = coarsen::simplify(input, method, &job.budget, device, Some(&mut on_round));
     meter.clear();
     outcome.map_err(|error| at(job.source.to_string().as_ref(), error))
 }

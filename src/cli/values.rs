@@ -1,5 +1,7 @@
 //! Numbers as people write them on a command line: `20k`, `10%`, `8GiB`.
 
+use std::path::PathBuf;
+
 use coarsen::cluster::MOST_CELLS;
 use coarsen::metrics::{Kinds, Options, View};
 
@@ -121,6 +123,25 @@ pub fn sweeps(text: &str) -> Result<u32, String> {
     }
 }
 
+/// Where the weights of vertices come from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum WeightSource {
+    /// A text file of one number a line.
+    File(PathBuf),
+    /// A number of the vertices of the input.
+    Property(String),
+}
+
+/// A file's name, or `ply:PROPERTY`.
+pub fn weight_source(text: &str) -> Result<WeightSource, String> {
+    match text.strip_prefix("ply:") {
+        _ if text.is_empty() => Err("give a file of one number a line, or ply:NAME".into()),
+        Some("") => Err("give the property a name, such as ply:saliency".into()),
+        Some(name) => Ok(WeightSource::Property(name.into())),
+        None => Ok(WeightSource::File(text.into())),
+    }
+}
+
 /// Bytes: `8GiB`, `8G` and `8g` are 8 × 2³⁰, `500MB` is 500 × 10⁶, a bare number counts bytes.
 pub fn bytes(text: &str) -> Result<u64, String> {
     let end = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
@@ -182,6 +203,14 @@ mod tests {
         for text in ["", "%", "-0.1", "101%", "1e9", "nan", "inf%", "10 %"] {
             assert!(fraction(text).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn weights_come_from_a_file_or_a_property() {
+        assert_eq!(weight_source("a.txt"), Ok(WeightSource::File("a.txt".into())));
+        assert_eq!(weight_source("./ply:x"), Ok(WeightSource::File("./ply:x".into())));
+        assert_eq!(weight_source("ply:saliency"), Ok(WeightSource::Property("saliency".into())));
+        assert!(weight_source("").is_err() && weight_source("ply:").is_err());
     }
 
     #[test]

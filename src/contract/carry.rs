@@ -19,6 +19,8 @@ pub struct Carried {
     /// How far a vertex may have drifted off the surface, step by step, in the normalized frame; empty where the
     /// accumulated quadrics tell.
     pub drift: Vec<f32>,
+    /// What a vertex counts; empty where all count the same, or the quadrics hold it already.
+    pub weights: Vec<f32>,
     /// The input face of every live face, with the bit [`TURNED`] where it was turned over to agree with its neighbors.
     pub face_origin: Vec<u32>,
 }
@@ -31,6 +33,7 @@ impl Carried {
             normals: self.normals.as_deref_mut().unwrap_or_default(),
             colors: self.colors.as_deref_mut().unwrap_or_default(),
             drift: &mut self.drift,
+            weights: &mut self.weights,
         }
     }
 
@@ -39,6 +42,9 @@ impl Carried {
         keep_live(&mut self.origin, new_vertex);
         if !self.drift.is_empty() {
             keep_live(&mut self.drift, new_vertex);
+        }
+        if !self.weights.is_empty() {
+            keep_live(&mut self.weights, new_vertex);
         }
         if let Some(normals) = &mut self.normals {
             keep_live(normals, new_vertex);
@@ -56,6 +62,7 @@ pub struct CarriedRows<'a> {
     normals: &'a mut [Vec3],
     colors: &'a mut [[f32; 4]],
     drift: &'a mut [f32],
+    weights: &'a mut [f32],
 }
 
 impl CarriedRows<'_> {
@@ -65,10 +72,18 @@ impl CarriedRows<'_> {
         of(first).max(of(second))
     }
 
+    /// The weights of two vertices, where they have any.
+    pub fn weights(&self, [first, second]: [usize; 2]) -> Option<[f32; 2]> {
+        Some([*self.weights.get(first)?, *self.weights.get(second)?])
+    }
+
     /// Interpolates into `keep` at `t` of the way between the ends; its drift is given.
     pub fn contract(&mut self, keep: usize, [first, second]: [usize; 2], t: f32, drift: f32) {
         if let Some(row) = self.drift.get_mut(keep) {
             *row = drift;
+        }
+        if let Some([first, second]) = self.weights([first, second]) {
+            self.weights[keep] = first.max(second);
         }
         self.origin[keep] = match t {
             0.0 => self.origin[first],
@@ -93,8 +108,15 @@ impl<'a> CarriedRows<'a> {
         let (normals, other_normals) = split(self.normals, size);
         let (colors, other_colors) = split(self.colors, size);
         let (drift, other_drift) = split(self.drift, size);
-        let others = Self { origin: other_origin, normals: other_normals, colors: other_colors, drift: other_drift };
-        (Self { origin, normals, colors, drift }, others)
+        let (weights, other_weights) = split(self.weights, size);
+        let others = Self {
+            origin: other_origin,
+            normals: other_normals,
+            colors: other_colors,
+            drift: other_drift,
+            weights: other_weights,
+        };
+        (Self { origin, normals, colors, drift, weights }, others)
     }
 }
 
@@ -114,6 +136,7 @@ mod tests {
             normals: None,
             colors: Some(vec![[0.0; 4], [1.0; 4], [0.5; 4]]),
             drift: vec![0.0; 3],
+            weights: Vec::new(),
             face_origin: Vec::new(),
         };
         carried.rows().contract(0, [0, 1], 0.25, 0.5);

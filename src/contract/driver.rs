@@ -10,7 +10,7 @@ use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord
 
 use super::carry::MOVED_FROM;
 use super::commit::{Committed, Committer, Quota, Spent};
-use super::evaluate::{Evaluation, Gate, plane_sums};
+use super::evaluate::{Evaluation, Gate, Round, plane_sums};
 use super::examine::Rules;
 use super::fit::{Shape, fit};
 use super::fit_guard::Guard;
@@ -20,6 +20,7 @@ use super::prepare::{Prepared, prepare};
 use super::record::Recorder;
 use super::restore::restore;
 use super::surface::{Start, Surface};
+use super::weigh::{start_weights, weigh_start};
 use super::{Metric, Options, Placement};
 
 /// Live faces below which a GPU hands over to the CPU: a round there costs more than its work.
@@ -56,9 +57,17 @@ impl Evaluator {
         Ok(Self { queue, copy: None, evaluation })
     }
 
-    fn on_gpu(mut queue: Queue, host: &Surface, options: &Options, has_border: bool) -> Result<Self> {
+    fn on_gpu(
+        mut queue: Queue,
+        host: &Surface,
+        options: &Options,
+        has_border: bool,
+        weights: &mut Vec<f32>,
+    ) -> Result<Self> {
         let mut surface = Surface::copy(&mut queue, host, options.metric == Metric::Plane)?;
         plane_sums(&mut queue, &mut surface, options.border_weight)?;
+        start_weights(&mut queue, &surface, options, has_border, weights)?;
+        weigh_start(&mut queue, &mut surface, weights)?;
         let evaluation = Evaluation::new(&mut queue, &surface, options, has_border)?;
         let contractions = queue.buffer(surface.vertex_count / 2 + 1)?;
         Ok(Self { queue, copy: Some((surface, contractions)), evaluation })
@@ -68,15 +77,9 @@ impl Evaluator {
         self.copy.is_some()
     }
 
-    fn evaluate(
-        &mut self,
-        host: &Surface,
-        joins: &[[u32; 2]],
-        gate: Gate,
-        candidates: &mut Vec<Candidate>,
-    ) -> Result<usize> {
+    fn evaluate(&mut self, host: &Surface, round: Round<'_>, candidates: &mut Vec<Candidate>) -> Result<usize> {
         let surface = self.copy.as_ref().map_or(host, |(surface, _)| surface);
-        self.evaluation.run(&mut self.queue, surface, joins, gate, candidates)
+        self.evaluation.run(&mut self.queue, surface, round, candidates)
     }
 
     /// Applies a round's contractions to the GPU's copy.
@@ -161,13 +164,14 @@ impl<'a> Run<'a> {
         let history = fits.then(|| (start.clone(), History::default()));
         let mut host = Surface::new(&mut host_queue, start, true)?;
         plane_sums(&mut host_queue, &mut host, options.border_weight)?;
+        let weights = &mut prepared.carried.weights;
         let mut warnings = std::mem::take(&mut prepared.warnings);
         // The host alone lists pairs without an edge.
         let gains = (!device.is_auto() || host.face_count >= AUTO_FACES) && !options.joins();
         let on_gpu = device
             .gpu_queue()
             .filter(|_| gains)
-            .map(|queue| Evaluator::on_gpu(queue, &host, options, prepared.has_border));
+            .map(|queue| Evaluator::on_gpu(queue, &host, options, prepared.has_border, weights));
         let evaluator = match on_gpu {
             Some(Ok(evaluator)) => evaluator,
             Some(Err(reason)) => {
@@ -176,6 +180,11 @@ impl<'a> Run<'a> {
             }
             None => Evaluator::on_host(device.cpu_queue(), &host, options, prepared.has_border)?,
         };
+        start_weights(&mut host_queue, &host, options, prepared.has_border, weights)?;
+        if options.metric == Metric::Plane {
+            weigh_start(&mut host_queue, &mut host, weights)?;
+            weights.clear();
+        }
         let rules = Rules::new(options, max_deviation);
         let delta = prepared.frame.length_to_rows(options.join_within) as f32;
         let joins = Joins::find(host.positions.host(), host.faces.host(), delta);
@@ -294,12 +303,14 @@ impl<'a> Run<'a> {
     /// Fills the candidates; a device that fails gives way to the host.
     fn evaluate(&mut self, gate: Gate) -> Result<usize> {
         self.candidates.clear();
-        match self.evaluator.evaluate(&self.host, self.joins.pairs(), gate, &mut self.candidates) {
+        let round = Round { joins: self.joins.pairs(), gate, weights: &mut self.prepared.carried.weights };
+        match self.evaluator.evaluate(&self.host, round, &mut self.candidates) {
             Err(reason) if self.evaluator.is_gpu() => {
                 self.warnings.push(fallback(&reason));
                 self.take_over()?;
                 self.candidates.clear();
-                self.evaluator.evaluate(&self.host, self.joins.pairs(), gate, &mut self.candidates)
+                let round = Round { joins: self.joins.pairs(), gate, weights: &mut self.prepared.carried.weights };
+                self.evaluator.evaluate(&self.host, round, &mut self.candidates)
             }
             result => result,
         }

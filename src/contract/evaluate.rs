@@ -11,14 +11,16 @@ use crate::kernel::gather_pairs::GatherPairs;
 use crate::kernel::pairs::PAIR_BLOCK;
 use crate::kernel::plane_costs::{self, PlaneBlock, PlaneCosts, PlaneRows};
 use crate::kernel::plane_sums::PlaneSums;
-use crate::kernel::rows::{BorderSum, Candidate, Edge, HUB, Normal, VolumeSum};
+use crate::kernel::rows::{BorderSum, Candidate, Edge, HUB, Normal, PlaneQuadric, VolumeSum};
 use crate::kernel::stars::Stars;
 use crate::kernel::volume_costs::{self, BORDER_FACTOR, VolumeBlock, VolumeCosts, VolumeRows};
 use crate::kernel::volume_sums::VolumeSums;
+use crate::kernel::weigh_keys::{WeighKeys, weigh_keys, weighed_key};
 
 use super::listing::Listing;
 use super::scan::Scan;
 use super::surface::{LARGE_VERTICES, Surface};
+use super::weigh::RoundWeights;
 use super::{Metric, Options};
 
 /// The buffers of a round's evaluation on one device.
@@ -27,6 +29,7 @@ pub struct Evaluation {
     placement: u32,
     border_weight: f32,
     volume: Option<Volume>,
+    weights: Option<RoundWeights>,
     /// In place of all that follows, on the host.
     listing: Option<Listing>,
     is_first: bool,
@@ -56,6 +59,16 @@ pub struct Gate {
     pub most: usize,
 }
 
+/// What the host tells of a round.
+#[derive(Debug)]
+pub struct Round<'a> {
+    /// Pairs without an edge, which the host alone evaluates.
+    pub joins: &'a [[u32; 2]],
+    pub gate: Gate,
+    /// Those that the host carries; or they become those that are found for the round.
+    pub weights: &'a mut Vec<f32>,
+}
+
 impl Evaluation {
     /// Buffers for a surface, on its device.
     pub fn new(queue: &mut Queue, surface: &Surface, options: &Options, has_border: bool) -> Result<Self> {
@@ -72,6 +85,7 @@ impl Evaluation {
             placement: options.placement.code(),
             border_weight: BORDER_FACTOR * options.border_weight,
             volume,
+            weights: RoundWeights::new(queue, surface, options, has_border)?,
             listing: queue.is_on_host().then(Listing::default),
             is_first: true,
             pairs: queue.buffer(0)?,
@@ -84,9 +98,26 @@ impl Evaluation {
         })
     }
 
-    /// Appends the round's candidates in the order of the pairs; returns how many pairs there were. Pairs without an edge,
-    /// `joins`, are for the host alone.
+    /// Appends the round's candidates in the order of the pairs; returns how many pairs there were.
     pub fn run(
+        &mut self,
+        queue: &mut Queue,
+        surface: &Surface,
+        Round { joins, gate, weights }: Round<'_>,
+        candidates: &mut Vec<Candidate>,
+    ) -> Result<usize> {
+        self.sums(queue, surface)?;
+        if let Some(round_weights) = &mut self.weights {
+            round_weights.begin(queue, surface, weights)?;
+        }
+        let pairs = self.find_candidates(queue, surface, joins, gate, candidates)?;
+        if let Some(round_weights) = &self.weights {
+            round_weights.end(queue, surface.vertex_count, weights)?;
+        }
+        Ok(pairs)
+    }
+
+    fn find_candidates(
         &mut self,
         queue: &mut Queue,
         surface: &Surface,
@@ -94,10 +125,14 @@ impl Evaluation {
         gate: Gate,
         candidates: &mut Vec<Candidate>,
     ) -> Result<usize> {
-        self.sums(queue, surface)?;
         if let Some(listing) = &mut self.listing {
-            let policies = (self.placement, self.border_weight);
-            let histogram = list(listing, surface, self.volume.as_ref(), policies, joins);
+            let costs = Costs {
+                volume: self.volume.as_ref(),
+                weights: self.weights.as_ref(),
+                placement: self.placement,
+                border_weight: self.border_weight,
+            };
+            let histogram = costs.list(listing, surface, joins);
             let pairs = listing.len();
             listing.gate(threshold(&histogram, wanted(gate, pairs)).0, candidates);
             if std::mem::take(&mut self.is_first) && surface.vertex_count >= LARGE_VERTICES {
@@ -189,19 +224,25 @@ impl Evaluation {
         let Surface { positions, faces, .. } = surface;
         let (placement, border_weight, pair_count) = (self.placement, self.border_weight, pairs as u32);
         let (pairs, keys) = (&self.pairs, &mut self.keys);
-        match (&self.volume, &surface.quadrics) {
-            (Some(Volume { normals, sums, borders }), _) => queue.run(VolumeCosts {
-                positions,
-                faces,
-                normals,
-                sums,
-                borders,
-                pairs,
-                pair_count,
-                border_weight,
-                placement,
-                keys,
-            }),
+        match (&self.volume, quadrics(surface, self.weights.as_ref())) {
+            (Some(Volume { normals, sums, borders }), _) => {
+                queue.run(VolumeCosts {
+                    positions,
+                    faces,
+                    normals,
+                    sums,
+                    borders,
+                    pairs,
+                    pair_count,
+                    border_weight,
+                    placement,
+                    keys,
+                })?;
+                match self.weights.as_ref().map(RoundWeights::weights) {
+                    Some(weights) => queue.run(WeighKeys { faces, pairs, weights, pair_count, keys }),
+                    None => Ok(()),
+                }
+            }
             (None, Some(quadrics)) => {
                 queue.run(PlaneCosts { positions, faces, quadrics, pairs, pair_count, placement, keys })
             }
@@ -210,39 +251,59 @@ impl Evaluation {
     }
 }
 
-/// Lists and costs the pairs of a surface on the host; returns the histogram of their keys.
-fn list(
-    listing: &mut Listing,
-    surface: &Surface,
-    volume: Option<&Volume>,
-    (placement, border_weight): (u32, f32),
-    joins: &[[u32; 2]],
-) -> Vec<u32> {
-    let Surface { positions, faces, ring_starts, ring_faces, vertex_count, face_count, .. } = surface;
-    let stars = Stars::on_host(positions, faces, ring_starts, ring_faces);
-    let has_hub = |pair: [u32; 2]| pair.into_iter().any(|v| stars.positions[v as usize].flags & HUB != 0);
-    let past = 3 * *face_count as u32;
-    match (volume, &surface.quadrics) {
-        (Some(Volume { normals, sums, borders }), _) => {
-            let params = volume_costs::Params::new(placement, border_weight);
-            let rows = VolumeRows::on_host(positions, faces, normals, sums, borders, params);
-            let mut histogram = listing.list(*vertex_count, &stars, || {
-                let mut block = VolumeBlock::new();
-                move |pairs: &[Edge], keys: &mut [u32]| rows.keys(pairs, &mut block, keys)
-            });
-            listing.list_apart(joins, past, &mut histogram, |pair| (!has_hub(pair)).then(|| rows.key_apart(pair)));
-            histogram
+/// A surface's quadrics, times the weights of the round if there are any.
+fn quadrics<'a>(surface: &'a Surface, weights: Option<&'a RoundWeights>) -> Option<&'a Buffer<PlaneQuadric>> {
+    weights.and_then(RoundWeights::quadrics).or(surface.quadrics.as_ref())
+}
+
+/// What the host costs pairs by.
+struct Costs<'a> {
+    volume: Option<&'a Volume>,
+    weights: Option<&'a RoundWeights>,
+    placement: u32,
+    border_weight: f32,
+}
+
+impl Costs<'_> {
+    /// Lists and costs the pairs of a surface; returns the histogram of their keys.
+    fn list(&self, listing: &mut Listing, surface: &Surface, joins: &[[u32; 2]]) -> Vec<u32> {
+        let Surface { positions, faces, ring_starts, ring_faces, vertex_count, face_count, .. } = surface;
+        let stars = Stars::on_host(positions, faces, ring_starts, ring_faces);
+        let has_hub = |pair: [u32; 2]| pair.into_iter().any(|v| stars.positions[v as usize].flags & HUB != 0);
+        let past = 3 * *face_count as u32;
+        match (self.volume, quadrics(surface, self.weights)) {
+            (Some(Volume { normals, sums, borders }), _) => {
+                let params = volume_costs::Params::new(self.placement, self.border_weight);
+                let rows = VolumeRows::on_host(positions, faces, normals, sums, borders, params);
+                let weights = self.weights.map(|weights| weights.weights().host());
+                let mut histogram = listing.list(*vertex_count, &stars, || {
+                    let mut block = VolumeBlock::new();
+                    move |pairs: &[Edge], keys: &mut [u32]| {
+                        rows.keys(pairs, &mut block, keys);
+                        if let Some(weights) = weights {
+                            weigh_keys(pairs, faces.host(), weights, keys);
+                        }
+                    }
+                });
+                let key_apart = |pair: [u32; 2]| match weights.map(|weights| pair.map(|v| weights[v as usize])) {
+                    Some([first, second]) => weighed_key(rows.key_apart(pair), first, second),
+                    None => rows.key_apart(pair),
+                };
+                listing.list_apart(joins, past, &mut histogram, |pair| (!has_hub(pair)).then(|| key_apart(pair)));
+                histogram
+            }
+            (None, Some(quadrics)) => {
+                let params = plane_costs::Params::new(self.placement);
+                let rows = PlaneRows::on_host(positions, faces, quadrics, params);
+                let mut histogram = listing.list(*vertex_count, &stars, || {
+                    let mut block = PlaneBlock::new();
+                    move |pairs: &[Edge], keys: &mut [u32]| rows.keys(pairs, &mut block, keys)
+                });
+                listing.list_apart(joins, past, &mut histogram, |pair| (!has_hub(pair)).then(|| rows.key_apart(pair)));
+                histogram
+            }
+            (None, None) => Vec::new(),
         }
-        (None, Some(quadrics)) => {
-            let rows = PlaneRows::on_host(positions, faces, quadrics, plane_costs::Params::new(placement));
-            let mut histogram = listing.list(*vertex_count, &stars, || {
-                let mut block = PlaneBlock::new();
-                move |pairs: &[Edge], keys: &mut [u32]| rows.keys(pairs, &mut block, keys)
-            });
-            listing.list_apart(joins, past, &mut histogram, |pair| (!has_hub(pair)).then(|| rows.key_apart(pair)));
-            histogram
-        }
-        (None, None) => Vec::new(),
     }
 }
 

@@ -4,6 +4,7 @@ use crate::kernel::contract_quadrics::contracted;
 use crate::kernel::plane_costs::PLANE_REGULARIZATION;
 use crate::kernel::rows::{BORDER, JOINED, LOCKED, PlaneQuadric};
 use crate::kernel::volume_costs::{BORDER_FACTOR, VOLUME_REGULARIZATION};
+use crate::kernel::weigh_quadrics::weighed;
 use crate::math::DVec3;
 
 use super::filter::{Rejection, ShapeLimits, link_condition, shapes_hold};
@@ -114,7 +115,8 @@ impl Examiner {
         let h = self.star.h;
         let (qu, qw) = (patch.quadric(u), patch.quadric(w));
         let on_border = (pu.flags | pw.flags) & BORDER != 0;
-        let quadric = self.quadric([u, w], on_border, [qu, qw]);
+        let weights = patch.weights([u, w]);
+        let quadric = self.quadric([u, w], on_border, [qu, qw], weights);
         let x = match (pu.flags & LOCKED, pw.flags & LOCKED, self.rules.placement) {
             (0, 0, Placement::Optimal) => quadric.least(h, self.rules.regularization),
             (0, 0, Placement::Segment) => quadric.least_between(h),
@@ -125,7 +127,11 @@ impl Examiner {
         };
         let value = quadric.value(x).max(0.0);
         // Accumulated quadrics are the ends' own: no neighbor changes their cost.
-        if self.may_wait && self.rules.metric == Metric::Volume && value > OUTDATED * f64::from(cost) + NEGLIGIBLE {
+        let weight = weights.map_or(1.0, |[first, second]| f64::from(first.max(second)));
+        if self.may_wait
+            && self.rules.metric == Metric::Volume
+            && weight * value > OUTDATED * f64::from(cost) + NEGLIGIBLE
+        {
             return Err(Rejection::Outdated);
         }
         // To the bit at the ends, whose difference may have been rounded.
@@ -158,13 +164,24 @@ impl Examiner {
         Ok(Accepted { placed, deviation, faces_removed, cancelled })
     }
 
-    /// The pair's quadric about its midpoint, on the current state.
-    fn quadric(&self, pair: [u32; 2], on_border: bool, quadrics: [&PlaneQuadric; 2]) -> Quadric {
+    /// The pair's quadric about its midpoint, on the current state. Weights of the round change where the least of
+    /// accumulated quadrics is, and nothing of the star's.
+    fn quadric(
+        &self,
+        pair: [u32; 2],
+        on_border: bool,
+        [first, second]: [&PlaneQuadric; 2],
+        weights: Option<[f32; 2]>,
+    ) -> Quadric {
         match self.rules.metric {
             Metric::Plane => {
                 let mut quadric = Quadric::default();
-                quadric.add_plane_quadric(quadrics[0], -self.star.h);
-                quadric.add_plane_quadric(quadrics[1], self.star.h);
+                let [first, second] = match weights {
+                    Some([by_first, by_second]) => [weighed(*first, by_first), weighed(*second, by_second)],
+                    None => [*first, *second],
+                };
+                quadric.add_plane_quadric(&first, -self.star.h);
+                quadric.add_plane_quadric(&second, self.star.h);
                 quadric
             }
             Metric::Volume => {

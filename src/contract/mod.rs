@@ -16,6 +16,7 @@ mod deal;
 mod driver;
 mod evaluate;
 mod examine;
+mod features;
 mod filter;
 mod fit;
 mod fit_guard;
@@ -32,12 +33,17 @@ mod scan;
 mod select;
 mod star;
 mod surface;
+mod weigh;
+mod weighting;
 
 use crate::backend::Device;
 use crate::error::{Error, Result};
 use crate::kernel::pair_quadric::{ANYWHERE, AT_ENDS, AT_THREE, ON_SEGMENT};
 use crate::mesh::Mesh;
 use crate::simplify::{Budget, OnProgress, Outcome};
+
+pub use features::feature_degrees;
+pub use weighting::{Feature, FeatureMode, Update, Weighting};
 
 /// What a contraction costs and where its vertex goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -82,6 +88,8 @@ pub struct Options {
     pub metric: Metric,
     /// The placement policy.
     pub placement: Placement,
+    /// What every vertex counts. A fit after the rounds does not know it.
+    pub weighting: Weighting,
     /// Weight of border edges against faces; 0 lets borders move freely.
     pub border_weight: f32,
     /// Whether border vertices stay where they are.
@@ -109,6 +117,7 @@ impl Default for Options {
         Self {
             metric: Metric::Volume,
             placement: Placement::Optimal,
+            weighting: Weighting::Uniform,
             border_weight: 1.0,
             lock_border: false,
             max_flip_rad: MAX_FLIP_RAD,
@@ -125,6 +134,17 @@ impl Default for Options {
 const MAX_FLIP_RAD: f32 = 1.369_438_4;
 
 impl Options {
+    /// Half-edge contraction by plane quadrics that count features more \[Yang13\]: keeps vertices of the input where the
+    /// curvature changes.
+    pub fn feature_weighted() -> Self {
+        Self {
+            metric: Metric::Plane,
+            placement: Placement::Endpoint,
+            weighting: Weighting::Feature(Feature::default()),
+            ..Self::default()
+        }
+    }
+
     /// The cosine of the greatest turn; the default's is exact, for cosines differ between platforms.
     fn min_cos(&self) -> f64 {
         if self.max_flip_rad == MAX_FLIP_RAD { 0.2 } else { f64::from(self.max_flip_rad).cos() }
@@ -178,5 +198,6 @@ pub fn run(
     progress: Option<&mut OnProgress<'_>>,
 ) -> Result<Outcome> {
     options.check()?;
+    options.weighting.check(mesh.positions.len())?;
     device.install(|| driver::run(mesh, options, budget, device, progress))
 }

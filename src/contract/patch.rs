@@ -158,6 +158,11 @@ impl<'a> Patch<'a> {
         self.carried.drift(self.local(first), self.local(second))
     }
 
+    /// The weights of two vertices of the patch, where they have any.
+    pub fn weights(&self, pair: [u32; 2]) -> Option<[f32; 2]> {
+        self.carried.weights(pair.map(|vertex| self.local(vertex)))
+    }
+
     /// Writes an accepted contraction.
     pub fn contract(&mut self, [u, w]: [u32; 2], placed: &Placed) -> Contraction {
         let (keep, gone) = (u.min(w), u.max(w));

@@ -69,6 +69,7 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     let weld_secs = clock.elapsed().as_secs_f64();
 
     let Arranged { vertex_source, mut faces, face_source, rings, lowest, bounds, .. } = arranged;
+    let weights = options.weighting.given(&vertex_source).unwrap_or_default();
     let mut prepared = Prepared {
         frame: Frame::new(&faces, |v| mesh.positions[vertex_source[v as usize] as usize], bounds),
         positions: Vec::new(),
@@ -79,6 +80,7 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
             normals: attributes.0,
             colors: attributes.1,
             drift: Vec::new(),
+            weights,
             face_origin: face_source,
         },
         lowest: lowest.filter(|_| options.log),

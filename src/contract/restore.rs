@@ -87,6 +87,7 @@ mod tests {
             normals: Some(vec![Vec3::NEG_X, Vec3::Z, Vec3::X, Vec3::Y]),
             colors: None,
             drift: Vec::new(),
+            weights: Vec::new(),
             face_origin: vec![1 | TURNED, 0],
         };
         let (mesh, origin) = restore(&input, frame, &rows, &faces, carried);

@@ -34,7 +34,8 @@ pub(super) fn open(path: &Path, format: Format, compression: Compression) -> Res
     })
 }
 
-fn map_or_read(path: &Path) -> io::Result<Content> {
+/// The bytes of a file.
+pub(super) fn map_or_read(path: &Path) -> io::Result<Content> {
     let mut file = File::open(path)?;
     let metadata = file.metadata()?;
     if metadata.is_dir() {

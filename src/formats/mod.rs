@@ -28,6 +28,7 @@ mod off;
 mod output;
 mod ply;
 mod polygon;
+mod property;
 mod stl;
 mod text;
 
@@ -36,6 +37,8 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Place, Result};
 use crate::mesh::Mesh;
+
+pub use property::{read_numbers, read_property, write_with_property};
 
 /// A mesh file format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -263,7 +266,7 @@ pub fn write_to(mesh: &Mesh, format: Format, options: &WriteOptions, out: &mut d
 fn encode(mesh: &Mesh, format: Format, options: &WriteOptions, out: &mut dyn Write) -> io::Result<()> {
     match format {
         Format::Obj => obj::write(mesh, out),
-        Format::Ply => ply::write(mesh, options, out),
+        Format::Ply => ply::write(mesh, options, None, out),
         Format::Stl => stl::write(mesh, options, out),
         Format::Off => off::write(mesh, out),
     }

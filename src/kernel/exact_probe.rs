@@ -9,7 +9,7 @@ use crate::math::Vec3;
 use crate::math::exact::*;
 
 /// Results of one row of operands.
-pub const RESULTS: usize = 50;
+pub const RESULTS: usize = 51;
 
 params! {
     /// The probe's uniform block.
@@ -22,7 +22,7 @@ params! {
 /// The probe's kernel.
 ///
 /// # Layout
-/// `operands`: N rows of four numbers as bits; writes `results`: 50 N, as bits.
+/// `operands`: N rows of four numbers as bits; writes `results`: 51 N, as bits.
 #[derive(Debug)]
 pub struct ExactProbe<'a> {
     /// Four numbers a row; any bits, infinities and NaN are made finite.
@@ -143,6 +143,7 @@ pub fn exact_probe(bits: [u32; 4], results: &mut [u32]) {
     let n = (x << u32::from(x < y)) as f32;
     put(results, 48, (n / y as f32) * 8_388_608.0);
     put(results, 49, (n * 8_388_608.0).sqrt());
+    put_raw(results, 50, log2(finite(bits[2])));
 }
 
 /// Operands that make rounding, fusing, reordering, the ends of the range and cancellation show: `count` rows.

@@ -4,6 +4,8 @@
 //! calls and stores, in parallel where the outputs can be split. Single-precision arithmetic goes through
 //! [`crate::math::exact`], so that twin and shader agree bit for bit.
 
+pub mod block_sums;
+pub mod border_curvatures;
 pub mod cell_faces;
 pub mod cell_keys;
 pub mod cell_sums;
@@ -19,9 +21,12 @@ pub mod cost_histogram;
 pub mod count_candidates;
 pub mod count_pairs;
 pub mod count_spanning;
+pub mod curvatures;
 pub mod eigen;
 pub mod exact_probe;
+pub mod face_corners;
 pub mod face_normals;
+pub mod feature_weights;
 pub mod fit_points;
 pub mod fit_steps;
 pub mod fit_sums;
@@ -47,6 +52,8 @@ pub(crate) mod split;
 pub mod stars;
 pub mod volume_costs;
 pub mod volume_sums;
+pub mod weigh_keys;
+pub mod weigh_quadrics;
 
 use crate::backend::{Device, Exactness, GpuOptions, Selector, row};
 use crate::error::{Error, Result};

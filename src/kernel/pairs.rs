@@ -4,7 +4,7 @@
 //! for it; on a border there is one.
 
 use super::rows::{BORDER, Edge, Face, HUB, LOCKED};
-use super::stars::Stars;
+use super::stars::{Stars, spoke};
 use crate::backend::Constant;
 
 /// No face: what is across a border.
@@ -23,29 +23,6 @@ pub const CONSTANTS: &[(&str, Constant)] = &[
 
 /// Faces around a vertex that are looked at together; few vertices have more.
 const WINDOW: usize = 8;
-
-/// A face seen from one of its corners.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Spoke {
-    /// Which corner, from 0 to 2.
-    pub corner: u32,
-    /// The corner after it.
-    pub next: u32,
-    /// The corner before it.
-    pub last: u32,
-}
-
-/// A face from its corner `vertex`.
-#[inline(always)]
-pub fn spoke(face: Face, vertex: u32) -> Spoke {
-    if face.a == vertex {
-        Spoke { corner: 0, next: face.b, last: face.c }
-    } else if face.b == vertex {
-        Spoke { corner: 1, next: face.c, last: face.a }
-    } else {
-        Spoke { corner: 2, next: face.a, last: face.b }
-    }
-}
 
 /// Whether the edge of `u` and `w` is a pair that `u` lists.
 ///

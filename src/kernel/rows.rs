@@ -126,6 +126,19 @@ impl Normal {
     }
 }
 
+/// The cotangents at the corners of a face, and their shares of its area.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "named by corner")]
+pub struct Corners {
+    pub cot_a: f32,
+    pub cot_b: f32,
+    pub cot_c: f32,
+    pub area_a: f32,
+    pub area_b: f32,
+    pub area_c: f32,
+}
+
 /// What the `volume` metric needs of a vertex: sums over the faces of its star of n nᵀ/|n| and n, the normals as long as
 /// twice the area.
 ///
@@ -318,6 +331,7 @@ row!(Position { x, y, z, flags });
 row!(Face { a, b, c });
 row!(Contraction { keep, gone, x, y, z, flags });
 row!(Normal { x, y, z, root });
+row!(Corners { cot_a, cot_b, cot_c, area_a, area_b, area_c });
 row!(VolumeSum { xx, xy, xz, yy, yz, zz, nx, ny, nz });
 row!(BorderSum { xx, xy, xz, yy, yz, zz });
 row!(PlaneQuadric { xx, xy, xz, yy, yz, zz, bx, by, bz, c, weight });

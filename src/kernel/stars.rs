@@ -41,18 +41,46 @@ impl<'a> Stars<'a> {
     }
 }
 
+/// A face seen from one of its corners.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Spoke {
+    /// Which corner, from 0 to 2.
+    pub corner: u32,
+    /// The corner after it.
+    pub next: u32,
+    /// The corner before it.
+    pub last: u32,
+}
+
+/// A face from its corner `vertex`.
+#[inline(always)]
+pub fn spoke(face: Face, vertex: u32) -> Spoke {
+    let (is_b, is_c) = (face.b == vertex, face.c == vertex);
+    Spoke {
+        corner: u32::from(is_b) + 2 * u32::from(is_c),
+        next: if is_c {
+            face.a
+        } else if is_b {
+            face.c
+        } else {
+            face.b
+        },
+        last: if is_c {
+            face.b
+        } else if is_b {
+            face.a
+        } else {
+            face.c
+        },
+    }
+}
+
 /// n = (p1−p0)×(p2−p0): twice the area, along the normal. `p0` is the position of `vertex`, a corner of the face.
 #[inline(always)]
 pub fn normal_from(vertex: u32, p0: Vec3, face: Face, stars: &Stars<'_>) -> Vec3 {
-    let next = if face.a == vertex {
-        [face.b, face.c]
-    } else if face.b == vertex {
-        [face.c, face.a]
-    } else {
-        [face.a, face.b]
-    };
-    let p1 = stars.positions[next[0] as usize].xyz();
-    let p2 = stars.positions[next[1] as usize].xyz();
+    let seen = spoke(face, vertex);
+    let p1 = stars.positions[seen.next as usize].xyz();
+    let p2 = stars.positions[seen.last as usize].xyz();
     flush3(cross3(sub3(p1, p0), sub3(p2, p0)), LEAST_FACTOR)
 }
 

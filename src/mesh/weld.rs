@@ -8,7 +8,7 @@ use super::adjacency::group;
 use super::key_table::KeyTable;
 use super::near::within;
 use super::{Mesh, PARALLEL_ROWS};
-use crate::math::Vec3;
+use crate::math::{DVec3, Vec3};
 
 /// A welded mesh, and where each of its parts comes from.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,7 +40,7 @@ pub struct Welded {
 /// position; vertices and faces keep their order. Normals and colors of joined vertices are averaged; normals that cancel
 /// out fall back to that of the lowest vertex. Texture coordinates stay with their corners; a seam is kept that way.
 pub fn weld(mesh: &Mesh, tolerance: f64) -> Welded {
-    let lowest = if tolerance > 0.0 { within(&mesh.positions, tolerance) } else { KeyTable::new(&mesh.positions).1 };
+    let lowest = if tolerance > 0.0 { within(&mesh.positions, tolerance) } else { lowest_at_position(&mesh.positions) };
     let joined_vertices = count(lowest.len(), |v| lowest[v] as usize != v);
 
     let joined = |f: usize| mesh.faces[f].map(|v| lowest[v as usize]);
@@ -80,6 +80,11 @@ pub fn weld(mesh: &Mesh, tolerance: f64) -> Welded {
         duplicate_faces: twins.duplicates.len(),
         opposite_faces: twins.opposites.len(),
     }
+}
+
+/// The lowest vertex at the position of each; `-0.0` equals `0.0`.
+pub(crate) fn lowest_at_position(positions: &[DVec3]) -> Vec<u32> {
+    KeyTable::new(positions).1
 }
 
 /// Normals and colors of the vertices `kept`, averaged over those of which each is the `lowest`.

@@ -6,6 +6,7 @@ mod errors;
 mod help;
 mod output;
 mod replay;
+mod weights;
 mod words;
 
 use std::fs;

@@ -2,6 +2,7 @@
 
 mod cells;
 mod costs;
+mod features;
 mod fit;
 mod gate;
 mod inputs;
@@ -63,6 +64,7 @@ pub fn trials() -> impl Iterator<Item = Trial> {
         .into_iter()
         .chain(surface::TRIALS)
         .chain(costs::TRIALS)
+        .chain(features::TRIALS)
         .chain(gate::TRIALS)
         .chain(nearest::TRIALS)
         .chain(fit::TRIALS)

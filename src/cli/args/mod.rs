@@ -6,6 +6,7 @@ mod bench;
 mod compare;
 mod replay;
 mod simplify;
+mod weights;
 
 use clap::{Args, Command, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
@@ -14,6 +15,7 @@ pub use bench::{Bench, Job as BenchJob};
 pub use compare::{Compare, Up};
 pub use replay::Replay;
 pub use simplify::{Method, Metric, Placement, Progress, Representative, Shape, Simplify, Target};
+pub use weights::{FeatureMode, FeatureUpdate, Weights};
 
 /// Reduce triangle meshes, on the GPU or the CPU, with the same bytes on both.
 #[derive(Debug, Parser)]

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use super::Weights;
 use crate::cli::values::{self, Weld};
 
 /// Reduce the faces of a mesh
@@ -33,6 +34,8 @@ pub struct Simplify {
     pub target: Target,
     #[command(flatten)]
     pub shape: Shape,
+    #[command(flatten)]
+    pub weights: Weights,
     #[command(flatten)]
     pub device: Device,
     #[command(flatten)]
@@ -94,21 +97,23 @@ pub struct Target {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Shape")]
 pub struct Shape {
-    /// How to simplify: contract or cluster
+    /// How to simplify: contract, feature, cluster
     ///
-    /// The method: 'contract' contracts pairs of vertices in rounds, the cheapest first. 'cluster' makes one vertex of all
-    /// in a cell of a grid, a fast first pass for enormous or broken meshes that ignores topology: with --faces, --ratio
-    /// or --reduction the finest grid found that leaves at most as many faces, mostly 98% or more of them; with --error
-    /// the coarsest grid that moves no vertex farther than that; or with --grid.
+    /// The method: 'contract' contracts pairs of vertices in rounds, the cheapest first; 'feature' does so with the metric
+    /// 'plane' and the placement 'endpoint', where nothing else is said, and counts vertices more where the curvature
+    /// changes. 'cluster' makes one vertex of all in a cell of a grid, a fast first pass for enormous or broken meshes that
+    /// ignores topology: with --faces, --ratio or --reduction the finest grid found that leaves at most as many faces,
+    /// mostly 98% or more of them; with --error the coarsest grid that moves no vertex farther than that; or with --grid.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Method::Contract, hide_possible_values = true)]
     pub method: Method,
 
     /// Cost: volume or plane
     ///
     /// What a contraction costs: with 'volume' the volume that it sweeps over the current faces, which is the more
-    /// accurate; with 'plane' the squared distances to the planes of the original, accumulated over the run.
-    #[arg(long, value_name = "NAME", value_enum, default_value_t = Metric::Volume, hide_possible_values = true)]
-    pub metric: Metric,
+    /// accurate; with 'plane' the squared distances to the planes of the original, accumulated over the run. Without the
+    /// option 'volume', and 'plane' with --method feature.
+    #[arg(long, value_name = "NAME", value_enum, hide_possible_values = true)]
+    pub metric: Option<Metric>,
 
     /// Vertex of a cell: quadric, mean or input
     ///
@@ -134,9 +139,10 @@ pub struct Shape {
     ///
     /// Where the vertex of a contraction goes: with 'optimal' where its cost is least; with 'segment' where it is least
     /// between the two ends; with 'endpoint-or-middle' to an end or midway; with 'endpoint' to one of the two ends, so that
-    /// the result's vertices are vertices of the input.
-    #[arg(long, value_name = "NAME", value_enum, default_value_t = Placement::Optimal, hide_possible_values = true)]
-    pub placement: Placement,
+    /// the result's vertices are vertices of the input. Without the option 'optimal', and 'endpoint' with --method
+    /// feature.
+    #[arg(long, value_name = "NAME", value_enum, hide_possible_values = true)]
+    pub placement: Option<Placement>,
 
     /// Largest turn of a face in one contraction
     ///
@@ -272,6 +278,8 @@ pub struct Writing {
 pub enum Method {
     /// Quadric pair contraction in rounds
     Contract,
+    /// The same, features first
+    Feature,
     /// Vertex clustering on a grid
     Cluster,
 }

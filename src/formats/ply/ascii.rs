@@ -80,7 +80,7 @@ fn read_faces(rows: &mut Rows<'_>, element: &Element, layout: &FaceLayout, mesh:
     Ok(())
 }
 
-fn skip_list(row: &mut Row<'_>) -> Result<()> {
+pub(super) fn skip_list(row: &mut Row<'_>) -> Result<()> {
     for _ in 0..row.count("the length of a list")? {
         row.expect("an item of a list")?;
     }

@@ -16,7 +16,7 @@ const LEAST_ROWS: usize = 1 << 14;
 
 /// Reads the rows after the header.
 pub(super) fn read(header: &Header, order: Order, bytes: &[u8]) -> Result<Mesh> {
-    let mut cursor = Cursor { bytes, at: header.body_start, order };
+    let mut cursor = Cursor::new(bytes, header.body_start, order);
     let mut vertices = Vertices::default();
     for element in &header.elements {
         match &element.role {
@@ -36,13 +36,17 @@ pub(super) fn read(header: &Header, order: Order, bytes: &[u8]) -> Result<Mesh> 
 }
 
 /// A place in the file, moving forward.
-struct Cursor<'a> {
+pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,
     order: Order,
 }
 
 impl<'a> Cursor<'a> {
+    pub(super) fn new(bytes: &'a [u8], at: usize, order: Order) -> Self {
+        Self { bytes, at, order }
+    }
+
     fn error(&self, message: String) -> Error {
         Error::format(FORMAT, Place::Byte(self.at as u64), message)
     }
@@ -61,7 +65,7 @@ impl<'a> Cursor<'a> {
         self.take(element.count.saturating_mul(row_bytes as u64), &element.name)
     }
 
-    fn scalar(&mut self, scalar: Scalar) -> Result<f64> {
+    pub(super) fn scalar(&mut self, scalar: Scalar) -> Result<f64> {
         let order = self.order;
         Ok(scalar.decode(self.take(scalar.size() as u64, "a number")?, order))
     }
@@ -78,7 +82,7 @@ impl<'a> Cursor<'a> {
         self.take(count as u64 * item.size() as u64, "the items of a list")
     }
 
-    fn skip(&mut self, kind: Kind) -> Result<()> {
+    pub(super) fn skip(&mut self, kind: Kind) -> Result<()> {
         match kind {
             Kind::Scalar(scalar) => self.take(scalar.size() as u64, "a number").map(drop),
             Kind::List { length, item } => self.list(length, item).map(drop),
@@ -86,7 +90,8 @@ impl<'a> Cursor<'a> {
     }
 }
 
-fn skip(cursor: &mut Cursor<'_>, element: &Element) -> Result<()> {
+/// Passes over the rows of an element.
+pub(super) fn skip(cursor: &mut Cursor<'_>, element: &Element) -> Result<()> {
     if let Some(row_bytes) = element.row_bytes() {
         return cursor.take_rows(element, row_bytes).map(drop);
     }

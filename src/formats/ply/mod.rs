@@ -21,10 +21,12 @@ mod ascii;
 mod binary;
 mod face;
 mod header;
+mod property;
 mod scalar;
 mod vertex;
 mod write;
 
+pub(super) use property::read_property;
 pub(super) use write::write;
 
 use self::header::{Body, Header};

@@ -8,12 +8,21 @@ use crate::mesh::Mesh;
 /// The greatest way that rounding to f32 may move a vertex, as a fraction of the bounding box's diagonal.
 const ROUNDING_FRACTION: f64 = 1e-6;
 
+/// A name and a number for each vertex.
+type Property<'a> = (&'a str, &'a [f32]);
+
 /// Writes binary PLY, or text with [`WriteOptions::ascii`].
-pub(in crate::formats) fn write(mesh: &Mesh, options: &WriteOptions, out: &mut dyn Write) -> io::Result<()> {
+pub(in crate::formats) fn write(
+    mesh: &Mesh,
+    options: &WriteOptions,
+    property: Option<Property<'_>>,
+    out: &mut dyn Write,
+) -> io::Result<()> {
     let double = needs_double(mesh);
     let alpha = mesh.colors.iter().flatten().any(|color| attributes::to_byte(color[3]) != 255);
-    out.write_all(header(mesh, options, double, alpha).as_bytes())?;
-    if options.ascii { write_text(mesh, alpha, out) } else { write_binary(mesh, double, alpha, out) }
+    out.write_all(header(mesh, options, [double, alpha], property).as_bytes())?;
+    let values = property.map_or(&[][..], |(_, values)| values);
+    if options.ascii { write_text(mesh, alpha, values, out) } else { write_binary(mesh, [double, alpha], values, out) }
 }
 
 fn needs_double(mesh: &Mesh) -> bool {
@@ -24,7 +33,7 @@ fn needs_double(mesh: &Mesh) -> bool {
     })
 }
 
-fn header(mesh: &Mesh, options: &WriteOptions, double: bool, alpha: bool) -> String {
+fn header(mesh: &Mesh, options: &WriteOptions, [double, alpha]: [bool; 2], own: Option<Property<'_>>) -> String {
     let encoding = if options.ascii { "ascii" } else { "binary_little_endian" };
     let mut header = format!("ply\nformat {encoding} 1.0\nelement vertex {}\n", mesh.positions.len());
     let mut property = |kind: &str, names: &[&str]| {
@@ -39,6 +48,9 @@ fn header(mesh: &Mesh, options: &WriteOptions, double: bool, alpha: bool) -> Str
     if mesh.colors.is_some() {
         property("uchar", &["red", "green", "blue", "alpha"][..if alpha { 4 } else { 3 }]);
     }
+    if let Some((name, _)) = own {
+        property("float", &[name]);
+    }
     header.push_str(&format!("element face {}\nproperty list uchar int vertex_indices\n", mesh.faces.len()));
     if mesh.texcoords.is_some() {
         header.push_str("property list uchar float texcoord\n");
@@ -47,7 +59,7 @@ fn header(mesh: &Mesh, options: &WriteOptions, double: bool, alpha: bool) -> Str
     header
 }
 
-fn write_binary(mesh: &Mesh, double: bool, alpha: bool, out: &mut dyn Write) -> io::Result<()> {
+fn write_binary(mesh: &Mesh, [double, alpha]: [bool; 2], values: &[f32], out: &mut dyn Write) -> io::Result<()> {
     output::rows(out, mesh.positions.len(), |vertex, buffer| {
         for coordinate in mesh.positions[vertex].to_array() {
             if double {
@@ -62,6 +74,9 @@ fn write_binary(mesh: &Mesh, double: bool, alpha: bool, out: &mut dyn Write) -> 
         }
         if let Some(colors) = &mesh.colors {
             buffer.extend_from_slice(&attributes::to_bytes(colors[vertex])[..if alpha { 4 } else { 3 }]);
+        }
+        if let Some(value) = values.get(vertex) {
+            buffer.extend_from_slice(&value.to_le_bytes());
         }
     })?;
     output::rows(out, mesh.faces.len(), |face, buffer| {
@@ -78,7 +93,7 @@ fn write_binary(mesh: &Mesh, double: bool, alpha: bool, out: &mut dyn Write) -> 
     })
 }
 
-fn write_text(mesh: &Mesh, alpha: bool, out: &mut dyn Write) -> io::Result<()> {
+fn write_text(mesh: &Mesh, alpha: bool, values: &[f32], out: &mut dyn Write) -> io::Result<()> {
     output::rows(out, mesh.positions.len(), |vertex, buffer| {
         let position = mesh.positions[vertex];
         output::push_float(buffer, position.x);
@@ -91,6 +106,9 @@ fn write_text(mesh: &Mesh, alpha: bool, out: &mut dyn Write) -> io::Result<()> {
                 buffer.push(b' ');
                 output::push_integer(buffer, u32::from(channel));
             }
+        }
+        if let Some(&value) = values.get(vertex) {
+            output::push_floats(buffer, &[value]);
         }
         buffer.push(b'\n');
     })?;

@@ -1,0 +1,11 @@
+// Multiplies the cost of every pair by the greater weight of its ends. Twin: src/kernel/weigh_keys.rs
+
+fn weighed_key(key: u32, first: f32, second: f32) -> u32 {
+    let cost = min(bitcast<f32>(key), GREATEST_COST);
+    return bitcast<u32>(flush(mul(cost, max(first, second)), LEAST));
+}
+
+fn run(i: u32) {
+    let corners = half_edge_corners(load_pairs(i).half_edge);
+    store_keys(i, weighed_key(load_keys(i), load_weights(corners.x), load_weights(corners.y)));
+}

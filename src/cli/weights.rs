@@ -1,0 +1,116 @@
+//! What vertices count: the arguments' weighting, weights from a file, and the feature degrees as a file.
+
+use std::path::PathBuf;
+
+use coarsen::contract::{Feature, FeatureMode, Options, Update, Weighting, feature_degrees};
+use coarsen::formats::{self, Format};
+use coarsen::report::heatmap;
+use coarsen::{Device, Mesh, Method};
+
+use super::Exit;
+use super::args;
+use super::failure::{at, refuse};
+use super::resolve::{Job, Problems};
+use super::sink::Sink;
+use super::source::Source;
+use super::values::WeightSource;
+
+/// λ of the mode `gated`: measured best with its gate.
+const GATED_LAMBDA: f32 = 16.0;
+
+/// The feature weights that the arguments name.
+pub fn feature(args: &args::Weights) -> Feature {
+    let defaults = Feature::default();
+    let mode = match args.feature_mode {
+        None if args.feature_lambda.is_none() => defaults.mode,
+        None | Some(args::FeatureMode::Affine) => FeatureMode::Affine { lambda: args.feature_lambda.unwrap_or(4.0) },
+        Some(args::FeatureMode::Gated) => FeatureMode::Gated { lambda: args.feature_lambda.unwrap_or(GATED_LAMBDA) },
+        Some(args::FeatureMode::Contrast) => FeatureMode::Contrast,
+        Some(args::FeatureMode::Entropy) => FeatureMode::Entropy,
+    };
+    let literal = matches!(mode, FeatureMode::Contrast | FeatureMode::Entropy);
+    Feature {
+        mode,
+        curvature_floor: args.feature_floor.unwrap_or(if literal { 0.0 } else { defaults.curvature_floor }),
+        update: match args.feature_update {
+            Some(args::FeatureUpdate::Recompute) => Update::Recompute,
+            _ => Update::Static,
+        },
+    }
+}
+
+/// Notes what contradicts itself in the arguments.
+pub fn check(args: &args::Simplify, source: Option<&Source>, problems: &mut Problems) {
+    let weights = &args.weights;
+    let is_feature = args.shape.method == args::Method::Feature;
+    for (name, is_given) in [
+        ("--feature-mode", weights.feature_mode.is_some()),
+        ("--feature-lambda", weights.feature_lambda.is_some()),
+        ("--feature-update", weights.feature_update.is_some()),
+        ("--feature-floor", weights.feature_floor.is_some() && weights.write_feature.is_none()),
+    ] {
+        if is_given && !is_feature {
+            problems.add(format!("{name} is for --method feature"));
+        }
+    }
+    if matches!(weights.feature_mode, Some(args::FeatureMode::Contrast | args::FeatureMode::Entropy))
+        && weights.feature_lambda.is_some()
+    {
+        problems.add("--feature-lambda is for the modes 'affine' and 'gated'");
+    }
+    if is_feature && weights.weight.is_some() {
+        problems.add("--weight and --method feature contradict each other: both say what vertices count");
+    }
+    if let (Some(WeightSource::Property(name)), Some(source)) = (&weights.weight, source)
+        && !source.path().is_some_and(|path| Format::from_path(path).is_ok_and(|(format, _)| format == Format::Ply))
+    {
+        problems.add(format!("'ply:{name}' names numbers in the input, and '{source}' is no PLY file"));
+    }
+}
+
+/// The file for the feature degrees that the arguments name.
+pub fn feature_sink(args: &args::Simplify, source: Option<&Source>, problems: &mut Problems) -> Option<PathBuf> {
+    let name = args.weights.write_feature.as_ref()?;
+    let path = PathBuf::from(name);
+    if !Format::from_path(&path).is_ok_and(|(format, _)| format == Format::Ply) {
+        problems.add(format!("'{name}' is no PLY: give --write-feature a name that ends in .ply"));
+        return None;
+    }
+    if *name == args.output {
+        problems.add(format!("'{name}' is the output as well: give --write-feature another name"));
+    }
+    problems.note(Sink::File(path.clone()).check(source.and_then(Source::path), args.writing.overwrite));
+    Some(path)
+}
+
+/// The method of a job, with the weights that it names read.
+///
+/// # Errors
+/// A file that cannot be read, or is no list of numbers; what the numbers are is the library's to judge.
+pub fn method(job: &Job) -> anyhow::Result<Method> {
+    let (Some(weight), Method::Contract(options)) = (&job.weight, &job.method) else { return Ok(job.method.clone()) };
+    let numbers = match (weight, job.source.path()) {
+        (WeightSource::File(path), _) => formats::read_numbers(path).map_err(|error| at(path, error))?,
+        (WeightSource::Property(name), Some(path)) => {
+            formats::read_property(path, name).map_err(|error| at(path, error))?
+        }
+        (WeightSource::Property(name), None) => {
+            return Err(refuse(Exit::Usage, format!("'ply:{name}' needs a PLY file as the input")));
+        }
+    };
+    let weights: Vec<f32> = numbers.into_iter().map(|number| number as f32).collect();
+    Ok(Method::Contract(Options { weighting: Weighting::Given(weights.into()), ..options.clone() }))
+}
+
+/// Writes the feature degrees of the input, where the job says so.
+///
+/// # Errors
+/// As [`feature_degrees`] and [`formats::write_with_property`].
+pub fn write_features(job: &Job, input: &Mesh, device: &Device) -> anyhow::Result<()> {
+    let Some((path, feature)) = &job.write_feature else { return Ok(()) };
+    let degrees =
+        feature_degrees(input, feature, device).map_err(|error| at(job.source.to_string().as_ref(), error))?;
+    let heights: Vec<f64> = degrees.iter().copied().map(f64::from).collect();
+    let colored = heatmap(input, &heights, None)?;
+    Ok(device.install(|| formats::write_with_property(&colored, path, &job.writing, ("feature", &degrees)))?)
+}

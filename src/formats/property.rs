@@ -1,0 +1,143 @@
+//! Numbers at vertices that a mesh does not carry: a property of a PLY file, or a list of one number a line.
+
+use std::path::Path;
+
+use super::text::{Lines, Rows};
+use super::{Format, WriteOptions, input, output, ply};
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+
+/// Reads the property `name` of the vertices of the PLY file at `path`, as it is stored.
+///
+/// # Errors
+/// As [`read`](super::read()); [`Error::Unsupported`] for another format, [`Error::Parameter`] where the vertices have no
+/// such number, with the names of those that they have.
+pub fn read_property(path: &Path, name: &str) -> Result<Vec<f64>> {
+    let (format, compression) = Format::from_path(path)?;
+    if format != Format::Ply {
+        let file = path.display();
+        return Err(Error::Unsupported(format!("'{file}' is no PLY, the only format with properties at its vertices")));
+    }
+    let content = input::open(path, format, compression)?;
+    input::check_content(&content, format)?;
+    ply::read_property(&content, name)
+}
+
+/// Reads the text file at `path`: one number a line; what follows a `#` and blank lines are skipped.
+///
+/// # Errors
+/// [`Error::Read`] when the system cannot read it, [`Error::Format`] with the line that is no number.
+pub fn read_numbers(path: &Path) -> Result<Vec<f64>> {
+    let content = input::map_or_read(path).map_err(|source| Error::Read { path: path.to_path_buf(), source })?;
+    let mut rows = Rows::new("text", Lines::after(0, &content), Some(b'#'));
+    let mut numbers = Vec::new();
+    while let Some(mut row) = rows.next() {
+        numbers.push(row.number("a weight")?);
+        if row.next().is_some() {
+            return Err(row.error("found more than one number on a line, expected one".into()));
+        }
+    }
+    Ok(numbers)
+}
+
+/// Writes `mesh` to the PLY file at `path` with the property `name` at its vertices, as atomically as
+/// [`write`](super::write()).
+///
+/// # Errors
+/// As [`write`](super::write()); [`Error::Unsupported`] for another format, [`Error::Parameter`] unless there is one value
+/// for each vertex and the name is one word of letters, digits and `_`.
+pub fn write_with_property(
+    mesh: &Mesh,
+    path: &Path,
+    options: &WriteOptions,
+    (name, values): (&str, &[f32]),
+) -> Result<()> {
+    let (format, compression) = Format::from_path(path)?;
+    if format != Format::Ply {
+        let file = path.display();
+        return Err(Error::Unsupported(format!("'{file}' is no PLY, the only format with properties at its vertices")));
+    }
+    if name.is_empty() || !name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_') {
+        return Err(Error::Parameter(format!("'{name}' cannot name a property: write letters, digits and '_'")));
+    }
+    if values.len() != mesh.positions.len() {
+        let (given, vertices) = (values.len(), mesh.positions.len());
+        return Err(Error::Parameter(format!("{given} values for a mesh of {vertices} vertices: give one each")));
+    }
+    mesh.check()?;
+    let property = Some((name, values));
+    output::atomically(path, |file| {
+        output::compressed(file, compression, |out| ply::write(mesh, options, property, out))
+    })
+    .map_err(|source| Error::Write { path: path.to_path_buf(), source })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::read;
+    use crate::mesh::shapes::tetrahedron;
+
+    fn folder() -> tempfile::TempDir {
+        tempfile::tempdir().expect("a folder")
+    }
+
+    #[test]
+    fn a_property_comes_back() {
+        let folder = folder();
+        let values = [0.0, 0.5, 1e-30, 7.25];
+        for (file, ascii) in [("a.ply", false), ("b.ply", true), ("c.ply.gz", false)] {
+            let path = folder.path().join(file);
+            let mut mesh = tetrahedron();
+            mesh.colors = Some(vec![[1.0, 0.0, 0.0, 1.0]; 4]);
+            write_with_property(&mesh, &path, &WriteOptions { ascii }, ("feature", &values)).expect("written");
+            assert_eq!(read(&path).expect("a mesh"), mesh, "{file}");
+            assert_eq!(read_property(&path, "feature").expect("the property"), values.map(f64::from), "{file}");
+            assert_eq!(read_property(&path, "red").expect("a color"), [255.0; 4], "{file}");
+            let missing = read_property(&path, "saliency").expect_err("no such property").to_string();
+            assert!(
+                missing.contains("'saliency'") && missing.contains("x, y, z, red, green, blue, feature"),
+                "{missing}"
+            );
+        }
+    }
+
+    #[test]
+    fn properties_stand_behind_other_elements_and_lists() {
+        let folder = folder();
+        let path = folder.path().join("a.ply");
+        let head = "ply\nformat ascii 1.0\nelement camera 1\nproperty float f\nelement vertex 3\nproperty float x\n\
+            property list uchar int ids\nproperty float y\nproperty float z\nproperty short w\nelement face 1\n\
+            property list uchar int vertex_indices\nend_header\n";
+        std::fs::write(&path, format!("{head}9\n0 2 5 6 0 0 -3\n1 0 0 0 4\n0 1 7 1 0 5\n3 0 1 2\n")).expect("written");
+        assert_eq!(read_property(&path, "w").expect("the property"), [-3.0, 4.0, 5.0]);
+        assert!(read_property(&path, "ids").is_err());
+    }
+
+    #[test]
+    fn lists_of_numbers_are_read() {
+        let path = folder().keep().join("weights.txt");
+        let numbers = |text: &str| {
+            std::fs::write(&path, text).expect("written");
+            read_numbers(&path).map_err(|error| error.to_string())
+        };
+        assert_eq!(numbers("1\n# a comment\n\n 2.5 # too\r\n1e-3"), Ok(vec![1.0, 2.5, 1e-3]));
+        assert_eq!(numbers(""), Ok(vec![]));
+        assert_eq!(numbers("1\nx\n"), Err("text line 2: found 'x', expected a weight, a number".into()));
+        assert_eq!(numbers("1 2\n"), Err("text line 1: found more than one number on a line, expected one".into()));
+        assert!(read_numbers(Path::new("missing.txt")).is_err());
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_refused() {
+        let folder = folder();
+        let write = |file: &str, name: &str, values: &[f32]| {
+            write_with_property(&tetrahedron(), &folder.path().join(file), &WriteOptions::default(), (name, values))
+        };
+        assert!(matches!(write("a.obj", "w", &[0.0; 4]), Err(Error::Unsupported(_))));
+        assert!(matches!(write("a.ply", "two words", &[0.0; 4]), Err(Error::Parameter(_))));
+        assert!(matches!(write("a.ply", "w", &[0.0; 3]), Err(Error::Parameter(_))));
+        assert!(matches!(read_property(Path::new("a.obj"), "w"), Err(Error::Unsupported(_))));
+        assert!(std::fs::read_dir(folder.path()).expect("the folder").next().is_none());
+    }
+}
