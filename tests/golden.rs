@@ -7,11 +7,12 @@ mod support;
 use std::fmt::Write;
 use std::path::Path;
 
-use coarsen::Budget;
+use coarsen::cluster::{self, Representative};
 use coarsen::contract::{Options, Placement};
 use coarsen::mesh::{SAMPLES, sample};
+use coarsen::{Budget, Mesh, Method, Outcome, simplify};
 use support::deviation::deviation;
-use support::engine::{METRICS, asked, bytes, contract, fnv};
+use support::engine::{METRICS, asked, bytes, contract, cpu, fnv};
 
 const RECORD: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/engine.txt");
 const FACES: usize = 6000;
@@ -30,17 +31,26 @@ fn record() -> String {
             {
                 let outcome =
                     contract(&mesh, &Options { metric, placement, ..Options::default() }, Budget::keep(share));
-                let rms = deviation(&mesh, &outcome.mesh, 20_000).rms;
-                let hash = fnv(&bytes(&outcome.mesh));
-                let (vertices, faces) = (outcome.mesh.positions.len(), outcome.mesh.faces.len());
                 let [metric, placement] = [format!("{metric:?}"), format!("{placement:?}")];
-                let what = format!("{name:8} {metric:6} {placement:9} {share:<5}");
-                writeln!(lines, "{what} {vertices:9} {faces:5} {:6} {rms:10.2e}  {hash:016x}", outcome.rounds.len())
-                    .expect("a string takes any text");
+                write_line(&mut lines, &format!("{name:8} {metric:6} {placement:9} {share:<5}"), &mesh, &outcome);
             }
+        }
+        for representative in [Representative::Quadric, Representative::Mean, Representative::Input] {
+            let method = Method::Cluster(cluster::Options { representative, ..cluster::Options::default() });
+            let outcome = simplify(&mesh, &method, &Budget::keep(0.1), &cpu(1), None).expect("a valid mesh");
+            let what = format!("{name:8} {:6} {:9} {:<5}", "cells", format!("{representative:?}"), 0.1);
+            write_line(&mut lines, &what, &mesh, &outcome);
         }
     }
     lines
+}
+
+fn write_line(lines: &mut String, what: &str, mesh: &Mesh, outcome: &Outcome) {
+    let rms = deviation(mesh, &outcome.mesh, 20_000).rms;
+    let hash = fnv(&bytes(&outcome.mesh));
+    let (vertices, faces) = (outcome.mesh.positions.len(), outcome.mesh.faces.len());
+    writeln!(lines, "{what} {vertices:9} {faces:5} {:6} {rms:10.2e}  {hash:016x}", outcome.rounds.len())
+        .expect("a string takes any text");
 }
 
 #[test]

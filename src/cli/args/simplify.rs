@@ -92,7 +92,7 @@ pub struct Target {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Shape")]
 pub struct Shape {
-    /// How to simplify: contract or cluster
+    /// Method: contract or cluster
     ///
     /// The method: 'contract' contracts pairs of vertices in rounds, the cheapest first. 'cluster' makes one vertex of all
     /// in a cell of a grid, a fast first pass for enormous or broken meshes that ignores topology: with --faces, --ratio
