@@ -7,11 +7,12 @@ mod support;
 use std::fmt::Write;
 use std::path::Path;
 
+use coarsen::cluster::{self, Representative};
 use coarsen::contract::{Options, Placement};
 use coarsen::mesh::{SAMPLES, sample};
-use coarsen::{Budget, Mesh};
+use coarsen::{Budget, Mesh, Method, simplify};
 use support::deviation::deviation;
-use support::engine::{METRICS, asked, bytes, contract, fnv};
+use support::engine::{METRICS, asked, bytes, cpu, fnv};
 
 const RECORD: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/engine.txt");
 const FACES: usize = 6000;
@@ -22,8 +23,8 @@ const SHARES: [f64; 3] = [0.5, 0.1, 0.04];
 fn record() -> String {
     let mut lines =
         String::from("sample   metric placement share  vertices faces rounds  deviation              hash\n");
-    let mut run = |name: &str, [metric, placement]: [&str; 2], mesh: &Mesh, options: &Options, share: f64| {
-        let outcome = contract(mesh, options, Budget::keep(share));
+    let mut run = |name: &str, [metric, placement]: [&str; 2], mesh: &Mesh, method: Method, share: f64| {
+        let outcome = simplify(mesh, &method, &Budget::keep(share), &cpu(1), None).expect("a valid mesh");
         let rms = deviation(mesh, &outcome.mesh, 20_000).rms;
         let hash = fnv(&bytes(&outcome.mesh));
         let (vertices, faces) = (outcome.mesh.positions.len(), outcome.mesh.faces.len());
@@ -36,11 +37,15 @@ fn record() -> String {
         for metric in METRICS {
             let optimal = SHARES.map(|share| (Placement::Optimal, share));
             for (placement, share) in optimal.into_iter().chain([(Placement::Endpoint, 0.1)]) {
-                let options = Options { metric, placement, ..Options::default() };
-                run(name, [&format!("{metric:?}"), &format!("{placement:?}")], &mesh, &options, share);
+                let method = Method::Contract(Options { metric, placement, ..Options::default() });
+                run(name, [&format!("{metric:?}"), &format!("{placement:?}")], &mesh, method, share);
             }
         }
-        run(name, ["Plane", "Feature"], &mesh, &Options::feature_weighted(), 0.1);
+        run(name, ["Plane", "Feature"], &mesh, Method::Contract(Options::feature_weighted()), 0.1);
+        for representative in [Representative::Quadric, Representative::Mean, Representative::Input] {
+            let method = Method::Cluster(cluster::Options { representative, ..cluster::Options::default() });
+            run(name, ["cells", &format!("{representative:?}")], &mesh, method, 0.1);
+        }
     }
     lines
 }

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use coarsen::contract::{Feature, FeatureMode, Options, Placement, Update, Weighting};
 use coarsen::math::DVec3;
 use coarsen::mesh::{shapes, weld};
-use coarsen::{Budget, Device, Error, Mesh, Method, simplify};
+use coarsen::{Budget, Device, Error, Mesh, Method, StopReason, cluster, simplify};
 use support::deviation::Random;
 use support::engine::{METRICS, assert_replays, cpu};
 use support::independent::{Topology, topology};
@@ -213,6 +213,40 @@ fn assert_sound(mesh: &Mesh, options: &Options, budget: Budget, device: &Device)
     assert!(is.components == was.components, "{was:?} → {is:?}");
 }
 
+/// Clustering takes anything, and leaves faces of three corners of which no two are the same.
+fn assert_clusters(mesh: &Mesh, options: &cluster::Options, budget: Budget, device: &Device) {
+    let clock = Instant::now();
+    let result = simplify(mesh, &Method::Cluster(options.clone()), &budget, device, None);
+    assert!(clock.elapsed() < PATIENCE, "it took {:?}", clock.elapsed());
+    let outcome = match result {
+        Ok(outcome) => outcome,
+        // No face may be left, and a limit may be finer than any grid.
+        Err(Error::Mesh(_) | Error::Parameter(_)) => return,
+        Err(other) => panic!("{other}"),
+    };
+    outcome.mesh.check().unwrap_or_else(|error| panic!("{error}"));
+    let estimate = outcome.error_estimate;
+    assert!(estimate >= 0.0 && !estimate.is_nan(), "estimate {estimate}");
+    for (p, &origin) in outcome.mesh.positions.iter().zip(&outcome.vertex_origin) {
+        assert!(mesh.positions.get(origin as usize).is_none_or(|q| p == q), "{p} does not come from {origin}");
+    }
+    let mut seen = std::collections::BTreeSet::new();
+    for &face in &outcome.mesh.faces {
+        let mut corners = face;
+        corners.sort_unstable();
+        assert!(corners[0] < corners[1] && corners[1] < corners[2] && seen.insert(corners), "{face:?}");
+    }
+    assert!(outcome.stop != StopReason::FacesReached || outcome.mesh.faces.len() <= outcome.target);
+}
+
+fn cluster_options(random: &mut Random) -> cluster::Options {
+    use cluster::Representative::{Input, Mean, Quadric};
+    cluster::Options {
+        grid: pick(random, &[None, Some(1), Some(2), Some(7), Some(100), Some(cluster::MOST_CELLS)]),
+        representative: pick(random, &[Quadric, Mean, Input]),
+    }
+}
+
 /// One seed's mesh, options and budget; a failure names them all.
 fn run(seed: u64, device: &Device) {
     let mut random = Random(seed);
@@ -220,6 +254,12 @@ fn run(seed: u64, device: &Device) {
     let options = options(&mut random, mesh.positions.len());
     let budget = budget(&mut random, mesh.faces.len());
     attempt(&format!("seed {seed}"), &mesh, &options, budget, device);
+
+    let options = cluster_options(&mut random);
+    let budget = if options.grid.is_some() { Budget::default() } else { budget };
+    if catch_unwind(AssertUnwindSafe(|| assert_clusters(&mesh, &options, budget, device))).is_err() {
+        panic!("seed {seed}: {options:?} {budget:?}");
+    }
 }
 
 /// [`assert_sound`], with everything that it takes to repeat it on failure.

@@ -51,6 +51,7 @@ fn json_has_its_fields() {
         "target",
         "reached",
         "stop_reason",
+        "cell_size",
         "simplify_ms",
         "blocked",
         "error",
@@ -181,4 +182,25 @@ fn ascii_is_text() {
     dir.run("simplify sample:part@1k out.ply -f 500 -g cpu --ascii").succeeds();
     let text = fs::read_to_string(dir.path("out.ply")).expect("text");
     assert!(text.starts_with("ply\nformat ascii 1.0\n"), "{}", &text[..40]);
+}
+
+#[test]
+fn clustering_tells_its_cells() {
+    let dir = Dir::new();
+    let line = "simplify sample:statue@5k out.ply -g cpu -w --method cluster";
+    let by_grid = dir.run(&format!("{line} --grid 9 --representative mean --json")).succeeds().json();
+    assert_eq!((&by_grid["method"], &by_grid["metric"]), (&"cluster".into(), &Value::Null));
+    assert_eq!((&by_grid["stop_reason"], &by_grid["target"]), (&"grid_reached".into(), &Value::Null));
+    assert!(by_grid["cell_size"].as_f64().is_some_and(|side| side > 0.0), "{by_grid}");
+    assert_eq!(by_grid["rounds"], serde_json::json!([]));
+    dir.run(&format!("{line} --grid 9 --require-target")).succeeds();
+
+    // The table of the rounds has none to show.
+    let ran = dir.run(&format!("{line} -f 500 -v")).succeeds();
+    assert!(!ran.err.starts_with("round"), "{}", ran.err);
+    assert!(ran.err.contains(" faces, stop=faces_reached, estimated error "), "{}", ran.err);
+    let by_error = dir.run(&format!("{line} -e 5% --json")).succeeds().json();
+    assert_eq!((&by_error["stop_reason"], &by_error["reached"]), (&"error_reached".into(), &true.into()));
+    let contracted = dir.run("simplify sample:statue@5k out.ply -g cpu -w -f 500 --json").succeeds().json();
+    assert_eq!(contracted["cell_size"], Value::Null);
 }
