@@ -96,10 +96,61 @@ fn a_log_leads_to_the_result_and_back() {
                 assert!(!log.contractions().is_empty() || name.starts_with("soup"), "{name}: nothing is contracted");
                 assert_eq!((log.vertices_in(), log.faces_in()), (mesh.positions.len(), mesh.faces.len()), "{name}");
                 let start = assert_replays(&name, &mesh, &outcome);
+                assert_faces_fall(&name, &mesh, &log);
                 if let Some(tolerance) = options.weld {
                     assert_same_mesh(&name, &start, &weld(&mesh, tolerance).mesh);
                 }
             }
+        }
+    }
+}
+
+/// Every contraction of an edge removes one face or two.
+fn assert_faces_fall(name: &str, mesh: &Mesh, log: &CollapseLog) {
+    let mut replay = Replay::new(mesh, log).expect("its own mesh");
+    loop {
+        let faces = replay.face_count();
+        if !replay.forward() {
+            return;
+        }
+        let lost = faces - replay.face_count();
+        assert!((1..=2).contains(&lost), "{name}: contraction {} removes {lost} faces", replay.step());
+    }
+}
+
+/// Where parts join, a contraction may remove no face, or faces that cancel each other out.
+#[test]
+fn parts_that_join_are_replayed() {
+    let assembly = sample("assembly", Some(5_000)).expect("a sample");
+    let mut facing = shapes::cube(1);
+    let count = facing.positions.len() as u32;
+    let (low, high) = facing.bounds();
+    let mirrored = |p: &DVec3| DVec3::new(2.0 * high.x - p.x + 1e-3 * (high - low).x, p.y, p.z);
+    let others: Vec<DVec3> = facing.positions.iter().map(mirrored).collect();
+    let faces: Vec<[u32; 3]> = facing.faces.iter().map(|&[a, b, c]| [a + count, c + count, b + count]).collect();
+    facing.positions.extend(others);
+    facing.faces.extend(faces);
+    for metric in METRICS {
+        for (name, mesh, join_within) in
+            [("facing", &facing, 2e-3 * (high - low).x), ("assembly", &assembly, 0.05 * assembly.diagonal())]
+        {
+            let options = Options { join_within, ..logged(metric) };
+            let (outcome, log) = run(mesh, &options, Budget::keep(if name == "facing" { 0.5 } else { 0.1 }));
+            let start = assert_replays(name, mesh, &outcome);
+            assert_same_mesh(name, &start, &weld(mesh, 0.0).mesh);
+            assert!(topology(&outcome.mesh).components < topology(&start).components, "{name}: nothing joins");
+            let mut replay = Replay::new(mesh, &log).expect("its own mesh");
+            let mut losses = Vec::new();
+            loop {
+                let faces = replay.face_count();
+                if !replay.forward() {
+                    break;
+                }
+                losses.push(faces - replay.face_count());
+                assert_eq!(replay.vertex_count(), replay.mesh().positions.len(), "{name} at {}", replay.step());
+            }
+            // The first pairs have no edge, and no face vanishes until all three corners meet.
+            assert!(name != "facing" || losses.iter().sum::<usize>() >= 4 && losses[0] == 0, "{metric:?}: {losses:?}");
         }
     }
 }

@@ -50,13 +50,21 @@ pub struct Committed {
     /// Faces they removed.
     pub faces_removed: usize,
     /// Those among these that cancelled each other out, whose corners still differ.
-    pub cancelled: Vec<u32>,
+    pub cancelled: Vec<Cancelled>,
     /// Refusals by reason.
     pub blocked: Blocked,
     /// Greatest key of an accepted candidate.
     pub greatest_key: u32,
     /// Greatest estimated deviation of an accepted candidate, in the normalized frame.
     pub deviation: f32,
+}
+
+/// A face that vanished where parts met.
+#[derive(Debug, Clone, Copy)]
+pub struct Cancelled {
+    pub face: u32,
+    /// The vertex whose contraction laid it on another.
+    pub keep: u32,
 }
 
 impl Committed {
@@ -318,8 +326,10 @@ impl<'a> Work<'a> {
             };
             // The second's before the first's: of two on the same side it is the second's that goes.
             let rings = [pair[1], pair[0]].into_iter().flat_map(|end| connectivity.ring(end));
-            let face = rings.copied().find(|&f| lies_on(f) && !self.committed.cancelled.contains(&f));
-            self.committed.cancelled.extend(face);
+            let is_known = |f: u32| self.committed.cancelled.iter().any(|cancelled| cancelled.face == f);
+            let face = rings.copied().find(|&f| lies_on(f) && !is_known(f));
+            let keep = pair[0].min(pair[1]);
+            self.committed.cancelled.extend(face.map(|face| Cancelled { face, keep }));
         }
     }
 

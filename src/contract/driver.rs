@@ -237,7 +237,7 @@ impl<'a> Run<'a> {
             }
             moved_up = self.evaluator.queue.time_moving().saturating_sub(before).as_secs_f64();
             let vertices = self.host.vertex_count;
-            self.host.kill(&committed.cancelled);
+            self.host.kill(committed.cancelled.iter().map(|cancelled| cancelled.face));
             self.host.compact_on_host(&self.host_queue, &mut self.prepared.carried, faces_left)?;
             let new_vertex = &self.host.new_vertex()[..vertices];
             if let Some((_, history)) = &mut self.history {

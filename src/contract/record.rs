@@ -5,6 +5,7 @@ use crate::mesh::Mesh;
 use crate::progressive::{self, CollapseLog};
 
 use super::carry::{Carried, MOVED_FROM, TURNED};
+use super::commit::Committed;
 use super::frame::Frame;
 use super::prepare::Prepared;
 use super::restore::model_position;
@@ -26,8 +27,10 @@ impl<'a> Recorder<'a> {
     }
 
     /// Notes a round before it is compacted: `before` are the origins as it began.
-    pub fn record(&mut self, contractions: &[Contraction], before: &[u32], carried: &Carried) {
-        for &Contraction { keep, gone, x, y, z, flags } in contractions {
+    pub fn record(&mut self, committed: &Committed, before: &[u32], carried: &Carried) {
+        // Both in order: the faces of a contraction follow those of the ones before it.
+        let mut cancelled = committed.cancelled.iter().peekable();
+        for &Contraction { keep, gone, x, y, z, flags } in &committed.contractions {
             // The new vertex goes by the name of one of the ends, not always by that of its row.
             let origin = carried.origin[keep as usize];
             let [own, other] = [keep, gone].map(|v| before[v as usize] & !MOVED_FROM);
@@ -37,6 +40,9 @@ impl<'a> Recorder<'a> {
             let normal = carried.normals.as_ref().map(|rows| rows[keep as usize]);
             let color = carried.colors.as_ref().map(|rows| rows[keep as usize]);
             self.log.push(contraction, normal, color);
+            while let Some(face) = cancelled.next_if(|cancelled| cancelled.keep == keep) {
+                self.log.cancel(carried.face_origin[face.face as usize] & !TURNED);
+            }
         }
     }
 

@@ -181,8 +181,8 @@ impl Surface {
     }
 
     /// Marks faces of the host as dead, for the next compaction.
-    pub fn kill(&mut self, faces: &[u32]) {
-        for &f in faces {
+    pub fn kill(&mut self, faces: impl IntoIterator<Item = u32>) {
+        for f in faces {
             let face = &mut self.faces.host_mut()[f as usize];
             (face.b, face.c) = (face.a, face.a);
         }

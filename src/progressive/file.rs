@@ -9,10 +9,11 @@
 //! | 4 | flags: 1 for normals, 2 for colors; no other |
 //! | 8, 8 | vertices and faces of the mesh |
 //! | 8 | its hash |
-//! | 8, 8, 8 | J vertices that were joined, D faces that were dropped, C contractions |
+//! | 8, 8, 8, 8 | J vertices that were joined, D faces that were dropped, C contractions, K cancelled faces |
 //! | 8 J | for each the vertex and the one it was joined to, or 2³² − 1 |
 //! | 4 D | the faces |
 //! | 32 C | for each contraction the vertex that keeps its name, the one that is gone, and x, y, z in `f64` |
+//! | 8 K | for each the number of its contraction and the face |
 //! | 12 C | with normals: x, y, z in `f32` |
 //! | 16 C | with colors: red, green, blue, alpha in `f32` |
 //! | 8 | the sum of all bytes before |
@@ -31,7 +32,7 @@ const MAGIC: &[u8; 8] = b"COLLAPSE";
 const VERSION: u32 = 1;
 const NORMALS: u32 = 1;
 const COLORS: u32 = 2;
-const HEADER_LEN: usize = 64;
+const HEADER_LEN: usize = 72;
 const SUM_LEN: u64 = 8;
 
 /// What the first bytes say.
@@ -41,6 +42,7 @@ struct Header {
     joined: u64,
     dropped_faces: u64,
     contractions: u64,
+    cancelled: u64,
 }
 
 impl CollapseLog {
@@ -81,6 +83,7 @@ impl CollapseLog {
             put(&gone.to_le_bytes());
             position.to_array().iter().for_each(|x| put(&x.to_le_bytes()));
         }
+        self.cancelled.as_flattened().iter().for_each(|v| put(&v.to_le_bytes()));
         for normal in self.normals.iter().flatten() {
             normal.to_array().iter().for_each(|x| put(&x.to_le_bytes()));
         }
@@ -120,6 +123,7 @@ impl CollapseLog {
                 let position = [rest.array(), rest.array(), rest.array()].map(f64::from_le_bytes);
                 Contraction { keep, gone, position: DVec3::from(position) }
             }),
+            cancelled: rest.rows(header.cancelled, Rest::integers),
             normals: (header.flags & NORMALS != 0)
                 .then(|| rest.rows(header.contractions, |rest| Vec3::from(rest.integers().map(f32::from_bits)))),
             colors: (header.flags & COLORS != 0)
@@ -136,6 +140,7 @@ impl Header {
             joined: log.joined.len() as u64,
             dropped_faces: log.dropped_faces.len() as u64,
             contractions: log.contractions.len() as u64,
+            cancelled: log.cancelled.len() as u64,
         }
     }
 
@@ -144,7 +149,8 @@ impl Header {
         bytes.extend_from_slice(&VERSION.to_le_bytes());
         bytes.extend_from_slice(&self.flags.to_le_bytes());
         let Identity { vertices, faces, hash } = self.identity;
-        for number in [vertices.into(), faces.into(), hash, self.joined, self.dropped_faces, self.contractions] {
+        let counts = [self.joined, self.dropped_faces, self.contractions, self.cancelled];
+        for number in [vertices.into(), faces.into(), hash].into_iter().chain(counts) {
             bytes.extend_from_slice(&number.to_le_bytes());
         }
     }
@@ -170,26 +176,31 @@ impl Header {
         if flags & !(NORMALS | COLORS) != 0 {
             return Err(wrong(12, format!("unknown flags {flags:#x}")));
         }
-        let [vertices, faces, hash, joined, dropped_faces, contractions] =
+        let [vertices, faces, hash, joined, dropped_faces, contractions, cancelled] =
             std::array::from_fn(|_| u64::from_le_bytes(rest.array()));
         let limit = u64::from(u32::MAX);
         // A vertex is joined or contracted once, a face dropped once.
         let fits = vertices <= limit / 2
             && faces <= limit / 3
-            && dropped_faces <= faces
+            && dropped_faces.checked_add(cancelled).is_some_and(|gone| gone <= faces)
             && joined.checked_add(contractions).is_some_and(|used| used <= vertices);
         if !fits {
             let counts = format!("{joined} joined and {contractions} contracted of {vertices} vertices");
-            return Err(wrong(16, format!("impossible counts: {counts}, {dropped_faces} dropped of {faces} faces")));
+            return Err(wrong(
+                16,
+                format!(
+                    "impossible counts: {counts}, {dropped_faces} dropped and {cancelled} cancelled of {faces} faces"
+                ),
+            ));
         }
         let identity = Identity { vertices: vertices as u32, faces: faces as u32, hash };
-        Ok(Self { flags, identity, joined, dropped_faces, contractions })
+        Ok(Self { flags, identity, joined, dropped_faces, contractions, cancelled })
     }
 
     /// The length of the whole file; counts below 2³² cannot overflow it.
     fn file_len(&self) -> u64 {
         let carried = if self.flags & NORMALS != 0 { 12 } else { 0 } + if self.flags & COLORS != 0 { 16 } else { 0 };
-        let rows = 8 * self.joined + 4 * self.dropped_faces + (32 + carried) * self.contractions;
+        let rows = 8 * self.joined + 4 * self.dropped_faces + 8 * self.cancelled + (32 + carried) * self.contractions;
         HEADER_LEN as u64 + rows + SUM_LEN
     }
 }
@@ -228,6 +239,7 @@ mod tests {
             joined: vec![[4, 1], [6, u32::MAX]],
             dropped_faces: vec![0, 5],
             contractions: vec![contraction(1, 2), contraction(3, 1)],
+            cancelled: vec![[1, 7]],
             normals: Some(vec![Vec3::X, Vec3::NEG_Y]),
             colors: Some(vec![[0.25; 4], [1.0, 0.5, 0.0, 1.0]]),
         }
@@ -272,10 +284,10 @@ mod tests {
             message(&bytes)
         };
         assert!(message(b"ply\nformat").contains("expected 'COLLAPSE'"));
-        assert!(message(&log().to_bytes()[..20]).contains("expected 64 bytes of header"));
+        assert!(message(&log().to_bytes()[..20]).contains("expected 72 bytes of header"));
         assert!(with(8, &2_u32.to_le_bytes()).contains("version 2, expected 1"));
         assert!(with(12, &4_u32.to_le_bytes()).contains("unknown flags 0x4"));
-        assert!(with(80, &[9]).contains("damaged"));
+        assert!(with(88, &[9]).contains("damaged"));
         // More contractions than memory or vertices: refused by the header alone.
         for count in [10, u64::from(u32::MAX), u64::MAX] {
             assert!(with(56, &count.to_le_bytes()).contains("impossible counts"), "{count}");

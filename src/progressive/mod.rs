@@ -24,9 +24,9 @@
 //! # }
 //! ```
 //!
-//! A record names its two vertices by the input and holds what became of the one; which faces vanish and which corners
-//! change follows from the mesh, so a log is as small as what it cannot leave out: 32 bytes a contraction, without
-//! normals and colors.
+//! A record names its two vertices by the input and holds what became of the one. Which faces vanish and which corners
+//! change follows from the mesh, but for faces that cancel each other out where parts join, which are listed; so a log is
+//! as small as what it cannot leave out: 32 bytes a contraction, without normals and colors.
 
 mod file;
 mod replay;
@@ -69,6 +69,9 @@ pub struct CollapseLog {
     /// Input faces that were dropped before the first contraction, ascending.
     dropped_faces: Vec<u32>,
     contractions: Vec<Contraction>,
+    /// Faces that vanished though they had not both ends of a contraction, where parts met back to back: each after the
+    /// number of its contraction, in order.
+    cancelled: Vec<[u32; 2]>,
     /// What the new vertices carry, one row a contraction; none where the input has none.
     normals: Option<Vec<Vec3>>,
     colors: Option<Vec<[f32; 4]>>,
@@ -106,6 +109,7 @@ impl CollapseLog {
             joined: (0..lives.len() as u32).map(|v| [v, representative(v)]).filter(|[v, to]| v != to).collect(),
             dropped_faces: (0..dropped.len() as u32).filter(|&f| dropped[f as usize]).collect(),
             contractions: Vec::new(),
+            cancelled: Vec::new(),
             normals: input.normals.is_some().then(Vec::new),
             colors: input.colors.is_some().then(Vec::new),
         }
@@ -120,6 +124,20 @@ impl CollapseLog {
         if let (Some(rows), Some(color)) = (&mut self.colors, color) {
             rows.push(color);
         }
+    }
+
+    /// Lets an input face vanish with the last contraction.
+    pub(crate) fn cancel(&mut self, face: u32) {
+        if let Some(last) = self.contractions.len().checked_sub(1) {
+            self.cancelled.push([last as u32, face]);
+        }
+    }
+
+    /// The faces that vanish with a contraction beside those between its ends.
+    fn cancelled_by(&self, contraction: usize) -> impl Iterator<Item = u32> {
+        let first = self.cancelled.partition_point(|row| (row[0] as usize) < contraction);
+        let rows = self.cancelled[first..].iter();
+        rows.take_while(move |row| row[0] as usize == contraction).map(|row| row[1])
     }
 
     /// Vertices of the mesh that it is of.
@@ -168,6 +186,11 @@ impl CollapseLog {
         }
         if !self.dropped_faces.is_sorted_by(|a, b| a < b) || self.dropped_faces.last().is_some_and(|&f| f >= faces) {
             return Err(malformed("the dropped faces are not in order".into()));
+        }
+        let in_order = self.cancelled.is_sorted_by_key(|row| row[0]);
+        let fits = |row: &[u32; 2]| (row[0] as usize) < self.contractions.len() && row[1] < faces;
+        if !in_order || !self.cancelled.iter().all(fits) {
+            return Err(malformed("the cancelled faces are not in order".into()));
         }
         let mut lives: Vec<bool> = (0..vertices).map(|v| representative[v as usize] == v).collect();
         let is_live = |lives: &[bool], v: u32| lives.get(v as usize) == Some(&true);

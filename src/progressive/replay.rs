@@ -18,9 +18,6 @@ pub struct Replay<'a> {
     rings: Rings,
     /// Input faces that are not part of any state, beside those that the log drops.
     faces_at_start: usize,
-    vertices_at_start: usize,
-    /// Whether an input vertex is one of the current state.
-    lives: Vec<bool>,
     /// By input vertex, as they are now.
     rows: Rows,
     /// By contraction: what its vertex has on the other side of it.
@@ -58,19 +55,15 @@ impl<'a> Replay<'a> {
             }
         }
         let vertices: Vec<u32> = (0..).zip(&representative).filter(|&(v, &to)| v == to).map(|(v, _)| v).collect();
-        let mut lives = vec![false; representative.len()];
-        vertices.iter().for_each(|&v| lives[v as usize] = true);
         Ok(Self {
-            rings: Rings::new(faces, lives.len(), |f| !dropped[f]),
+            rings: Rings::new(faces, representative.len(), |f| !dropped[f]),
             faces_at_start: input.faces.len() - log.dropped_faces.len(),
-            vertices_at_start: vertices.len(),
             rows: Rows::at_start(input, log, representative, &vertices),
             others: Rows {
                 positions: log.contractions.iter().map(|contraction| contraction.position).collect(),
                 normals: log.normals.clone(),
                 colors: log.colors.clone(),
             },
-            lives,
             splices: Vec::new(),
             input,
             log,
@@ -84,21 +77,20 @@ impl<'a> Replay<'a> {
 
     /// Faces now.
     pub fn face_count(&self) -> usize {
-        self.faces_at_start - self.rings.dead().len()
+        self.faces_at_start - self.rings.dead_count()
     }
 
-    /// Vertices now.
+    /// Vertices now: those that a face uses.
     pub fn vertex_count(&self) -> usize {
-        self.vertices_at_start - self.step()
+        self.rings.used_count()
     }
 
     /// Contracts the next pair; false at the end of the log.
     pub fn forward(&mut self) -> bool {
         let step = self.step();
         let Some(&Contraction { keep, gone, .. }) = self.log.contractions.get(step) else { return false };
-        self.splices.push(self.rings.contract(keep, gone));
+        self.splices.push(self.rings.contract(keep, gone, self.log.cancelled_by(step)));
         self.rows.swap(keep, &mut self.others, step);
-        self.lives[gone as usize] = false;
         true
     }
 
@@ -109,7 +101,6 @@ impl<'a> Replay<'a> {
         let Contraction { keep, gone, .. } = self.log.contractions[step];
         self.rings.split(keep, gone, splice);
         self.rows.swap(keep, &mut self.others, step);
-        self.lives[gone as usize] = true;
         true
     }
 
@@ -126,17 +117,17 @@ impl<'a> Replay<'a> {
         self.face_count()
     }
 
-    /// The mesh as it is now, vertices and faces in the order of the input.
+    /// The mesh as it is now, vertices and faces in the order of the input; vertices without a face are left out.
     pub fn mesh(&self) -> Mesh {
-        let vertices: Vec<u32> = (0..self.lives.len() as u32).filter(|&v| self.lives[v as usize]).collect();
-        let mut new_vertex = vec![NONE; self.lives.len()];
+        let mut faces: Vec<[u32; 3]> = self.rings.live_faces().collect();
+        let mut new_vertex = vec![NONE; self.input.positions.len()];
+        faces.as_flattened().iter().for_each(|&v| new_vertex[v as usize] = v);
+        let vertices: Vec<u32> = new_vertex.iter().copied().filter(|&v| v != NONE).collect();
         (0..).zip(&vertices).for_each(|(new, &v)| new_vertex[v as usize] = new);
-        let mut is_dead = vec![false; self.input.faces.len()];
-        self.log.dropped_faces.iter().chain(self.rings.dead()).for_each(|&f| is_dead[f as usize] = true);
-        let faces = self.rings.faces().iter().zip(is_dead).filter(|&(_, is_dead)| !is_dead);
+        faces.iter_mut().for_each(|face| *face = face.map(|v| new_vertex[v as usize]));
         Mesh {
             positions: take(&self.rows.positions, &vertices),
-            faces: faces.map(|(face, _)| face.map(|v| new_vertex[v as usize])).collect(),
+            faces,
             normals: self.rows.normals.as_ref().map(|rows| take(rows, &vertices)),
             colors: self.rows.colors.as_ref().map(|rows| take(rows, &vertices)),
             texcoords: None,
@@ -202,6 +193,7 @@ mod tests {
             joined: Vec::new(),
             dropped_faces: Vec::new(),
             contractions: vec![contraction],
+            cancelled: Vec::new(),
             normals: None,
             colors: None,
         };
@@ -236,6 +228,8 @@ mod tests {
         refuses(&|log| log.joined.push([3, NONE]), "kept without three corners");
         refuses(&|log| log.dropped_faces = vec![2], "not in order");
         refuses(&|log| log.dropped_faces = vec![1, 1], "not in order");
+        refuses(&|log| log.cancelled = vec![[1, 0]], "cancelled faces are not in order");
+        refuses(&|log| log.cancelled = vec![[0, 2]], "cancelled faces are not in order");
     }
 
     #[test]

@@ -13,10 +13,10 @@ const END: u32 = u32::MAX;
 /// What has to be remembered to undo a contraction.
 #[derive(Debug, Clone, Copy)]
 pub struct Splice {
-    /// The first corner of the kept vertex as it was, behind which the other's now stand.
+    /// The first corner of the kept vertex as it was, before which the other's now stand.
     kept: u32,
-    /// Faces that were dead before.
-    dead: usize,
+    /// Faces that were dead before, and when the rings were joined.
+    dead: [usize; 2],
 }
 
 #[derive(Debug)]
@@ -26,6 +26,9 @@ pub struct Rings {
     first: Vec<u32>,
     next: Vec<u32>,
     previous: Vec<u32>,
+    lives: Vec<bool>,
+    /// Vertices with a ring.
+    used: usize,
     /// Faces that died, in order.
     dead: Vec<u32>,
 }
@@ -40,10 +43,16 @@ impl Rings {
             first: vec![END; vertex_count],
             next: vec![END; corners],
             previous: vec![END; corners],
+            lives: Vec::new(),
+            used: 0,
             dead: Vec::new(),
         };
+        rings.lives = (0..rings.faces.len()).map(lives).collect();
         // From the end, so that rings ascend.
-        for face in (0..rings.faces.len()).rev().filter(|&face| lives(face)) {
+        for face in (0..rings.faces.len()).rev() {
+            if !rings.lives[face] {
+                continue;
+            }
             for corner in corners_of(face as u32) {
                 let first = rings.first[rings.vertex(corner)];
                 (rings.previous[corner as usize], rings.next[corner as usize]) = (END, first);
@@ -53,25 +62,29 @@ impl Rings {
         rings
     }
 
-    /// The corners of all faces, live and dead.
-    pub fn faces(&self) -> &[[u32; 3]] {
-        &self.faces
+    /// The corners of the faces that live.
+    pub fn live_faces(&self) -> impl Iterator<Item = [u32; 3]> {
+        self.faces.iter().zip(&self.lives).filter(|&(_, &lives)| lives).map(|(&face, _)| face)
     }
 
-    /// The faces that died by contractions, in order.
-    pub fn dead(&self) -> &[u32] {
-        &self.dead
+    /// How many faces died since the start.
+    pub fn dead_count(&self) -> usize {
+        self.dead.len()
     }
 
-    /// Makes `gone` part of `keep`; faces that have both die.
-    pub fn contract(&mut self, keep: u32, gone: u32) -> Splice {
+    /// How many vertices have a face.
+    pub fn used_count(&self) -> usize {
+        self.used
+    }
+
+    /// Makes `gone` part of `keep`; faces that have both die, and those of `cancelled` that still live.
+    pub fn contract(&mut self, keep: u32, gone: u32, cancelled: impl IntoIterator<Item = u32>) -> Splice {
         let dead = self.dead.len();
         let (mut corner, mut last) = (self.first[gone as usize], END);
         while corner != END {
             let (face, next) = (corner / 3, self.next[corner as usize]);
             if self.faces[face as usize].contains(&keep) {
-                corners_of(face).for_each(|corner| self.take_out(corner));
-                self.dead.push(face);
+                self.kill(face);
             } else {
                 self.faces.as_flattened_mut()[corner as usize] = keep;
                 last = corner;
@@ -82,15 +95,24 @@ impl Rings {
         if last != END {
             self.link(last, kept);
             self.first[keep as usize] = self.first[gone as usize];
+            self.used -= usize::from(kept != END);
         }
-        Splice { kept, dead }
+        let splice = Splice { kept, dead: [dead, self.dead.len()] };
+        for face in cancelled {
+            if self.lives[face as usize] {
+                self.kill(face);
+            }
+        }
+        splice
     }
 
     /// Undoes a contraction of which this was the splice.
     pub fn split(&mut self, keep: u32, gone: u32, splice: Splice) {
+        self.revive(splice.dead[1]);
         let mut corner = self.first[gone as usize];
         if corner != END {
             if splice.kept != END {
+                self.used += 1;
                 let last = std::mem::replace(&mut self.previous[splice.kept as usize], END);
                 self.next[last as usize] = END;
             }
@@ -100,9 +122,21 @@ impl Rings {
             self.faces.as_flattened_mut()[corner as usize] = gone;
             corner = self.next[corner as usize];
         }
-        while self.dead.len() > splice.dead
+        self.revive(splice.dead[0]);
+    }
+
+    fn kill(&mut self, face: u32) {
+        corners_of(face).for_each(|corner| self.take_out(corner));
+        self.lives[face as usize] = false;
+        self.dead.push(face);
+    }
+
+    /// Lets the faces that died last live again, until this many are dead.
+    fn revive(&mut self, dead: usize) {
+        while self.dead.len() > dead
             && let Some(face) = self.dead.pop()
         {
+            self.lives[face as usize] = true;
             corners_of(face).rev().for_each(|corner| self.put_back(corner));
         }
     }
@@ -121,6 +155,7 @@ impl Rings {
     /// Takes a corner out of its ring; it keeps its own links.
     fn take_out(&mut self, corner: u32) {
         let (previous, next) = (self.previous[corner as usize], self.next[corner as usize]);
+        self.used -= usize::from(previous == END && next == END);
         match previous {
             END => {
                 let vertex = self.vertex(corner);
@@ -136,6 +171,7 @@ impl Rings {
     /// Puts a corner where its links say.
     fn put_back(&mut self, corner: u32) {
         let (previous, next) = (self.previous[corner as usize], self.next[corner as usize]);
+        self.used += usize::from(previous == END && next == END);
         match previous {
             END => {
                 let vertex = self.vertex(corner);
@@ -167,35 +203,49 @@ mod tests {
         std::iter::successors(Some(rings.first[vertex as usize]).filter(|&c| c != END), follow).map(|c| c / 3).collect()
     }
 
-    fn all(rings: &Rings) -> (Vec<[u32; 3]>, Vec<Vec<u32>>) {
-        (rings.faces.clone(), (0..5).map(|v| ring(rings, v)).collect())
+    type Everything = (Vec<[u32; 3]>, Vec<[u32; 3]>, Vec<Vec<u32>>);
+
+    fn all(rings: &Rings) -> Everything {
+        (rings.faces.clone(), rings.live_faces().collect(), (0..5).map(|v| ring(rings, v)).collect())
     }
 
     #[test]
     fn a_contraction_joins_two_rings_and_a_split_parts_them() {
         let mut rings = Rings::new(FACES.to_vec(), 5, |_| true);
         let start = all(&rings);
-        assert_eq!(start.1, [vec![0], vec![0, 1, 2], vec![1, 2], vec![0, 1], vec![2]]);
-        let first = rings.contract(3, 1);
-        assert_eq!(rings.dead(), [0, 1]);
-        assert_eq!((rings.faces()[2], ring(&rings, 3), ring(&rings, 2)), ([2, 3, 4], vec![2], vec![2]));
+        assert_eq!(start.2, [vec![0], vec![0, 1, 2], vec![1, 2], vec![0, 1], vec![2]]);
+        let first = rings.contract(3, 1, []);
+        assert_eq!((rings.dead_count(), rings.used_count()), (2, 3));
         let middle = all(&rings);
-        let second = rings.contract(3, 4);
-        assert_eq!((rings.dead(), ring(&rings, 3), ring(&rings, 2)), (&[0, 1, 2][..], vec![], vec![]));
+        assert_eq!((&middle.1, &middle.2[3], &middle.2[2]), (&vec![[2, 3, 4]], &vec![2], &vec![2]));
+        let second = rings.contract(3, 4, []);
+        assert_eq!((all(&rings).1, rings.dead_count(), rings.used_count()), (Vec::new(), 3, 0));
         rings.split(3, 4, second);
-        assert_eq!(all(&rings), middle);
+        assert_eq!((all(&rings), rings.used_count()), (middle, 3));
         rings.split(3, 1, first);
-        assert_eq!((all(&rings), rings.dead().len()), (start, 0));
+        assert_eq!((all(&rings), rings.dead_count(), rings.used_count()), (start, 0, 5));
     }
 
     #[test]
     fn vertices_without_an_edge_or_a_face_may_join() {
         let mut rings = Rings::new(FACES.to_vec(), 6, |face| face != 1);
         let start = all(&rings);
-        let splices = [(4, 0), (4, 5), (5, 4)].map(|(keep, gone)| (keep, gone, rings.contract(keep, gone)));
-        assert_eq!((rings.faces()[0], rings.faces()[2]), ([5, 1, 3], [2, 1, 5]));
-        assert_eq!(rings.dead().len(), 0);
+        let splices = [(4, 0), (4, 5), (5, 4)].map(|(keep, gone)| (keep, gone, rings.contract(keep, gone, [])));
+        assert_eq!(rings.live_faces().collect::<Vec<_>>(), [[5, 1, 3], [2, 1, 5]]);
+        assert_eq!((rings.dead_count(), rings.used_count()), (0, 4));
         splices.into_iter().rev().for_each(|(keep, gone, splice)| rings.split(keep, gone, splice));
-        assert_eq!(all(&rings), start);
+        assert_eq!((all(&rings), rings.used_count()), (start, 5));
+    }
+
+    #[test]
+    fn faces_are_cancelled_once_and_come_back() {
+        let mut rings = Rings::new(FACES.to_vec(), 5, |_| true);
+        let start = all(&rings);
+        // 0 dies between the ends already.
+        let splice = rings.contract(1, 0, [0, 2, 2]);
+        assert_eq!(rings.live_faces().collect::<Vec<_>>(), [[1, 2, 3]]);
+        assert_eq!((rings.dead_count(), rings.used_count()), (2, 3));
+        rings.split(1, 0, splice);
+        assert_eq!((all(&rings), rings.dead_count(), rings.used_count()), (start, 0, 5));
     }
 }

@@ -127,14 +127,7 @@ pub fn assert_replays(name: &str, input: &Mesh, outcome: &Outcome) -> Mesh {
     assert!(log == *written, "{name}: the log that is read is another");
     let mut replay = Replay::new(input, &log).unwrap_or_else(|error| panic!("{name}: {error}"));
     let start = replay.mesh();
-    loop {
-        let faces = replay.face_count();
-        if !replay.forward() {
-            break;
-        }
-        let lost = faces - replay.face_count();
-        assert!((1..=2).contains(&lost), "{name}: contraction {} removes {lost} faces", replay.step());
-    }
+    replay.seek(usize::MAX);
     assert_eq!(replay.step(), log.contractions().len(), "{name}");
     assert_same_mesh(&format!("{name}, the result"), &replay.mesh(), &outcome.mesh);
     while replay.back() {}
