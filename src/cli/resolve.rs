@@ -108,9 +108,6 @@ fn check_log(args: &args::Simplify, others: [Option<&Path>; 2], problems: &mut P
     if args.shape.fit > 0 {
         problems.add("--write-log and --fit contradict each other: fitted positions are in no record");
     }
-    if args.shape.join_within > 0.0 {
-        problems.add("--write-log and --join-within contradict each other: faces that vanish are in no record");
-    }
     if log.as_os_str() == "-" {
         problems.add("--write-log writes a file: '-' is none");
         return;

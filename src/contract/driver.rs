@@ -279,7 +279,7 @@ impl<'a> Run<'a> {
         let before = self.recorder.as_ref().map(|_| carried.origin.clone());
         let done = self.committer.commit(&mut self.host, carried, &mut self.candidates, joins, quota, may_wait);
         if let (Some(recorder), Some(before)) = (&mut self.recorder, before) {
-            recorder.record(&done.0.contractions, &before, carried);
+            recorder.record(&done.0, &before, carried);
         }
         done
     }

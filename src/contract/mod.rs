@@ -108,7 +108,7 @@ pub struct Options {
     /// Drop components whose bounding box's diagonal is below this fraction of the mesh's first.
     pub prune: f64,
     /// Whether to keep a log of the contractions: [`Outcome::log`]. Not together with a fit, whose moves are no
-    /// contractions, nor with a join distance.
+    /// contractions.
     pub log: bool,
 }
 
@@ -174,11 +174,6 @@ impl Options {
         }
         if !(0.0..=1.0).contains(&self.prune) {
             return Err(Error::Parameter(format!("the prune limit is {}, not in 0 … 1", self.prune)));
-        }
-        if self.log && self.joins() {
-            return Err(Error::Parameter(
-                "a log and a join distance exclude each other: faces that vanish back to back are in no record".into(),
-            ));
         }
         if self.log && self.fit > 0 {
             return Err(Error::Parameter(
