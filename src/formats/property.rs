@@ -76,7 +76,7 @@ pub fn write_with_property(
 mod tests {
     use super::*;
     use crate::formats::read;
-    use crate::mesh::shapes::tetrahedron;
+    use crate::mesh::shapes::{cube, tetrahedron};
 
     fn folder() -> tempfile::TempDir {
         tempfile::tempdir().expect("a folder")
@@ -85,15 +85,16 @@ mod tests {
     #[test]
     fn a_property_comes_back() {
         let folder = folder();
-        let values = [0.0, 0.5, 1e-30, 7.25];
+        let values = [0.0, 0.5, 1e-30, 7.25, -1.0, 1e20, 3.0, 0.1];
         for (file, ascii) in [("a.ply", false), ("b.ply", true), ("c.ply.gz", false)] {
             let path = folder.path().join(file);
-            let mut mesh = tetrahedron();
-            mesh.colors = Some(vec![[1.0, 0.0, 0.0, 1.0]; 4]);
+            let mut mesh = cube(1);
+            mesh.colors = Some(vec![[1.0, 0.0, 0.0, 1.0]; 8]);
             write_with_property(&mesh, &path, &WriteOptions { ascii }, ("feature", &values)).expect("written");
             assert_eq!(read(&path).expect("a mesh"), mesh, "{file}");
-            assert_eq!(read_property(&path, "feature").expect("the property"), values.map(f64::from), "{file}");
-            assert_eq!(read_property(&path, "red").expect("a color"), [255.0; 4], "{file}");
+            let found = read_property(&path, "feature").expect("the property");
+            assert_eq!(found.iter().map(|&x| x as f32).collect::<Vec<_>>(), values, "{file}");
+            assert_eq!(read_property(&path, "red").expect("a color"), [255.0; 8], "{file}");
             let missing = read_property(&path, "saliency").expect_err("no such property").to_string();
             assert!(
                 missing.contains("'saliency'") && missing.contains("x, y, z, red, green, blue, feature"),
@@ -116,7 +117,8 @@ mod tests {
 
     #[test]
     fn lists_of_numbers_are_read() {
-        let path = folder().keep().join("weights.txt");
+        let folder = folder();
+        let path = folder.path().join("weights.txt");
         let numbers = |text: &str| {
             std::fs::write(&path, text).expect("written");
             read_numbers(&path).map_err(|error| error.to_string())
