@@ -121,7 +121,8 @@ fn assert_faces_fall(name: &str, mesh: &Mesh, log: &CollapseLog) {
 /// Where parts join, a contraction may remove no face, or faces that cancel each other out.
 #[test]
 fn parts_that_join_are_replayed() {
-    let assembly = sample("assembly", Some(5_000)).expect("a sample");
+    let parts = sample("assembly", Some(20_000)).expect("a sample");
+    let shells = contract(&parts, &Options::default(), Budget::faces(1)).mesh;
     let mut facing = shapes::cube(1);
     let count = facing.positions.len() as u32;
     let (low, high) = facing.bounds();
@@ -131,11 +132,10 @@ fn parts_that_join_are_replayed() {
     facing.positions.extend(others);
     facing.faces.extend(faces);
     for metric in METRICS {
-        for (name, mesh, join_within) in
-            [("facing", &facing, 2e-3 * (high - low).x), ("assembly", &assembly, 0.05 * assembly.diagonal())]
-        {
+        let cases = [("facing", &facing, 2e-3 * (high - low).x, 0.5), ("shells", &shells, 2.0, 0.05)];
+        for (name, mesh, join_within, share) in cases {
             let options = Options { join_within, ..logged(metric) };
-            let (outcome, log) = run(mesh, &options, Budget::keep(if name == "facing" { 0.5 } else { 0.1 }));
+            let (outcome, log) = run(mesh, &options, Budget::keep(share));
             let start = assert_replays(name, mesh, &outcome);
             assert_same_mesh(name, &start, &weld(mesh, 0.0).mesh);
             assert!(topology(&outcome.mesh).components < topology(&start).components, "{name}: nothing joins");
