@@ -33,7 +33,7 @@ pub struct Budget {
     pub faces: Option<usize>,
     /// Fraction of the input's faces to keep, in `[0, 1]`.
     pub keep: Option<f64>,
-    /// Estimated deviation allowed, as a fraction of the bounding box's diagonal.
+    /// Estimated deviation allowed, as a fraction of the bounding box's diagonal; of clustering how far a vertex may move.
     pub error: Option<f64>,
     /// Estimated deviation allowed, in model units.
     pub error_abs: Option<f64>,

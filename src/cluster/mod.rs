@@ -11,13 +11,17 @@
 //! - Every vertex of the result lies in the closed cell that it stands for, so that no vertex is farther from its
 //!   representative than the cell's diagonal.
 //! - Every face of the result has its corners in three cells; no two have the same three.
-//! - Grouping is in integers and on the host: a hash table of the cells that keep a face, which fit a core's cache, places
-//!   all vertices in one pass, where a radix sort of the keys takes three over the whole of them. What a GPU would gain
-//!   here it loses by keys that travel. Sums go over the faces of a cell in ascending order, on any device.
+//! - Cells are decided in integers, and sums go over the faces of a cell in ascending order: the same bytes on any device.
+//!
+//! # Grouping
+//! On the host: a hash table of the cells that keep a face, which fits a core's cache, places five million vertices in
+//! 20 ms on two threads, where sorting them takes 65; faces are sorted by cell by counting. A GPU sends it keys (8 bytes a
+//! vertex) and the cells of faces (12 bytes a face), and has little left to do: [`crate::backend::Selector::Auto`] takes the
+//! CPU.
 //!
 //! # Reference
-//! \[RB93\] the method; \[Lin00\] the representative of least quadric. Departs: the corners of faces count for the mean, not
-//! vertices, so that a soup has the mean of the mesh welded.
+//! \[RB93\] the method; \[Lin00\] the representative of least quadric; \[Wu12\] the survey. Departs: the corners of faces count for
+//! the mean, not vertices, so that a soup has the mean of the mesh welded.
 
 mod driver;
 mod lattice;
@@ -49,8 +53,10 @@ pub enum Representative {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Options {
     /// Cells along the longest side of the bounding box, up to [`MOST_CELLS`]; exactly as many up to 2,896, a few less
-    /// above. `None` takes the grid from the budget: with a number of faces the finest found that leaves at most as many,
-    /// 98 % or more where the mesh allows it; with an error limit the coarsest whose cells' diagonal is within.
+    /// above. The budget is empty then. `None` takes the grid from the budget: with a number of faces the finest found that
+    /// leaves at most as many, 98 % or more where the mesh allows it and never exactly as many but by chance; with an error
+    /// limit the coarsest whose cells' diagonal is within; with both the finer of the two. A grid that leaves no face gives
+    /// way to a finer one.
     pub grid: Option<u32>,
     /// The representative.
     pub representative: Representative,

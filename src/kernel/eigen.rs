@@ -9,7 +9,7 @@ use crate::math::exact::{Sym3, add, add3, divide, flush, flush3, mul, root, scal
 
 /// Sweeps over the three entries off the diagonal: four leave nothing above [`NEGLIGIBLE`] of a million random matrices,
 /// with any eigenvalues twice or thrice.
-pub const SWEEPS: u32 = 5;
+pub const SWEEPS: u32 = 4;
 /// Entries off the diagonal below this are zero, in a matrix of trace about 1. No product of a rotation underflows then.
 pub const NEGLIGIBLE: f32 = f32::from_bits((127 - 30) << 23);
 /// The constants above under their names in WGSL.
