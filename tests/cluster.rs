@@ -3,7 +3,7 @@
 
 mod support;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 
 use coarsen::backend::{Device, Exactness, GpuOptions, Selector};
@@ -11,143 +11,31 @@ use coarsen::cluster::{MOST_CELLS, Options, Representative};
 use coarsen::math::{DVec3, Vec2, Vec3};
 use coarsen::mesh::{SAMPLES, sample};
 use coarsen::simplify::{MOVED, Progress};
-use coarsen::{Budget, Error, Mesh, Method, Outcome, Result, StopReason, formats, simplify};
+use coarsen::{Budget, Error, Mesh, Method, Outcome, StopReason, formats, simplify};
+use support::cells::{ALL, Cells, assert_clustered, meshes, moved, on_grid, run, soup, with};
 use support::engine::{asked, bytes, cpu, gpu};
 use support::independent::topology;
 use support::shapes::{bumpy, cube, grid, sphere};
 use support::{models, shapes as own};
 
-const ALL: [Representative; 3] = [Representative::Quadric, Representative::Mean, Representative::Input];
-
-fn run(device: &Device, mesh: &Mesh, options: &Options, budget: Budget) -> Result<Outcome> {
-    simplify(mesh, &Method::Cluster(options.clone()), &budget, device, None)
-}
-
-fn with(representative: Representative) -> Options {
-    Options { grid: None, representative }
-}
-
-fn on_grid(mesh: &Mesh, cells: u32, representative: Representative) -> Outcome {
-    let options = Options { grid: Some(cells), representative };
-    run(&cpu(1), mesh, &options, Budget::default()).expect("a valid mesh and grid")
-}
-
 // Invariants
-
-/// The cells of a result, found without the library: about the lowest corner of the vertices that faces use.
-struct Cells {
-    low: DVec3,
-    side: f64,
-}
-
-impl Cells {
-    fn new(input: &Mesh, outcome: &Outcome) -> Self {
-        let corners = || input.faces.iter().flatten().map(|&v| input.positions[v as usize]);
-        let low = corners().fold(DVec3::INFINITY, DVec3::min);
-        Self { low, side: outcome.cell_size.expect("the side of a cell") }
-    }
-
-    fn of(&self, p: DVec3) -> [i64; 3] {
-        // Halves: the difference of two finite numbers may not be.
-        (((p * 0.5 - self.low * 0.5) / self.side) * 2.0).floor().to_array().map(|at| at as i64)
-    }
-
-    /// Whether `p` lies in the closed cell, but for the rounding of a coordinate.
-    fn hold(&self, cell: [i64; 3], p: DVec3) -> bool {
-        let at = (p * 0.5 - self.low * 0.5) / self.side * 2.0;
-        let slack = 1e-15 * (p.abs().max_element().max(self.low.abs().max_element()) / self.side) + 1e-12;
-        at.to_array().into_iter().zip(cell).all(|(at, cell)| {
-            let cell = cell as f64;
-            at >= cell - slack && at <= cell + 1.0 + slack
-        })
-    }
-}
-
-/// What must hold of any result.
-fn assert_clustered(name: &str, input: &Mesh, outcome: &Outcome) {
-    let mesh = &outcome.mesh;
-    mesh.check().unwrap_or_else(|error| panic!("{name}: {error}"));
-    assert_eq!(mesh.positions.len(), outcome.vertex_origin.len(), "{name}");
-    assert_eq!(mesh.colors.is_some(), input.colors.is_some(), "{name}");
-    assert!(!mesh.faces.is_empty() && outcome.rounds.is_empty(), "{name}");
-    assert!(outcome.error_estimate >= 0.0 && outcome.error_estimate.is_finite(), "{name}: {}", outcome.error_estimate);
-    for (p, &origin) in mesh.positions.iter().zip(&outcome.vertex_origin) {
-        assert!(origin == MOVED || input.positions[origin as usize] == *p, "{name}: {p} does not come from {origin}");
-    }
-    let used: BTreeSet<u32> = mesh.faces.iter().flatten().copied().collect();
-    assert_eq!(used.len(), mesh.positions.len(), "{name}: vertices without a face");
-    let sets: BTreeSet<[u32; 3]> = mesh.faces.iter().map(sorted).collect();
-    assert!(sets.iter().all(|[a, b, c]| a < b && b < c), "{name}: a face with a repeated corner");
-    assert_eq!(sets.len(), mesh.faces.len(), "{name}: faces on the same three cells");
-
-    // The cell of a vertex is that of the input vertices it stands for: where they give it away, it is in it.
-    let cells = Cells::new(input, outcome);
-    let (diagonal, mut held) = (3_f64.sqrt() * cells.side * (1.0 + 1e-9), 0);
-    let members = input.faces.iter().flatten().map(|&v| input.positions[v as usize]);
-    let by_cell: BTreeMap<[i64; 3], DVec3> = members.map(|p| (cells.of(p), p)).collect();
-    for &p in &mesh.positions {
-        let at = cells.of(p);
-        // One on a side of its cell may be counted to the next one.
-        let near = (0..27).map(|i| [at[0] + i / 9 - 1, at[1] + i / 3 % 3 - 1, at[2] + i % 3 - 1]);
-        let mut own = near.filter(|&cell| cells.hold(cell, p)).filter_map(|cell| by_cell.get(&cell));
-        let member = own.next().unwrap_or_else(|| panic!("{name}: {p} lies in a cell without vertices, {at:?}"));
-        let way = ((*member * 0.5 - p * 0.5) / diagonal).length() * 2.0;
-        assert!(way <= 1.0, "{name}: {p} is {way} diagonals away");
-        held += 1;
-    }
-    assert_eq!(held, mesh.positions.len(), "{name}");
-}
-
-fn sorted(face: &[u32; 3]) -> [u32; 3] {
-    let mut face = *face;
-    face.sort_unstable();
-    face
-}
-
-/// Closed, open, many parts, soups, broken; at most a few thousand faces.
-fn meshes() -> Vec<(String, Mesh)> {
-    let mut all: Vec<(String, Mesh)> =
-        SAMPLES.iter().map(|&(name, ..)| (name.into(), sample(name, Some(6000)).expect("a sample"))).collect();
-    let mut add = |name: &str, mesh: Mesh| all.push((name.into(), mesh));
-    add("sphere", sphere(5));
-    add("soup", soup(&bumpy(sphere(4), 0.1)));
-    add("far away", moved(&bumpy(sphere(4), 0.1), |p| p * 1e-3 + 1e5));
-    add("tiny", moved(&bumpy(sphere(4), 0.1), |p| p * 1e-200));
-    add("huge", moved(&bumpy(sphere(4), 0.1), |p| p * 1e307));
-    add("thin", moved(&bumpy(sphere(4), 0.1), |p| p * DVec3::new(1.0, 0.6, 0.3)));
-    let mut turned = bumpy(sphere(4), 0.1);
-    turned.faces.iter_mut().step_by(3).for_each(|face| face.swap(0, 1));
-    add("turned", turned);
-    let mut broken = sample("part", Some(3000)).expect("a sample");
-    let count = broken.positions.len() as u32;
-    broken
-        .faces
-        .iter_mut()
-        .enumerate()
-        .filter(|(f, _)| f % 13 == 0)
-        .for_each(|(f, face)| face[1] = f as u32 * 7 % count);
-    broken.faces.extend((0..50).map(|f| [f, f, f + 1]));
-    broken.positions.push(DVec3::splat(1e9));
-    add("broken", broken);
-    all
-}
-
-fn soup(mesh: &Mesh) -> Mesh {
-    let corners = mesh.faces.iter().flatten().map(|&v| mesh.positions[v as usize]).collect();
-    Mesh::new(corners, (0..mesh.faces.len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect())
-}
-
-fn moved(mesh: &Mesh, by: impl Fn(DVec3) -> DVec3) -> Mesh {
-    Mesh { positions: mesh.positions.iter().map(|&p| by(p)).collect(), ..mesh.clone() }
-}
 
 #[test]
 fn vertices_lie_in_their_cells() {
     for (name, mesh) in meshes() {
-        for (cells, representative) in [6, 10, 77, MOST_CELLS].into_iter().flat_map(|n| ALL.map(|r| (n, r))) {
-            let outcome = on_grid(&mesh, cells, representative);
-            assert_clustered(&format!("{name}, {cells} cells, {representative:?}"), &mesh, &outcome);
-            assert_eq!(outcome.stop, StopReason::GridReached);
+        for cells in [6, 10, 77, MOST_CELLS] {
+            // All have the same cells in the same order, and those at vertices tell which.
+            let by_input = on_grid(&mesh, cells, Representative::Input);
+            let grid = Cells::new(&mesh, &by_input);
+            for representative in ALL {
+                let name = format!("{name}, {cells} cells, {representative:?}");
+                let outcome = on_grid(&mesh, cells, representative);
+                assert_clustered(&name, &mesh, &outcome);
+                assert_eq!((outcome.stop, &outcome.mesh.faces), (StopReason::GridReached, &by_input.mesh.faces));
+                for (p, q) in outcome.mesh.positions.iter().zip(&by_input.mesh.positions) {
+                    assert!(grid.hold(grid.of(*q), *p), "{name}: {p} is not in the cell of {q}");
+                }
+            }
         }
     }
 }
