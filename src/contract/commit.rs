@@ -233,7 +233,7 @@ struct Work<'a> {
 
 impl<'a> Work<'a> {
     fn new(patch: Patch<'a>, task: Task) -> Self {
-        let examiner = Examiner::new(task.rules, task.may_wait, patch.len());
+        let examiner = Examiner::new(task.rules, task.may_wait);
         Self {
             patch,
             examiner,

@@ -10,7 +10,7 @@ use crate::math::DVec3;
 use super::filter::{Rejection, ShapeLimits, link_condition, shapes_hold};
 use super::patch::{Patch, Placed};
 use super::placement::Quadric;
-use super::star::{Marks, Star};
+use super::star::Star;
 use super::{Metric, Options, Placement};
 
 /// Least height of a changed face over its length. Thinner faces have normals of rounding noise, which the next
@@ -78,15 +78,14 @@ pub struct Accepted {
 pub struct Examiner {
     rules: Rules,
     star: Star,
-    marks: Marks,
     /// Whether a pair that became dear may wait for another round.
     may_wait: bool,
 }
 
 impl Examiner {
-    /// For a patch of `vertex_count` vertices.
-    pub fn new(rules: Rules, may_wait: bool, vertex_count: usize) -> Self {
-        Self { rules, star: Star::default(), marks: Marks::new(vertex_count), may_wait }
+    /// Of a round in which a pair that became dear waits for another or, if it may not, is contracted.
+    pub fn new(rules: Rules, may_wait: bool) -> Self {
+        Self { rules, star: Star::default(), may_wait }
     }
 
     /// The contraction of `u` and `w`, both free and in the patch, which cost `cost` as the round began.
@@ -107,7 +106,7 @@ impl Examiner {
         let (pu, pw) = (patch.position(u), patch.position(w));
         let joins = (pu.flags | pw.flags) & JOINED != 0 || self.star.shared.is_empty();
         if !joins {
-            link_condition(&self.star, w, [pu.flags, pw.flags], &mut self.marks, patch)?;
+            link_condition(&self.star, w, [pu.flags, pw.flags])?;
         } else if pu.flags & pw.flags & LOCKED != 0 {
             return Err(Rejection::Link);
         }

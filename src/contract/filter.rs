@@ -4,8 +4,7 @@ use crate::kernel::rows::{BORDER, LOCKED};
 use crate::math::DVec3;
 use crate::simplify::Blocked;
 
-use super::patch::Patch;
-use super::star::{Marks, Star, StarFace};
+use super::star::{Star, StarFace};
 
 /// Why a pair was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,17 +60,13 @@ pub fn link_condition(
     star: &Star,
     w: u32,
     flags: [u32; 2],
-    marks: &mut Marks,
-    patch: &Patch<'_>,
 ) -> Result<(), Rejection> {
     let (border, held) = (BORDER, BORDER | LOCKED);
     let along_border = flags[0] & flags[1] & BORDER != 0;
     match &star.shared[..] {
         [k] => {
-            if !along_border
-                || marks.common_neighbors(star, w, patch) != 1
-                || !leaves_an_edge(star, Star::opposite(k, w))
-            {
+            let k = Star::opposite(k, w);
+            if !along_border || !star.meets_only_at([k, k]) || !leaves_an_edge(star, k) {
                 return Err(Rejection::Link);
             }
         }
@@ -82,11 +77,7 @@ pub fn link_condition(
                 return Err(Rejection::Border);
             }
             let (k, l) = (Star::opposite(k, w), Star::opposite(l, w));
-            if k == l
-                || marks.common_neighbors(star, w, patch) != 2
-                || !leaves_an_edge(star, k)
-                || !leaves_an_edge(star, l)
-            {
+            if k == l || !star.meets_only_at([k, l]) || !leaves_an_edge(star, k) || !leaves_an_edge(star, l) {
                 return Err(Rejection::Link);
             }
             let joins = |face: &StarFace| face.others.contains(&k) && face.others.contains(&l);

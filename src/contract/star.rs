@@ -28,7 +28,7 @@ pub struct StarFace {
 impl StarFace {
     #[inline(always)]
     fn has(&self, vertex: u32) -> bool {
-        self.others[0] == vertex || self.others[1] == vertex
+        (self.others[0] == vertex) | (self.others[1] == vertex)
     }
 }
 
@@ -78,6 +78,17 @@ impl Star {
     #[inline(always)]
     pub fn opposite(face: &StarFace, w: u32) -> u32 {
         if face.others[0] == w { face.others[1] } else { face.others[0] }
+    }
+
+    /// Whether the ends have no neighbor in common but the opposite vertices of their shared faces, `tips`.
+    ///
+    /// Every common neighbor is a tip or a corner of faces with either end alone; a branch would be misjudged at each.
+    pub fn meets_only_at(&self, tips: [u32; 2]) -> bool {
+        let meets = |v: u32| {
+            let is_corner = |found: bool, face: &StarFace| found | face.has(v);
+            (v != tips[0]) & (v != tips[1]) & self.first.iter().fold(false, is_corner)
+        };
+        !self.second.iter().fold(false, |found, face| found | meets(face.others[0]) | meets(face.others[1]))
     }
 
     /// Takes out what folds together when the ends become one: two faces on the same edge and side, of which one is left,
@@ -138,45 +149,4 @@ fn located(f: u32, end: u32, at: DVec3, middle: DVec3, patch: &Patch<'_>) -> Res
     let points = [v1, v2].map(|v| patch.position(v).xyz().as_dvec3() - middle);
     let normal = (points[0] - at).cross(points[1] - at);
     Ok(Some(StarFace { others: [v1, v2], points, normal }))
-}
-
-/// Marks on the vertices of a patch that are cleared by moving on to the next number.
-#[derive(Debug)]
-pub struct Marks {
-    marks: Vec<u32>,
-    now: u32,
-}
-
-impl Marks {
-    /// No vertex is marked.
-    pub fn new(vertex_count: usize) -> Self {
-        Self { marks: vec![0; vertex_count], now: 0 }
-    }
-
-    fn next(&mut self) -> u32 {
-        if self.now == u32::MAX {
-            self.marks.fill(0);
-            self.now = 0;
-        }
-        self.now += 1;
-        self.now
-    }
-
-    /// How many vertices other than the ends are joined by an edge to both ends of a pair; `w` is the second.
-    pub fn common_neighbors(&mut self, star: &Star, w: u32, patch: &Patch<'_>) -> usize {
-        let of_first = self.next();
-        for v in star.first.iter().chain(&star.shared).flat_map(|face| face.others) {
-            self.marks[patch.local(v)] = of_first;
-        }
-        let of_both = self.next();
-        let mut count = 0;
-        for v in star.second.iter().chain(&star.shared).flat_map(|face| face.others) {
-            let mark = &mut self.marks[patch.local(v)];
-            if *mark == of_first && v != w {
-                *mark = of_both;
-                count += 1;
-            }
-        }
-        count
-    }
 }
