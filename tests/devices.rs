@@ -93,6 +93,24 @@ fn small_pages_return_the_cpu_s_bytes() {
     assert_as_on_the_cpu(&device);
 }
 
+/// Pairs without an edge are found on the GPU; the rounds are the host's.
+#[test]
+fn a_gpu_finds_the_cpu_s_joins() {
+    let Some(device) = gpu(&small_pages()) else { return };
+    let mesh = sample("assembly", Some(SAMPLE_FACES)).expect("a sample");
+    for metric in METRICS {
+        for share in [0.1, 0.01] {
+            let joining = Options { join_within: 0.02 * mesh.diagonal(), ..options(metric) };
+            let reference = contract(&mesh, &joining, Budget::keep(share));
+            let outcome = contract_on(&device, &mesh, &joining, Budget::keep(share));
+            assert_same(&format!("{metric:?} {share}"), &reference, &outcome);
+            let edges = contract(&mesh, &options(metric), Budget::keep(share));
+            assert!(edges.mesh != outcome.mesh, "{metric:?} {share}: nothing joins");
+            assert!(outcome.bytes_moved > 0, "nothing ran on the GPU");
+        }
+    }
+}
+
 #[test]
 fn a_device_repeats_itself() {
     let Some(device) = gpu(&GpuOptions::default()) else { return };

@@ -166,11 +166,11 @@ impl<'a> Run<'a> {
         plane_sums(&mut host_queue, &mut host, options.border_weight)?;
         let weights = &mut prepared.carried.weights;
         let mut warnings = std::mem::take(&mut prepared.warnings);
+        let gains = !device.is_auto() || host.face_count >= AUTO_FACES;
+        let gpu_queue = || device.gpu_queue().filter(|_| gains);
         // The host alone lists pairs without an edge.
-        let gains = (!device.is_auto() || host.face_count >= AUTO_FACES) && !options.joins();
-        let on_gpu = device
-            .gpu_queue()
-            .filter(|_| gains)
+        let on_gpu = gpu_queue()
+            .filter(|_| !options.joins())
             .map(|queue| Evaluator::on_gpu(queue, &host, options, prepared.has_border, weights));
         let evaluator = match on_gpu {
             Some(Ok(evaluator)) => evaluator,
@@ -187,7 +187,20 @@ impl<'a> Run<'a> {
         }
         let rules = Rules::new(options, max_deviation);
         let delta = prepared.frame.length_to_rows(options.join_within) as f32;
-        let joins = Joins::find(host.positions.host(), host.faces.host(), delta);
+        let mut bytes_moved = 0;
+        let mut find = |mut queue: Queue| {
+            let joins = Joins::find(&mut queue, host.positions.host(), host.faces.host(), delta);
+            bytes_moved += queue.bytes_moved();
+            joins
+        };
+        let joins = match gpu_queue().filter(|_| options.joins()).map(&mut find) {
+            Some(Ok(joins)) => joins,
+            Some(Err(reason)) => {
+                warnings.push(fallback(&reason));
+                find(device.cpu_queue())?
+            }
+            None => find(device.cpu_queue())?,
+        };
         Ok(Self {
             options,
             device,
@@ -206,7 +219,7 @@ impl<'a> Run<'a> {
             widening: 1.0,
             deviation: 0.0,
             rounds: Vec::new(),
-            bytes_moved: 0,
+            bytes_moved,
             warnings,
         })
     }

@@ -56,11 +56,7 @@ impl Blocked {
 /// vertices contract only along the border; no tetrahedron closes flat; and at every opposite vertex the two edges that
 /// become one leave an edge of as many faces as either had beside the shared one. A locked end may hide a border or an
 /// edge of many faces, so a border vertex contracts onto it only along a border.
-pub fn link_condition(
-    star: &Star,
-    w: u32,
-    flags: [u32; 2],
-) -> Result<(), Rejection> {
+pub fn link_condition(star: &Star, w: u32, flags: [u32; 2]) -> Result<(), Rejection> {
     let (border, held) = (BORDER, BORDER | LOCKED);
     let along_border = flags[0] & flags[1] & BORDER != 0;
     match &star.shared[..] {

@@ -7,17 +7,14 @@
 
 use rayon::prelude::*;
 
-use crate::kernel::rows::{BORDER, Face, Position};
-use crate::math::Vec3;
+use crate::backend::Queue;
+use crate::error::Result;
+use crate::kernel::near_vertices::{NEAREST, NONE, NearVertices, cell_of};
+use crate::kernel::rows::{Face, Position, Site};
 use crate::mesh::topology::Components;
 
-/// Partners that a vertex looks for.
-const NEAREST: usize = 8;
-/// Vertices that it compares itself with, at most: with a δ far beyond the distance of neighbors there are that many in
-/// reach, and the first along the curve stand for all.
-const MOST_COMPARED: usize = 1 << 12;
-/// Vertices a thread takes at a time.
-const ROWS: usize = 1 << 10;
+/// Widest and narrowest cells, as powers of two.
+const EXPONENTS: (i32, i32) = (-100, 100);
 
 /// The pairs that are left.
 #[derive(Debug, Default)]
@@ -26,38 +23,25 @@ pub struct Joins {
 }
 
 impl Joins {
-    /// The pairs of a surface closer than `delta`, in its rows' unit.
-    pub fn find(positions: &[Position], faces: &[Face], delta: f32) -> Self {
+    /// The pairs of a surface closer than `delta`, in its rows' unit, found on the device of `queue`.
+    ///
+    /// # Errors
+    /// Of the device.
+    pub fn find(queue: &mut Queue, positions: &[Position], faces: &[Face], delta: f32) -> Result<Self> {
         if delta.is_nan() || delta <= 0.0 {
-            return Self::default();
+            return Ok(Self::default());
         }
         let corners: Vec<[u32; 3]> = faces.iter().map(|face| face.corners()).collect();
-        let component = Components::new(&corners, positions.len()).of_vertex;
-        let grid = Grid::new(positions, delta);
-        let mut pairs: Vec<[u32; 2]> = (0..positions.len() as u32)
-            .into_par_iter()
-            .with_min_len(ROWS)
-            .flat_map_iter(|v| {
-                let (own, position) = (component[v as usize], positions[v as usize]);
-                let joins = |&other: &u32| {
-                    let both_on_border = position.flags & positions[other as usize].flags & BORDER != 0;
-                    other != v && (component[other as usize] != own || both_on_border)
-                };
-                let mut near: Vec<(u32, u32)> = (grid.around(v).take(MOST_COMPARED).filter(joins))
-                    .map(|other| (position.xyz().distance_squared(positions[other as usize].xyz()), other))
-                    .filter(|&(distance_sq, _)| distance_sq < delta * delta)
-                    // Bits of positive numbers order as the numbers do.
-                    .map(|(distance_sq, other)| (distance_sq.to_bits(), other))
-                    .collect();
-                near.sort_unstable();
-                near.into_iter().take(NEAREST).map(move |(_, other)| [v.min(other), v.max(other)])
-            })
-            .collect();
+        let near = near_vertices(queue, positions, Components::new(&corners, positions.len()).of_vertex, delta)?;
+        let of_vertex = (0_u32..).zip(near.chunks_exact(NEAREST as usize));
+        let found = of_vertex.flat_map(|(v, near)| near.iter().map(move |&other| (v, other)));
+        let mut pairs: Vec<[u32; 2]> =
+            found.filter(|&(_, other)| other != NONE).map(|(v, other)| [v.min(other), v.max(other)]).collect();
         pairs.par_sort_unstable();
         pairs.dedup();
         let mut joins = Self { pairs };
         joins.drop_edges(faces);
-        joins
+        Ok(joins)
     }
 
     /// The pairs, ascending.
@@ -101,45 +85,63 @@ pub fn referenced(faces: &[Face], count: usize) -> Vec<bool> {
     has_face
 }
 
-/// Vertices by cell of a grid whose cells are as wide as the distance.
-struct Grid {
-    cells: Vec<[i32; 3]>,
-    /// Vertices in the order of their cells, then of their numbers.
-    members: Vec<u32>,
-}
-
-impl Grid {
-    fn new(positions: &[Position], width: f32) -> Self {
-        // Saturates: where cells are too many to number, the farthest share one.
-        let cell = |p: Vec3| (p / width).floor().to_array().map(|x| x as i32);
-        let cells: Vec<[i32; 3]> = positions.par_iter().map(|p| cell(p.xyz())).collect();
-        let mut members: Vec<u32> = (0..positions.len() as u32).collect();
-        members.par_sort_unstable_by_key(|&v| (cells[v as usize], v));
-        Self { cells, members }
+/// The nearest [`NEAREST`] of every vertex, by a grid whose cells are the power of two next above the distance.
+fn near_vertices(queue: &mut Queue, positions: &[Position], components: Vec<u32>, delta: f32) -> Result<Vec<u32>> {
+    let (least, most) = EXPONENTS;
+    let exponent = (delta.log2().ceil() as i32).clamp(least, most);
+    // A logarithm may be rounded down.
+    let exponent = if 2.0_f32.powi(exponent) < delta { exponent + 1 } else { exponent };
+    let per_unit = 2.0_f32.powi(-exponent);
+    let vertex_count = positions.len();
+    let cell_of = |v: u32| {
+        let Site { x, y, z } = cell_of(positions[v as usize], per_unit);
+        [x, y, z]
+    };
+    let mut by_cell: Vec<([u32; 3], u32)> = (0..vertex_count as u32).into_par_iter().map(|v| (cell_of(v), v)).collect();
+    by_cell.par_sort_unstable();
+    let (mut cells, mut starts) = (Vec::new(), Vec::new());
+    for (i, &(cell, _)) in by_cell.iter().enumerate() {
+        if i == 0 || by_cell[i - 1].0 != cell {
+            let [x, y, z] = cell;
+            cells.push(Site { x, y, z });
+            starts.push(i as u32);
+        }
     }
-
-    /// The vertices of the cells around that of `v`, its own first.
-    fn around(&self, v: u32) -> impl Iterator<Item = u32> {
-        let [x, y, z] = self.cells[v as usize];
-        let own = self.column([x, y], z..=z);
-        let others = (0..9).flat_map(move |i| {
-            let column = [x.saturating_add(i / 3 - 1), y.saturating_add(i % 3 - 1)];
-            self.column(column, z.saturating_sub(1)..=z.saturating_add(1))
-        });
-        own.iter().copied().chain(others.copied().filter(move |&other| self.cells[other as usize] != [x, y, z]))
-    }
-
-    /// The members of a run of cells along the last axis, which stand together.
-    fn column(&self, [x, y]: [i32; 2], z: std::ops::RangeInclusive<i32>) -> &[u32] {
-        let start = self.members.partition_point(|&v| self.cells[v as usize] < [x, y, *z.start()]);
-        let end = self.members.partition_point(|&v| self.cells[v as usize] <= [x, y, *z.end()]);
-        &self.members[start..end]
-    }
+    starts.push(vertex_count as u32);
+    let cell_count = cells.len() as u32;
+    let positions = queue.buffer_from(positions.to_vec())?;
+    let components = queue.buffer_from(components)?;
+    let cells = queue.buffer_from(cells)?;
+    let cell_starts = queue.buffer_from(starts)?;
+    let members = queue.buffer_from(by_cell.into_iter().map(|(_, v)| v).collect())?;
+    let mut near = queue.buffer(NEAREST as usize * vertex_count)?;
+    queue.run(NearVertices {
+        positions: &positions,
+        components: &components,
+        cells: &cells,
+        cell_count,
+        cell_starts: &cell_starts,
+        members: &members,
+        vertex_count: vertex_count as u32,
+        per_unit,
+        reach_sq: delta * delta,
+        near: &mut near,
+    })?;
+    let mut rows = Vec::new();
+    queue.read(&near, 0..near.len(), &mut rows)?;
+    Ok(rows)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::backend::Device;
+    use crate::kernel::rows::BORDER;
+
+    fn find(positions: &[Position], faces: &[Face], delta: f32) -> Joins {
+        let mut queue = Device::cpu(2).expect("threads start").cpu_queue();
+        Joins::find(&mut queue, positions, faces, delta).expect("host memory")
+    }
 
     fn at(x: f32, y: f32, flags: u32) -> Position {
         Position { x, y, z: 0.0, flags }
@@ -155,12 +157,12 @@ mod tests {
     #[test]
     fn near_vertices_of_two_parts_are_pairs() {
         let (positions, faces) = two(0.1);
-        assert_eq!(Joins::find(&positions, &faces, 0.2).pairs(), [[1, 3], [2, 5]]);
+        assert_eq!(find(&positions, &faces, 0.2).pairs(), [[1, 3], [2, 5]]);
         // δ itself is too far.
         let (positions, faces) = two(0.5);
-        assert_eq!(Joins::find(&positions, &faces, 0.5).pairs().len(), 0);
+        assert_eq!(find(&positions, &faces, 0.5).pairs().len(), 0);
         for delta in [0.0, -1.0, f32::NAN] {
-            assert_eq!(Joins::find(&positions, &faces, delta).pairs().len(), 0);
+            assert_eq!(find(&positions, &faces, delta).pairs().len(), 0);
         }
     }
 
@@ -175,13 +177,13 @@ mod tests {
         let expected: Vec<[u32; 2]> =
             all.filter(|&[u, w]| u / 3 != w / 3 && near(u, w)).map(|pair| pair.map(|v| v as u32)).collect();
         assert!(expected.len() > 20);
-        assert_eq!(Joins::find(&positions, &faces, 0.3).pairs(), expected);
+        assert_eq!(find(&positions, &faces, 0.3).pairs(), expected);
     }
 
     #[test]
     fn pairs_follow_what_they_became() {
         let (positions, faces) = two(0.1);
-        let mut joins = Joins::find(&positions, &faces, 0.2);
+        let mut joins = find(&positions, &faces, 0.2);
         // Vertices 1 and 3 became one, and with them the edges to 2 and to 5.
         let left = [Face { a: 0, b: 1, c: 2 }, Face { a: 1, b: 3, c: 4 }];
         joins.follow(&[0, 1, 2, 1, 3, 4], &left);

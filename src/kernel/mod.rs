@@ -33,6 +33,7 @@ pub mod fit_sums;
 pub mod gather_candidates;
 pub mod gather_pairs;
 pub mod live_vertices;
+pub mod near_vertices;
 pub mod nearest;
 pub mod nearest_corners;
 pub mod nearest_faces;

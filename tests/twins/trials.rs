@@ -6,6 +6,7 @@ mod features;
 mod fit;
 mod gate;
 mod inputs;
+mod near;
 mod nearest;
 mod surface;
 
@@ -66,6 +67,7 @@ pub fn trials() -> impl Iterator<Item = Trial> {
         .chain(costs::TRIALS)
         .chain(features::TRIALS)
         .chain(gate::TRIALS)
+        .chain(near::TRIALS)
         .chain(nearest::TRIALS)
         .chain(fit::TRIALS)
         .chain(cells::TRIALS)
