@@ -3,7 +3,7 @@
 use coarsen::formats::{self, Format, WriteOptions};
 use coarsen::math::{DVec3, Vec2};
 use coarsen::mesh::{shapes, weld};
-use coarsen::metrics::{Spread, TextureDeviation, quality, texture_deviation};
+use coarsen::metrics::{Options, Spread, TextureDeviation, deviation, quality, texture_deviation};
 use coarsen::{Budget, Device, Mesh, Method, simplify};
 
 /// A torus with a chart for each half of its tube: a seam on all of it, whose vertices are shared.
@@ -59,6 +59,22 @@ fn a_texture_pushed_along_the_seam_is_as_far_as_it_was_pushed() {
     let chord = 2.0 * 4.0 * 7.5_f64.to_radians().sin();
     assert!((found.mapping_distance - chord).abs() < 1e-5, "{found:?}, expected {}", chord);
     assert!(found.covered > 47.0 / 48.0 - 0.01 && found.covered < 1.0, "{found:?}");
+}
+
+/// No map between two surfaces is shorter than their distance.
+#[test]
+fn a_mapping_is_no_shorter_than_the_surfaces_are_apart() {
+    let mesh = two_charts();
+    let device = Device::cpu(2).expect("the CPU");
+    for (bend, twist) in [(0.1, 0.0), (0.0, 0.2), (0.3, 0.05)] {
+        let mut bent = mesh.clone();
+        bent.positions.iter_mut().for_each(|p| *p = DVec3::new(p.x - twist * p.y, p.y, p.z + bend * p.x));
+        let mapped = compare(&mesh, &bent).mapping_distance;
+        let apart = deviation(&mesh, &bent, &Options::default(), &device).expect("two meshes with faces");
+        for side in [apart.forward, apart.backward] {
+            assert!(0.0 < side.distance.max && side.distance.max <= mapped * (1.0 + 1e-9), "{mapped} maps {side:?}");
+        }
+    }
 }
 
 #[test]
