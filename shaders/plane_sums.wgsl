@@ -1,5 +1,5 @@
-// The quadric of every vertex at the start: area-weighted squared distances to the planes of its faces, and to planes
-// through its border edges. Twin: src/kernel/plane_sums.rs
+// The quadric of every vertex at the start: squared distances to the planes of its faces, and to planes through its border
+// edges. Twin: src/kernel/plane_sums.rs
 
 fn plane_sum(vertex: u32) -> PlaneQuadric {
     var matrix = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
@@ -12,10 +12,15 @@ fn plane_sum(vertex: u32) -> PlaneQuadric {
         let n = normal_from(vertex, p0, face);
         let n_sq = dot3(n, n);
         if n_sq > NO_AREA {
-            // |n| is twice the area: area·(n/|n|)(n/|n|)ᵀ = n nᵀ/(2|n|).
             let length = root(n_sq);
-            matrix = sym_add(matrix, sym_scale(outer(n), divide(0.5, length)));
-            weight = add(weight, mul(0.5, length));
+            if params.by_area == 1u {
+                // |n| is twice the area: area·(n/|n|)(n/|n|)ᵀ = n nᵀ/(2|n|).
+                matrix = sym_add(matrix, sym_scale(outer(n), divide(0.5, length)));
+                weight = add(weight, mul(0.5, length));
+            } else {
+                matrix = sym_add(matrix, outer(unit(n, length)));
+                weight = add(weight, 1.0);
+            }
             if on_border {
                 let corners = array<u32, 3>(face.a, face.b, face.c);
                 for (var k = 0u; k < 3u; k++) {
@@ -24,9 +29,15 @@ fn plane_sum(vertex: u32) -> PlaneQuadric {
                         let e = sub3(xyz(load_positions(other)), xyz(load_positions(vertex)));
                         let e_sq = dot3(e, e);
                         // The plane holds the edge and the normal; |e×n/|n|| = |e| since they are perpendicular.
-                        let across = flush3(scale3(cross3(e, n), divide(1.0, length)), LEAST_FACTOR);
-                        matrix = sym_add(matrix, sym_scale(outer(across), params.border_weight));
-                        weight = add(weight, mul(params.border_weight, e_sq));
+                        let across = unit(cross3(e, n), length);
+                        if params.by_area == 1u {
+                            matrix = sym_add(matrix, sym_scale(outer(across), params.border_weight));
+                            weight = add(weight, mul(params.border_weight, e_sq));
+                        } else {
+                            let normal = unit(across, root(e_sq));
+                            matrix = sym_add(matrix, sym_scale(outer(normal), params.border_weight));
+                            weight = add(weight, params.border_weight);
+                        }
                     }
                 }
             }

@@ -198,6 +198,8 @@ pub struct Outcome {
     /// Of clustering the side of a cell in model units; the diagonal, √3 times as long, bounds how far a vertex of the
     /// input is from its representative.
     pub cell_size: Option<f64>,
+    /// How the initial quadrics were stored, where a format was asked for.
+    pub quadrics: Option<contract::QuadricRecord>,
     /// The contractions one by one, where asked for.
     pub log: Option<CollapseLog>,
     /// One record a round; none of clustering.

@@ -93,6 +93,7 @@ pub const STAGES: &[Stage] = &[
         ring_faces: &s.ring_faces,
         vertex_count: s.vertex_count,
         border_weight: 1.0,
+        by_area: 1,
         quadrics: &mut s.quadrics,
     }),
     stage!("face_corners", faces, |s| FaceCorners {

@@ -13,6 +13,7 @@ struct PlaneQuadric {
     c: f32,
     weight: f32,
 }
+struct QuadricBound { weight: f32, offset_sq: f32 }
 struct FaceFit {
     nx: f32, ny: f32, nz: f32,
     aa: f32, ab: f32, ac: f32, bb: f32, bc: f32, cc: f32,

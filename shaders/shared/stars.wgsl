@@ -21,6 +21,11 @@ fn normal_from(vertex: u32, p0: vec3f, face: Face) -> vec3f {
     return flush3(cross3(sub3(p1, p0), sub3(p2, p0)), LEAST_FACTOR);
 }
 
+// n by its length; zero where that is.
+fn unit(n: vec3f, length: f32) -> vec3f {
+    return flush3(scale3(n, divide(1.0, length)), LEAST_FACTOR);
+}
+
 fn has(face: Face, vertex: u32) -> bool {
     return face.a == vertex || face.b == vertex || face.c == vertex;
 }

@@ -14,6 +14,7 @@ mod inspect;
 mod interrupt;
 mod memory;
 mod progress;
+mod quadrics;
 mod record;
 mod replay;
 mod resolve;

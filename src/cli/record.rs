@@ -33,6 +33,8 @@ pub struct Record {
     stop_reason: StopReason,
     /// The side of a cell of the grid, in model units; null without one.
     cell_size: Option<f64>,
+    /// How the initial quadrics were stored; null where they were left as they were found.
+    quadrics: Option<Stored>,
     /// Milliseconds from mesh in memory to mesh in memory.
     simplify_ms: f64,
     blocked: Blocked,
@@ -52,6 +54,36 @@ struct Deviation {
     estimate_relative: f64,
     /// With --measure.
     measured: Option<Measured>,
+}
+
+/// Quadrics in a format.
+#[derive(Debug, Serialize)]
+struct Stored {
+    format: &'static str,
+    /// A vertex.
+    bytes: u32,
+    /// The greatest weight of the planes at a vertex, and their greatest squared distance from the origin.
+    max_num: f32,
+    max_d2: f32,
+    /// How far off an entry of an average quadric may be, and a distance: of the diagonal, or in the local formats of the way
+    /// from the vertex.
+    entry_bound: f64,
+    deviation_bound: f64,
+    seconds: f64,
+}
+
+impl From<contract::QuadricRecord> for Stored {
+    fn from(record: contract::QuadricRecord) -> Self {
+        Self {
+            format: record.format.name(),
+            bytes: record.format.bytes(),
+            max_num: record.max_num,
+            max_d2: record.max_d2,
+            entry_bound: record.format.entry_bound(),
+            deviation_bound: record.deviation_bound(),
+            seconds: record.secs,
+        }
+    }
 }
 
 /// The symmetric deviation of result and input.
@@ -130,6 +162,7 @@ impl Record {
             reached: is_reached(&job.budget, outcome.stop),
             stop_reason: outcome.stop,
             cell_size: outcome.cell_size,
+            quadrics: outcome.quadrics.map(Stored::from),
             simplify_ms: clocks.solve * 1e3,
             blocked: outcome.blocked,
             error: Deviation {
@@ -232,7 +265,11 @@ fn is_reached(budget: &Budget, stop: StopReason) -> bool {
 }
 
 fn method_name(options: &contract::Options) -> &'static str {
-    if matches!(options.weighting, contract::Weighting::Feature(_)) { "feature" } else { "contract" }
+    match (&options.weighting, options.quadrics.planes) {
+        (contract::Weighting::Feature(_), _) => "feature",
+        (_, contract::PlaneWeight::One) => "average",
+        (_, contract::PlaneWeight::Area) => "contract",
+    }
 }
 
 fn metric_name(metric: contract::Metric) -> &'static str {

@@ -15,7 +15,7 @@ use super::failure::{exit_of, message, refuse};
 use super::sink::{Sink, same_file};
 use super::source::Source;
 use super::values::{WeightSource, Weld};
-use super::weights;
+use super::{quadrics, weights};
 
 /// Everything `simplify` needs to know.
 #[derive(Debug)]
@@ -71,6 +71,7 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
     }
     check_log(args, [source.as_ref().and_then(Source::path), sink.as_ref().and_then(Sink::path)], &mut problems);
     weights::check(args, source.as_ref(), &mut problems);
+    quadrics::check(&args.shape, &mut problems);
     let write_feature = weights::feature_sink(args, source.as_ref(), &mut problems).map(|path| (path, feature));
     let (Some(budget), Some(method), Some(selector), Some(source), Some(sink), true) =
         (budget, method, selector, source, sink, problems.is_empty())
@@ -253,7 +254,7 @@ pub fn selector(text: &str) -> anyhow::Result<Selector> {
 fn method(shape: &args::Shape, target: &args::Target, feature: Feature, log: bool) -> anyhow::Result<Method> {
     let contract = contract(shape, feature);
     match shape.method {
-        args::Method::Contract | args::Method::Feature => {
+        args::Method::Contract | args::Method::Feature | args::Method::Average => {
             if target.grid.is_some() || shape.representative.is_some() {
                 return Err(refuse(Exit::Usage, "--grid and --representative are for --method cluster"));
             }
@@ -285,6 +286,7 @@ fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
         args::Method::Feature => {
             contract::Options { weighting: Weighting::Feature(feature), ..contract::Options::feature_weighted() }
         }
+        args::Method::Average => contract::Options::averaged(),
     };
     contract::Options {
         metric: shape.metric.map_or(defaults.metric, |metric| match metric {
@@ -298,6 +300,7 @@ fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
             args::Placement::Endpoint => contract::Placement::Endpoint,
         }),
         weighting: defaults.weighting,
+        quadrics: quadrics::stored(shape, defaults.quadrics),
         border_weight: shape.border_weight,
         lock_border: shape.lock_border,
         max_flip_rad: shape.max_flip.unwrap_or(defaults.max_flip_rad),

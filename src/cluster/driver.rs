@@ -108,6 +108,7 @@ pub fn run(
     };
     let seconds = Phases { total: clock.elapsed().as_secs_f64(), ..done.seconds };
     Ok(Outcome {
+        quadrics: None,
         log: None,
         cell_size: (done.steps > 0).then(|| lattice.length(done.steps.into())),
         mesh: done.mesh,

@@ -17,6 +17,8 @@ use super::fit_guard::Guard;
 use super::history::{History, became};
 use super::join::Joins;
 use super::prepare::{Prepared, prepare};
+use super::quadrics::QuadricRecord;
+use super::quantize::{Storage, quantize};
 use super::record::Recorder;
 use super::restore::restore;
 use super::surface::{Start, Surface};
@@ -63,11 +65,13 @@ impl Evaluator {
         options: &Options,
         has_border: bool,
         weights: &mut Vec<f32>,
+        storage: Option<Storage>,
     ) -> Result<Self> {
         let mut surface = Surface::copy(&mut queue, host, options.metric == Metric::Plane)?;
-        plane_sums(&mut queue, &mut surface, options.border_weight)?;
+        plane_sums(&mut queue, &mut surface, options)?;
         start_weights(&mut queue, &surface, options, has_border, weights)?;
         weigh_start(&mut queue, &mut surface, weights)?;
+        quantize(&mut queue, &mut surface, storage)?;
         let evaluation = Evaluation::new(&mut queue, &surface, options, has_border)?;
         let contractions = queue.buffer(surface.vertex_count / 2 + 1)?;
         Ok(Self { queue, copy: Some((surface, contractions)), evaluation })
@@ -143,6 +147,7 @@ struct Run<'a> {
     /// The original and what became of its vertices, for the fit.
     history: Option<(Start, History)>,
     recorder: Option<Recorder<'a>>,
+    quadrics: Option<QuadricRecord>,
     handover_faces: usize,
     candidates: Vec<Candidate>,
     /// How many times wider than usual the gate is.
@@ -162,8 +167,11 @@ impl<'a> Run<'a> {
         let start = prepared.take_start();
         let fits = options.fit > 0 && options.placement == Placement::Optimal;
         let history = fits.then(|| (start.clone(), History::default()));
+        let storage = Storage::new(options, &start.positions, prepared.frame)?;
         let mut host = Surface::new(&mut host_queue, start, true)?;
-        plane_sums(&mut host_queue, &mut host, options.border_weight)?;
+        let clock = Instant::now();
+        plane_sums(&mut host_queue, &mut host, options)?;
+        let summing = clock.elapsed().as_secs_f64();
         let weights = &mut prepared.carried.weights;
         let mut warnings = std::mem::take(&mut prepared.warnings);
         let gains = !device.is_auto() || host.face_count >= AUTO_FACES;
@@ -171,7 +179,7 @@ impl<'a> Run<'a> {
         // The host alone lists pairs without an edge.
         let on_gpu = gpu_queue()
             .filter(|_| !options.joins())
-            .map(|queue| Evaluator::on_gpu(queue, &host, options, prepared.has_border, weights));
+            .map(|queue| Evaluator::on_gpu(queue, &host, options, prepared.has_border, weights, storage));
         let evaluator = match on_gpu {
             Some(Ok(evaluator)) => evaluator,
             Some(Err(reason)) => {
@@ -185,6 +193,8 @@ impl<'a> Run<'a> {
             weigh_start(&mut host_queue, &mut host, weights)?;
             weights.clear();
         }
+        let quadrics = quantize(&mut host_queue, &mut host, storage)?
+            .map(|record| QuadricRecord { secs: summing + record.secs, ..record });
         let rules = Rules::new(options, max_deviation);
         let delta = prepared.frame.length_to_rows(options.join_within) as f32;
         let mut bytes_moved = 0;
@@ -209,6 +219,7 @@ impl<'a> Run<'a> {
             joins,
             history,
             recorder: None,
+            quadrics,
             handover_faces: handover_faces(device).min(host.face_count / 4),
             seconds: Phases { weld: prepared.weld_secs, ..Phases::default() },
             prepared,
@@ -421,6 +432,7 @@ impl<'a> Run<'a> {
             blocked: self.rounds.last().map(|round| round.blocked).unwrap_or_default(),
             error_estimate: frame.length_to_model(f64::from(self.deviation)),
             cell_size: None,
+            quadrics: self.quadrics,
             log: self.recorder.map(Recorder::into_log),
             rounds: self.rounds,
             seconds: self.seconds,

@@ -308,11 +308,12 @@ impl Costs<'_> {
 }
 
 /// Fills a surface's quadrics from its faces.
-pub fn plane_sums(queue: &mut Queue, surface: &mut Surface, border_weight: f32) -> Result<()> {
+pub fn plane_sums(queue: &mut Queue, surface: &mut Surface, options: &Options) -> Result<()> {
     let Surface { positions, faces, ring_starts, ring_faces, quadrics, vertex_count, .. } = surface;
     let Some(quadrics) = quadrics else { return Ok(()) };
-    let vertex_count = *vertex_count as u32;
-    queue.run(PlaneSums { positions, faces, ring_starts, ring_faces, vertex_count, border_weight, quadrics })
+    let (vertex_count, border_weight) = (*vertex_count as u32, options.border_weight);
+    let by_area = options.quadrics.planes.by_area();
+    queue.run(PlaneSums { positions, faces, ring_starts, ring_faces, vertex_count, border_weight, by_area, quadrics })
 }
 
 /// Blocks that either the vertices or the pairs of a surface are counted in, at most.

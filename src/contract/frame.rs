@@ -69,6 +69,11 @@ impl Frame {
         p.clamp(DVec3::splat(f64::MIN), DVec3::splat(f64::MAX))
     }
 
+    /// The origin of the model's coordinates.
+    pub fn origin_in_rows(self) -> DVec3 {
+        -self.center * self.scale
+    }
+
     /// A length of the frame in model units.
     pub fn length_to_model(self, length: f64) -> f64 {
         length / self.scale

@@ -27,6 +27,8 @@ mod listing;
 mod patch;
 mod placement;
 mod prepare;
+mod quadrics;
+mod quantize;
 mod record;
 mod restore;
 mod scan;
@@ -43,6 +45,8 @@ use crate::mesh::Mesh;
 use crate::simplify::{Budget, OnProgress, Outcome};
 
 pub use features::feature_degrees;
+pub use quadrics::{PlaneWeight, QuadricFormat, QuadricFrame, QuadricRecord, Quadrics};
+pub use quantize::{InitialQuadrics, initial_quadrics};
 pub use weighting::{Feature, FeatureMode, Update, Weighting};
 
 /// What a contraction costs and where its vertex goes.
@@ -90,6 +94,8 @@ pub struct Options {
     pub placement: Placement,
     /// What every vertex counts. A fit after the rounds does not know it.
     pub weighting: Weighting,
+    /// What the planes of the metric `plane` count, and how its initial quadrics are stored.
+    pub quadrics: Quadrics,
     /// Weight of border edges against faces; 0 lets borders move freely.
     pub border_weight: f32,
     /// Whether border vertices stay where they are.
@@ -118,6 +124,7 @@ impl Default for Options {
             metric: Metric::Volume,
             placement: Placement::Optimal,
             weighting: Weighting::Uniform,
+            quadrics: Quadrics::default(),
             border_weight: 1.0,
             lock_border: false,
             max_flip_rad: MAX_FLIP_RAD,
@@ -145,6 +152,13 @@ impl Options {
         }
     }
 
+    /// Contraction by quadrics of planes that count alike, stored as average quadrics in single precision \[Yu14\]. Without
+    /// a format these are the quadrics of \[GH97\].
+    pub fn averaged() -> Self {
+        let quadrics = Quadrics { planes: PlaneWeight::One, format: Some(QuadricFormat::F32), ..Quadrics::default() };
+        Self { metric: Metric::Plane, quadrics, ..Self::default() }
+    }
+
     /// The cosine of the greatest turn; the default's is exact, for cosines differ between platforms.
     fn min_cos(&self) -> f64 {
         if self.max_flip_rad == MAX_FLIP_RAD { 0.2 } else { f64::from(self.max_flip_rad).cos() }
@@ -156,6 +170,7 @@ impl Options {
     }
 
     fn check(&self) -> Result<()> {
+        self.quadrics.check(self.metric == Metric::Plane)?;
         let positive = |x: f32| x >= 0.0 && x.is_finite();
         if !positive(self.border_weight) || self.border_weight > 1e6 {
             return Err(Error::Parameter(format!("the border weight is {}, not in 0 … 1e6", self.border_weight)));

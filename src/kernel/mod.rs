@@ -4,6 +4,7 @@
 //! calls and stores, in parallel where the outputs can be split. Single-precision arithmetic goes through
 //! [`crate::math::exact`], so that twin and shader agree bit for bit.
 
+pub mod block_maxima;
 pub mod block_sums;
 pub mod border_curvatures;
 pub mod cell_faces;
@@ -22,7 +23,9 @@ pub mod count_candidates;
 pub mod count_pairs;
 pub mod count_spanning;
 pub mod curvatures;
+pub mod decode_quadrics;
 pub mod eigen;
+pub mod encode_quadrics;
 pub mod exact_probe;
 pub mod face_corners;
 pub mod face_normals;
@@ -30,6 +33,7 @@ pub mod feature_weights;
 pub mod fit_points;
 pub mod fit_steps;
 pub mod fit_sums;
+pub mod format_frame;
 pub mod gather_candidates;
 pub mod gather_pairs;
 pub mod live_vertices;
@@ -44,6 +48,8 @@ pub mod pairs;
 pub mod plane_costs;
 pub mod plane_quadric;
 pub mod plane_sums;
+pub mod quadric_bounds;
+pub mod quadric_format;
 pub mod representatives;
 pub mod rows;
 pub mod sample_distances;

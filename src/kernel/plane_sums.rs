@@ -1,22 +1,20 @@
-//! The quadric of every vertex at the start: area-weighted squared distances to the planes of its faces, and to planes
-//! through its border edges. Twin: `shaders/plane_sums.wgsl`, line for line.
+//! The quadric of every vertex at the start: squared distances to the planes of its faces, and to planes through its border
+//! edges. Twin: `shaders/plane_sums.wgsl`, line for line.
 //!
 //! About the vertex itself b and c are zero, since it lies on all these planes.
 //!
 //! # Reference
-//! \[GH97\] sections 4 and 6. Departs: planes weighted by area, which divides the error at equal face count by 1.2 to
-//! 1.5; border planes weighted by their edge's squared length.
+//! \[GH97\] sections 4 and 6. Departs: planes weighted by area, unless all are to count alike, which divides the error at
+//! equal face count by 1.2 to 1.5; border planes then weighted by their edge's squared length.
 
 use rayon::prelude::*;
 
 use super::pair_quadric::{CONSTANTS, NO_AREA};
 use super::rows::{BORDER, Face, HUB, PlaneQuadric, Position};
 use super::split::CHUNK;
-use super::stars::{Stars, faces_with, normal_from};
+use super::stars::{Stars, faces_with, normal_from, unit};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
-use crate::math::exact::{
-    LEAST_FACTOR, Sym3, add, cross3, divide, dot3, flush3, mul, outer, root, scale3, sub3, sym_add, sym_scale,
-};
+use crate::math::exact::{Sym3, add, cross3, divide, dot3, mul, outer, root, sub3, sym_add, sym_scale};
 
 /// One invocation a vertex.
 pub struct PlaneSums<'a> {
@@ -30,8 +28,10 @@ pub struct PlaneSums<'a> {
     pub ring_faces: &'a Buffer<u32>,
     /// V.
     pub vertex_count: u32,
-    /// Weight of a border plane, times its edge's squared length.
+    /// Weight of a border plane, times its edge's squared length if planes count by area.
     pub border_weight: f32,
+    /// 1 if a face's plane counts by its area, 0 if each counts 1.
+    pub by_area: u32,
     /// Writes V quadrics; a hub's counts its faces, not its borders.
     pub quadrics: &'a mut Buffer<PlaneQuadric>,
 }
@@ -40,11 +40,12 @@ params! {
     /// The uniform block.
     pub struct Params {
         border_weight: f32,
+        by_area: u32,
     }
 }
 
 #[inline(always)]
-fn plane_sum(vertex: u32, stars: &Stars<'_>, border_weight: f32) -> PlaneQuadric {
+fn plane_sum(vertex: u32, stars: &Stars<'_>, params: Params) -> PlaneQuadric {
     let mut matrix = Sym3::default();
     let mut weight = 0.0;
     let on_border = stars.positions[vertex as usize].flags & (BORDER | HUB) == BORDER;
@@ -54,19 +55,30 @@ fn plane_sum(vertex: u32, stars: &Stars<'_>, border_weight: f32) -> PlaneQuadric
         let n = normal_from(vertex, p0, face, stars);
         let n_sq = dot3(n, n);
         if n_sq > NO_AREA {
-            // |n| is twice the area: area·(n/|n|)(n/|n|)ᵀ = n nᵀ/(2|n|).
             let length = root(n_sq);
-            matrix = sym_add(matrix, sym_scale(outer(n), divide(0.5, length)));
-            weight = add(weight, mul(0.5, length));
+            if params.by_area == 1 {
+                // |n| is twice the area: area·(n/|n|)(n/|n|)ᵀ = n nᵀ/(2|n|).
+                matrix = sym_add(matrix, sym_scale(outer(n), divide(0.5, length)));
+                weight = add(weight, mul(0.5, length));
+            } else {
+                matrix = sym_add(matrix, outer(unit(n, length)));
+                weight = add(weight, 1.0);
+            }
             if on_border {
                 for other in [face.a, face.b, face.c] {
                     if other != vertex && faces_with(other, vertex, stars) == 1 {
                         let e = sub3(stars.positions[other as usize].xyz(), stars.positions[vertex as usize].xyz());
                         let e_sq = dot3(e, e);
                         // The plane holds the edge and the normal; |e×n/|n|| = |e| since they are perpendicular.
-                        let across = flush3(scale3(cross3(e, n), divide(1.0, length)), LEAST_FACTOR);
-                        matrix = sym_add(matrix, sym_scale(outer(across), border_weight));
-                        weight = add(weight, mul(border_weight, e_sq));
+                        let across = unit(cross3(e, n), length);
+                        if params.by_area == 1 {
+                            matrix = sym_add(matrix, sym_scale(outer(across), params.border_weight));
+                            weight = add(weight, mul(params.border_weight, e_sq));
+                        } else {
+                            let normal = unit(across, root(e_sq));
+                            matrix = sym_add(matrix, sym_scale(outer(normal), params.border_weight));
+                            weight = add(weight, params.border_weight);
+                        }
                     }
                 }
             }
@@ -96,7 +108,7 @@ impl Kernel for PlaneSums<'_> {
     const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;
 
     fn params(&self) -> Params {
-        Params { border_weight: self.border_weight }
+        Params { border_weight: self.border_weight, by_area: self.by_area }
     }
 
     fn bindings(&self) -> Vec<Binding<'_>> {
@@ -118,7 +130,7 @@ impl Kernel for PlaneSums<'_> {
         let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
         let quadrics = &mut self.quadrics.host_mut()[..self.vertex_count as usize];
         quadrics.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(vertex, quadric)| {
-            *quadric = plane_sum(vertex as u32, &stars, params.border_weight);
+            *quadric = plane_sum(vertex as u32, &stars, params);
         });
     }
 }

@@ -191,6 +191,16 @@ pub struct PlaneQuadric {
     pub weight: f32,
 }
 
+/// What bounds the average quadric of a vertex, or of a block of them.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct QuadricBound {
+    /// Sum of the planes' weights: their number where each counts 1.
+    pub weight: f32,
+    /// Greatest squared distance of a plane from the origin.
+    pub offset_sq: f32,
+}
+
 /// A pair as its lower end lists it.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
@@ -335,6 +345,7 @@ row!(Corners { cot_a, cot_b, cot_c, area_a, area_b, area_c });
 row!(VolumeSum { xx, xy, xz, yy, yz, zz, nx, ny, nz });
 row!(BorderSum { xx, xy, xz, yy, yz, zz });
 row!(PlaneQuadric { xx, xy, xz, yy, yz, zz, bx, by, bz, c, weight });
+row!(QuadricBound { weight, offset_sq });
 row!(Edge { half_edge, across });
 row!(FaceFit { nx, ny, nz, aa, ab, ac, bb, bc, cc, a, b, c, error });
 row!(Candidate { key, half_edge });

@@ -97,11 +97,12 @@ pub struct Target {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Shape")]
 pub struct Shape {
-    /// Contract, feature or cluster
+    /// Contract, feature, average or cluster
     ///
     /// The method: 'contract' contracts pairs of vertices in rounds, the cheapest first; 'feature' does so with the metric
     /// 'plane' and the placement 'endpoint', where nothing else is said, and counts vertices more where the curvature
-    /// changes. 'cluster' makes one vertex of all in a cell of a grid, a fast first pass for enormous or broken meshes that
+    /// changes; 'average' with the metric 'plane', whose planes then count alike, from average quadrics in the format that
+    /// --quadric-format names. 'cluster' makes one vertex of all in a cell of a grid, a fast first pass for enormous or broken meshes that
     /// ignores topology: with --faces, --ratio or --reduction the finest grid found that leaves at most as many faces,
     /// mostly 98% or more of them; with --error the coarsest grid that moves no vertex farther than that; or with --grid.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Method::Contract, hide_possible_values = true)]
@@ -111,9 +112,26 @@ pub struct Shape {
     ///
     /// What a contraction costs: with 'volume' the volume that it sweeps over the current faces, which is the more
     /// accurate; with 'plane' the squared distances to the planes of the original, accumulated over the run. Without the
-    /// option 'volume', and 'plane' with --method feature.
+    /// option 'volume', and 'plane' with --method feature or average.
     #[arg(long, value_name = "NAME", value_enum, hide_possible_values = true)]
     pub metric: Option<Metric>,
+
+    /// Stored as full, f32, f16 ... local8
+    ///
+    /// What the initial quadrics of the metric 'plane' are stored as: 'full' leaves them as they were found; 'f32', 'f16',
+    /// 'snorm16' and 'rgba8' store ten or 16 numbers about one origin in 40, 20, 20 and 16 bytes a vertex; 'local16' and
+    /// 'local8' six about the vertex itself in 12 and 6. The fewer bits, the farther off. Without the option 'full', and
+    /// 'f32' with --method average.
+    #[arg(long, value_name = "NAME", value_enum, hide_possible_values = true)]
+    pub quadric_format: Option<QuadricFormat>,
+
+    /// Their coordinates: normalized or raw
+    ///
+    /// What the quadrics that --quadric-format stores about one origin are in: with 'normalized' about the middle of the
+    /// bounding box in half its diagonal, which is the default; with 'raw' in the model's own coordinates, as the method
+    /// was published.
+    #[arg(long, value_name = "NAME", value_enum, hide_possible_values = true)]
+    pub quadric_frame: Option<QuadricFrame>,
 
     /// Vertex of a cell: quadric, mean or input
     ///
@@ -280,6 +298,8 @@ pub enum Method {
     Contract,
     /// The same, features first
     Feature,
+    /// The same, from average quadrics
+    Average,
     /// Vertex clustering on a grid
     Cluster,
 }
@@ -302,6 +322,32 @@ pub enum Placement {
     EndpointOrMiddle,
     /// At one of the two ends
     Endpoint,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum QuadricFormat {
+    /// As they were found
+    Full,
+    /// Ten numbers in single precision
+    F32,
+    /// Ten numbers in half precision
+    F16,
+    /// Ten numbers of 16 bits in even steps
+    Snorm16,
+    /// Four pixels of four times 8 bits
+    Rgba8,
+    /// Six numbers of 16 bits about the vertex
+    Local16,
+    /// Six numbers of 8 bits about the vertex
+    Local8,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum QuadricFrame {
+    /// In half the diagonal of the bounding box
+    Normalized,
+    /// In the model's own
+    Raw,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

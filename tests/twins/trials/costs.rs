@@ -174,13 +174,15 @@ fn plane_sums(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()>
         let mesh = Mesh::new(queue, round, with_a_shift(round, perturbed))?;
         let Mesh { positions, faces, ring_starts, ring_faces } = &mesh;
         let vertex_count = round.positions.len() as u32;
-        let quadrics = &mut queue.buffer(round.positions.len())?;
         let border_weight = 0.7;
-        seen.run(
-            queue,
-            PlaneSums { positions, faces, ring_starts, ring_faces, vertex_count, border_weight, quadrics },
-        )?;
-        seen.output(queue, "quadrics", quadrics)?;
+        for by_area in [1, 0] {
+            let quadrics = &mut queue.buffer(round.positions.len())?;
+            seen.run(
+                queue,
+                PlaneSums { positions, faces, ring_starts, ring_faces, vertex_count, border_weight, by_area, quadrics },
+            )?;
+            seen.output(queue, "quadrics", quadrics)?;
+        }
     }
     Ok(())
 }

@@ -240,7 +240,16 @@ impl Round {
             .run(VolumeSums { positions, faces, ring_starts, ring_faces, normals, vertex_count, sums, borders })
             .unwrap();
         queue
-            .run(PlaneSums { positions, faces, ring_starts, ring_faces, vertex_count, border_weight: 0.5, quadrics })
+            .run(PlaneSums {
+                positions,
+                faces,
+                ring_starts,
+                ring_faces,
+                vertex_count,
+                border_weight: 0.5,
+                by_area: 1,
+                quadrics,
+            })
             .unwrap();
         self.normals = normals.host().to_vec();
         self.volume_sums = sums.host().to_vec();
