@@ -7,7 +7,10 @@ mod support;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
-use coarsen::contract::{Feature, FeatureMode, Options, Placement, Update, Weighting};
+use coarsen::contract::{
+    Feature, FeatureMode, Metric, Options, Placement, PlaneWeight, QuadricFormat, QuadricFrame, Quadrics, Update,
+    Weighting,
+};
 use coarsen::math::DVec3;
 use coarsen::mesh::{shapes, weld};
 use coarsen::{Budget, Device, Error, Mesh, Method, StopReason, cluster, simplify};
@@ -136,12 +139,25 @@ fn weighting(random: &mut Random, vertices: usize) -> Weighting {
     }
 }
 
+fn quadrics(random: &mut Random, metric: Metric) -> Quadrics {
+    if metric == Metric::Volume || below(random, 2) == 0 {
+        return Quadrics::default();
+    }
+    let format = pick(random, &QuadricFormat::ALL);
+    let frames =
+        [QuadricFrame::Normalized, if format.is_local() { QuadricFrame::Normalized } else { QuadricFrame::Raw }];
+    let planes = pick(random, &[PlaneWeight::Area, PlaneWeight::One]);
+    Quadrics { planes, format: Some(format), frame: pick(random, &frames) }
+}
+
 fn options(random: &mut Random, vertices: usize) -> Options {
     let join_within = if below(random, 4) == 0 { pick(random, &[1e-9, 0.3, 2.0, 1e30]) } else { 0.0 };
+    let metric = pick(random, &METRICS);
     let options = Options {
-        metric: pick(random, &METRICS),
+        metric,
         placement: pick(random, &PLACEMENTS),
         weighting: weighting(random, vertices),
+        quadrics: quadrics(random, metric),
         border_weight: pick(random, &[0.0, 1.0, 1e-30, 1e6]),
         lock_border: below(random, 4) == 0,
         join_within,

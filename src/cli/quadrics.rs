@@ -46,3 +46,58 @@ pub fn check(shape: &Shape, problems: &mut Problems) {
         problems.add("--quadric-frame is for --quadric-format f32, f16, snorm16 and rgba8");
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+    use coarsen::Method;
+    use coarsen::contract::{Metric, Options, PlaneWeight};
+
+    use super::*;
+    use crate::cli::args::{Arguments, Verb};
+    use crate::cli::resolve;
+
+    fn options(line: &str) -> Result<Options, String> {
+        let line = format!("coarsen simplify sample:part - --format ply -f 8 {line}");
+        let Ok(Arguments { verb: Verb::Simplify(args) }) = Arguments::try_parse_from(line.split_whitespace()) else {
+            panic!("'{line}' does not parse")
+        };
+        match resolve::simplify(&args).map(|job| job.method) {
+            Ok(Method::Contract(options)) => Ok(options),
+            Ok(other) => panic!("{other:?}"),
+            Err(error) => Err(error.to_string()),
+        }
+    }
+
+    #[test]
+    fn formats_reach_the_engine() {
+        assert_eq!(options("--method average"), Ok(Options::averaged()));
+        let with = |quadrics, line: &str| assert_eq!(options(line), Ok(Options { quadrics, ..Options::averaged() }));
+        let averaged = Options::averaged().quadrics;
+        with(Quadrics { format: None, ..averaged }, "--method average --quadric-format full");
+        let raw = Quadrics { format: Some(QuadricFormat::Rgba8), frame: QuadricFrame::Raw, ..averaged };
+        with(raw, "--method average --quadric-format rgba8 --quadric-frame raw");
+        let by_area = options("--metric plane --quadric-format local16").expect("a good line");
+        let local = Quadrics { planes: PlaneWeight::Area, format: Some(QuadricFormat::Local16), ..Quadrics::default() };
+        assert_eq!((by_area.metric, by_area.quadrics), (Metric::Plane, local));
+        assert_eq!(
+            options("--method feature --quadric-format f16").map(|o| o.quadrics.format),
+            Ok(Some(QuadricFormat::F16))
+        );
+    }
+
+    #[test]
+    fn contradictions_are_told() {
+        for (line, part) in [
+            ("--method average --metric volume", "--method average and --metric volume contradict"),
+            ("--quadric-format f32", "are for --metric plane"),
+            ("--method feature --metric volume --quadric-format full", "are for --metric plane"),
+            ("--metric plane --quadric-frame raw", "--quadric-frame is for"),
+            ("--method average --quadric-format local8 --quadric-frame normalized", "--quadric-frame is for"),
+            ("--method cluster --quadric-format f32", "no options of shape"),
+        ] {
+            let error = options(line).expect_err("a contradiction");
+            assert!(error.contains(part), "{line}: {error}");
+        }
+    }
+}

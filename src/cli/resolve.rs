@@ -370,6 +370,7 @@ mod tests {
             metric: contract::Metric::Plane,
             placement: contract::Placement::Endpoint,
             weighting: Weighting::Uniform,
+            quadrics: contract::Quadrics::default(),
             border_weight: 2.0,
             lock_border: true,
             max_flip_rad: std::f32::consts::FRAC_PI_4,

@@ -126,25 +126,27 @@ pub struct QuadricRecord {
     pub max_num: f32,
     /// D, the greatest squared distance of a plane from the origin, in the coordinates of [`QuadricFrame`].
     pub max_d2: f32,
+    /// The greatest |x| + |y| + |z| within the bounding box, and its diagonal, in these coordinates.
+    pub reach: f64,
+    /// See [`QuadricRecord::reach`].
+    pub diagonal: f64,
     /// Seconds that the host took for the quadrics: normals, sums, greatest values, codes and back.
     pub secs: f64,
 }
 
 impl QuadricRecord {
-    /// How far off the squared distances of a quadric may be at `x`, in the coordinates of [`QuadricFrame`], from the vertex in
-    /// the local formats. Arithmetic in single precision comes on top.
-    pub fn cost_bound(&self, x: [f64; 3]) -> f64 {
-        let sum: f64 = x.into_iter().map(f64::abs).sum();
-        let (reach, offset) = if self.format.is_local() { (sum, 1.0) } else { (sum + 1.0, self.max_d2.max(1.0)) };
+    /// How far off the squared distances of a quadric may be where |x| + |y| + |z| is `reach`, in the coordinates of
+    /// [`QuadricFrame`]; in the local formats from the vertex on. Arithmetic in single precision comes on top.
+    pub fn cost_bound(&self, reach: f64) -> f64 {
+        let (reach, offset) = if self.format.is_local() { (reach, 1.0) } else { (reach + 1.0, self.max_d2.max(1.0)) };
         f64::from(self.max_num) * f64::from(offset) * reach * reach * self.format.entry_bound()
     }
 
-    /// The root of [`QuadricRecord::cost_bound`] over m: how far off a distance may be where planes are that many. As a fraction
-    /// of the bounding box's diagonal, anywhere in it; of the distance to the vertex in the local formats.
+    /// How far off a distance may be where planes are m, the root of [`QuadricRecord::cost_bound`] over m: anywhere in the
+    /// bounding box, as a fraction of its diagonal; in the local formats as a fraction of the distance to the vertex.
     pub fn deviation_bound(&self) -> f64 {
-        let along = 3.0_f64.sqrt().recip();
-        let bound = (self.cost_bound([along; 3]) / f64::from(self.max_num)).sqrt();
-        if self.format.is_local() { bound } else { bound / 2.0 }
+        let (reach, length) = if self.format.is_local() { (3.0_f64.sqrt(), 1.0) } else { (self.reach, self.diagonal) };
+        (self.cost_bound(reach) / f64::from(self.max_num)).sqrt() / length
     }
 }
 

@@ -13,7 +13,7 @@ use crate::kernel::encode_quadrics::{EncodeQuadrics, word_count};
 use crate::kernel::format_frame::FormatFrame;
 use crate::kernel::quadric_bounds::QuadricBounds;
 use crate::kernel::rows::{Position, QuadricBound};
-use crate::math::Vec3;
+use crate::math::{DVec3, Vec3};
 use crate::mesh::Mesh;
 
 use super::Options;
@@ -32,6 +32,9 @@ const RAW: RangeInclusive<f64> = 1e-12..=1e12;
 pub struct Storage {
     format: QuadricFormat,
     frame: FormatFrame,
+    /// See [`QuadricRecord`].
+    reach: f64,
+    diagonal: f64,
 }
 
 /// The quadrics of a surface as they are stored.
@@ -50,25 +53,25 @@ impl Storage {
     pub fn new(options: &Options, rows: &[Position], frame: Frame) -> Result<Option<Self>> {
         let Some(format) = options.quadrics.format else { return Ok(None) };
         let farthest = rows.par_iter().map(|row| row.xyz().abs()).reduce(|| Vec3::ZERO, Vec3::max).as_dvec3();
-        let frame = match options.quadrics.frame {
-            QuadricFrame::Normalized => {
-                let half_diagonal = farthest.length();
-                let unit = if half_diagonal > 0.0 { half_diagonal.recip() as f32 } else { 1.0 };
-                FormatFrame { unit, ..FormatFrame::default() }
-            }
-            QuadricFrame::Raw => {
-                let (origin, unit) = (frame.origin_in_rows(), frame.length_to_model(1.0));
-                let reach = (origin.abs() + farthest).length() * unit;
-                if !RAW.contains(&unit) || !RAW.contains(&reach) {
-                    return Err(Error::Parameter(format!(
-                        "raw coordinates up to {reach:e} with edges of {unit:e} have no squares in single precision"
-                    )));
-                }
-                let origin = origin.as_vec3();
-                FormatFrame { origin_x: origin.x, origin_y: origin.y, origin_z: origin.z, unit: unit as f32 }
-            }
+        let (origin, unit) = match options.quadrics.frame {
+            QuadricFrame::Normalized if farthest.length() > 0.0 => (DVec3::ZERO, farthest.length().recip()),
+            QuadricFrame::Normalized => (DVec3::ZERO, 1.0),
+            QuadricFrame::Raw => (frame.origin_in_rows(), frame.length_to_model(1.0)),
         };
-        Ok(Some(Self { format, frame }))
+        let box_corner = (origin.abs() + farthest) * unit;
+        if options.quadrics.frame == QuadricFrame::Raw && ![unit, box_corner.length()].iter().all(|x| RAW.contains(x)) {
+            let [x, y, z] = box_corner.to_array();
+            return Err(Error::Parameter(format!(
+                "raw coordinates up to {x:e}, {y:e}, {z:e} with edges of {unit:e} have no squares in single precision"
+            )));
+        }
+        let [origin_x, origin_y, origin_z] = origin.as_vec3().to_array();
+        Ok(Some(Self {
+            format,
+            frame: FormatFrame { origin_x, origin_y, origin_z, unit: unit as f32 },
+            reach: box_corner.element_sum(),
+            diagonal: 2.0 * farthest.length() * unit,
+        }))
     }
 
     fn store(self, queue: &mut Queue, surface: &Surface) -> Result<Option<Stored>> {
@@ -104,7 +107,8 @@ impl Storage {
         if bound.weight <= 0.0 {
             return Err(Error::Mesh("no face has an area or a weight: there is no plane to average".into()));
         }
-        Ok(QuadricRecord { format: self.format, max_num: bound.weight, max_d2: bound.offset_sq, secs })
+        let Self { format, reach, diagonal, .. } = self;
+        Ok(QuadricRecord { format, max_num: bound.weight, max_d2: bound.offset_sq, reach, diagonal, secs })
     }
 }
 

@@ -4,13 +4,13 @@
 
 use rayon::prelude::*;
 
-use super::encode_quadrics::{Params, word_count};
+use super::encode_quadrics::word_count;
 use super::format_frame::{FormatFrame, in_format};
 use super::plane_quadric::moved;
 use super::quadric_format::{CONSTANTS, code_count, code_entry, code_width, divisor, from_code, is_local};
 use super::rows::{PlaneQuadric, Position, QuadricBound};
 use super::split::CHUNK;
-use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
 use crate::math::exact::{LEAST_SUM, Sym3, divide, flush, flush3, mul, trace};
 
@@ -30,6 +30,17 @@ pub struct DecodeQuadrics<'a> {
     pub format: u32,
     /// Writes V quadrics.
     pub quadrics: &'a mut Buffer<PlaneQuadric>,
+}
+
+params! {
+    /// The uniform block.
+    pub struct Params {
+        origin_x: f32,
+        origin_y: f32,
+        origin_z: f32,
+        unit: f32,
+        format: u32,
+    }
 }
 
 /// The ten entries of the average quadric of a vertex; those that the format leaves out are zero.
@@ -95,7 +106,8 @@ impl Kernel for DecodeQuadrics<'_> {
     const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;
 
     fn params(&self) -> Params {
-        Params::new(self.frame, self.format, self.vertex_count)
+        let FormatFrame { origin_x, origin_y, origin_z, unit } = self.frame;
+        Params { origin_x, origin_y, origin_z, unit, format: self.format }
     }
 
     fn bindings(&self) -> Vec<Binding<'_>> {

@@ -45,14 +45,6 @@ params! {
     }
 }
 
-impl Params {
-    /// For quadrics in this frame and format.
-    pub fn new(frame: FormatFrame, format: u32, vertex_count: u32) -> Self {
-        let FormatFrame { origin_x, origin_y, origin_z, unit } = frame;
-        Self { origin_x, origin_y, origin_z, unit, format, vertex_count }
-    }
-}
-
 /// Words that the codes of so many quadrics take.
 pub fn word_count(format: u32, vertices: usize) -> usize {
     vertices.div_ceil(2) * (2 * code_count(format) * code_width(format) / 32) as usize
@@ -114,7 +106,8 @@ impl Kernel for EncodeQuadrics<'_> {
     const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;
 
     fn params(&self) -> Params {
-        Params::new(self.frame, self.format, self.vertex_count)
+        let FormatFrame { origin_x, origin_y, origin_z, unit } = self.frame;
+        Params { origin_x, origin_y, origin_z, unit, format: self.format, vertex_count: self.vertex_count }
     }
 
     fn bindings(&self) -> Vec<Binding<'_>> {

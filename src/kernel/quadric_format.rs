@@ -184,3 +184,82 @@ pub fn from_code(format: u32, entry: u32, code: u32) -> f32 {
 pub fn divisor(format: u32, bound: QuadricBound) -> f32 {
     if is_local(format) { bound.weight } else { mul(bound.weight, bound.offset_sq.max(1.0)) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FORMATS: [u32; 6] = [F32, F16, SNORM16, RGBA8, LOCAL16, LOCAL8];
+
+    /// The value of a finite half-precision number.
+    fn half(code: u32) -> f64 {
+        let (exponent, digits) = ((code >> 10 & 0x1f) as i32, f64::from(code & 0x3ff));
+        let magnitude =
+            if exponent == 0 { digits * 2f64.powi(-24) } else { (1024.0 + digits) * 2f64.powi(exponent - 25) };
+        if code & 0x8000 == 0 { magnitude } else { -magnitude }
+    }
+
+    #[test]
+    fn half_precision_is_read_exactly_and_written_to_the_nearest() {
+        for code in (0..0x7c00).chain(0x8000..0xfc00) {
+            let x = from_half(code);
+            assert_eq!(f64::from(x), half(code), "{code:04x}");
+            assert_eq!(to_half(x), code);
+            // Half-way to the next, which is where rounding is decided.
+            if code & 0x7fff < 0x7bff {
+                let middle = f32::midpoint(x, from_half(code + 1));
+                let [below, above] = [-1, 1].map(|step| f32::from_bits(middle.to_bits().wrapping_add_signed(step)));
+                assert_eq!([below, above].map(to_half), [code, code + 1], "about {middle:e}");
+                assert_eq!(to_half(middle), code + (code & 1), "{middle:e} is as near to both");
+            }
+        }
+        assert_eq!([1e9, -1e9].map(to_half), [0x7bff, 0xfbff]);
+        assert_eq!([1e-40, f32::from_bits(1)].map(to_half), [0, 0]);
+    }
+
+    #[test]
+    fn even_steps_are_the_nearest() {
+        for most in [127.0, 255.0, 32_767.0, 65_535.0] {
+            for code in 0..=most as u32 {
+                assert_eq!(to_unorm(from_unorm(code, most), most), code);
+                assert_eq!(f64::from(from_unorm(code, most)) as f32, (f64::from(code) / f64::from(most)) as f32);
+            }
+            assert_eq!([-0.5, 0.0, 1.0, 2.0].map(|x| to_unorm(x, most)), [0, 0, most as u32, most as u32]);
+        }
+        assert_eq!([-1.0, 0.0, 1.0].map(|x| to_snorm(x, 127.0) & 0xff), [0x81, 0, 0x7f]);
+        assert_eq!([0x81, 0, 0x7f].map(|code| from_snorm(code, 8, 127.0)), [-1.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn entries_come_back_within_half_a_step() {
+        let steps = [0.0, 2f64.powi(-12), 1.0 / 65_534.0, 1.0 / 255.0, 1.0 / 131_068.0, 1.0 / 508.0];
+        for (format, bound) in FORMATS.into_iter().zip(steps) {
+            for k in 0..code_count(format) {
+                let entry = code_entry(format, k);
+                let (low, high) = match (is_local(format), is_diagonal(entry)) {
+                    (true, true) => (0.0, 1.0),
+                    (true, false) => (-0.5, 0.5),
+                    (false, _) => (-1.0, 1.0),
+                };
+                let mut worst = 0.0_f64;
+                for i in 0..=100_000 {
+                    let x = low + (high - low) * (i as f32 / 100_000.0);
+                    let code = to_code(format, entry, x);
+                    assert!(code.checked_shr(code_width(format)).unwrap_or(0) == 0, "{format}: {code:x}");
+                    worst = worst.max((f64::from(from_code(format, entry, code)) - f64::from(x)).abs());
+                }
+                // The bound, but for rounding in single precision; and no less, or it would bound nothing.
+                assert!(worst <= bound * 1.005 && worst >= bound * 0.9, "{format}, {k}: {worst:e} for {bound:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn quadrics_take_the_bytes_that_they_are_said_to() {
+        let bytes = FORMATS.map(|format| code_count(format) * code_width(format) / 8);
+        assert_eq!(bytes, [40, 20, 20, 16, 12, 6]);
+        let words = FORMATS.map(|format| 2 * code_count(format) * code_width(format) / 32);
+        assert_eq!(words.into_iter().max(), Some(PAIR_WORDS));
+        assert!(FORMATS.iter().all(|&format| 2 * code_count(format) * code_width(format) % 32 == 0));
+    }
+}

@@ -4,6 +4,7 @@ mod cells;
 mod costs;
 mod features;
 mod fit;
+mod formats;
 mod gate;
 mod inputs;
 mod near;
@@ -66,6 +67,7 @@ pub fn trials() -> impl Iterator<Item = Trial> {
         .chain(surface::TRIALS)
         .chain(costs::TRIALS)
         .chain(features::TRIALS)
+        .chain(formats::TRIALS)
         .chain(gate::TRIALS)
         .chain(near::TRIALS)
         .chain(nearest::TRIALS)
