@@ -8,7 +8,9 @@ mod support;
 use std::ops::ControlFlow;
 
 use coarsen::backend::{Device, Exactness, GpuOptions, Selector};
-use coarsen::contract::{Metric, Options, Placement};
+use coarsen::contract::{
+    Metric, Options, Placement, PlaneWeight, QuadricFormat, QuadricFrame, Quadrics, initial_quadrics,
+};
 use coarsen::mesh::{SAMPLES, sample, shapes};
 use coarsen::simplify::{Progress, RoundRecord};
 use coarsen::{Budget, Mesh, Method, Outcome, formats, simplify};
@@ -164,6 +166,33 @@ fn options_do_not_part_the_devices() {
                 assert_same(&format!("{name} {options:?} {budget:?}"), &reference, &outcome);
                 assert!(outcome.rounds[0].on_gpu, "{name}");
             }
+        }
+    }
+}
+
+/// Initial quadrics in every format, with borders, features and both kinds of planes.
+#[test]
+fn stored_quadrics_do_not_part_the_devices() {
+    let Some(device) = gpu(&GpuOptions::default()) else { return };
+    let terrain = sample("terrain", Some(20_000)).expect("a sample");
+    let features = Options::feature_weighted().weighting;
+    for format in QuadricFormat::ALL {
+        let raw = if format.is_local() { QuadricFrame::Normalized } else { QuadricFrame::Raw };
+        for (frame, planes) in [(QuadricFrame::Normalized, PlaneWeight::One), (raw, PlaneWeight::Area)] {
+            let weighting = if frame == raw { features.clone() } else { Options::averaged().weighting };
+            let quadrics = Quadrics { planes, format: Some(format), frame };
+            let options = Options { quadrics, weighting, ..Options::averaged() };
+            let reference = contract(&terrain, &options, Budget::keep(0.1));
+            for device in [&device, &cpu(3)] {
+                let outcome = contract_on(device, &terrain, &options, Budget::keep(0.1));
+                let name = format!("{options:?}, {}", device.description());
+                assert_same(&name, &reference, &outcome);
+                assert_eq!(outcome.rounds[0].on_gpu, device.is_gpu(), "{name}");
+            }
+            let stored = |device| initial_quadrics(&terrain, &options, device).expect("a valid mesh");
+            let (ours, theirs) = (stored(&device), stored(&cpu(1)));
+            assert!(ours.words == theirs.words && ours.vertices == theirs.vertices, "{options:?}");
+            assert_eq!((ours.record.max_num, ours.record.max_d2), (theirs.record.max_num, theirs.record.max_d2));
         }
     }
 }

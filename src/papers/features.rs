@@ -54,6 +54,8 @@ pub struct Ratios {
     pub mean: f64,
     /// The greater root mean square.
     pub rms: f64,
+    /// Seconds before the rounds.
+    pub start_secs: f64,
     /// Seconds of the rounds.
     pub rounds_secs: f64,
     /// Seconds of the whole call.
@@ -90,6 +92,7 @@ impl Row {
                 max: spread.max / by.max,
                 mean: spread.mean / by.mean,
                 rms: spread.rms / by.rms,
+                start_secs: trial.start_secs() / plain.start_secs(),
                 rounds_secs: trial.rounds_secs() / plain.rounds_secs(),
                 total_secs: trial.seconds.total / plain.seconds.total,
             }
@@ -107,6 +110,7 @@ pub fn means(rows: &[Row]) -> Vec<Ratios> {
             max: mean(contender, |ratios| ratios.max),
             mean: mean(contender, |ratios| ratios.mean),
             rms: mean(contender, |ratios| ratios.rms),
+            start_secs: mean(contender, |ratios| ratios.start_secs),
             rounds_secs: mean(contender, |ratios| ratios.rounds_secs),
             total_secs: mean(contender, |ratios| ratios.total_secs),
         })

@@ -1,8 +1,11 @@
 //! The papers' tables as jobs: one method on one mesh, run and measured, and the sets of jobs that a claim is judged by.
 
+pub mod average;
 pub mod features;
+pub mod survey;
 
 use crate::backend::Device;
+use crate::contract::{Options, QuadricRecord};
 use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::metrics::{self, Deviation, deviation};
@@ -19,6 +22,8 @@ pub struct Trial {
     pub rounds: usize,
     /// Seconds by phase.
     pub seconds: Phases,
+    /// How its initial quadrics were stored, where they were.
+    pub quadrics: Option<QuadricRecord>,
     /// From the input to the result and back.
     pub deviation: Deviation,
 }
@@ -52,8 +57,37 @@ pub fn trial(
         stop: outcome.stop,
         rounds: outcome.rounds.len(),
         seconds: outcome.seconds,
+        quadrics: outcome.quadrics,
         deviation: deviation(mesh, &outcome.mesh, measure, device)?,
     })
+}
+
+/// [`trial`]s of several contractions, the seconds of each the median of `repeats` more in turns; with none of the trial.
+///
+/// # Errors
+/// As [`trial`].
+pub fn trials(
+    mesh: &Mesh,
+    contenders: &[(&'static str, Options)],
+    budget: &Budget,
+    repeats: usize,
+    measure: &metrics::Options,
+    device: &Device,
+) -> Result<Vec<Trial>> {
+    let methods: Vec<Method> = contenders.iter().map(|(_, options)| Method::Contract(options.clone())).collect();
+    let mut trials: Vec<Trial> =
+        methods.iter().map(|method| trial(mesh, method, budget, measure, device)).collect::<Result<_>>()?;
+    let mut turns: Vec<Vec<Phases>> = vec![Vec::with_capacity(repeats); methods.len()];
+    for _ in 0..repeats {
+        for (method, turns) in methods.iter().zip(&mut turns) {
+            turns.push(simplify(mesh, method, budget, device, None)?.seconds);
+        }
+    }
+    for (trial, turns) in trials.iter_mut().zip(&mut turns) {
+        turns.sort_by(|a, b| a.total.total_cmp(&b.total));
+        trial.seconds = turns.get(turns.len() / 2).copied().unwrap_or(trial.seconds);
+    }
+    Ok(trials)
 }
 
 /// The geometric mean of positive ratios; 1 of none.

@@ -52,6 +52,7 @@ fn json_has_its_fields() {
         "reached",
         "stop_reason",
         "cell_size",
+        "quadrics",
         "simplify_ms",
         "blocked",
         "error",

@@ -57,6 +57,14 @@ pub struct Job {
         hide_default_value = true, default_values = ["100k", "300k", "1M", "3M"])]
     pub sizes: Vec<usize>,
 
+    /// The papers' tables instead
+    ///
+    /// Prints what this program makes of the tables and claims of the papers behind it, beside their own figures where they
+    /// print any: quadric pair contraction, visual features, average quadrics. On the CPU, with as many threads as -j names;
+    /// by default with every built-in sample at 20,000 faces, which takes minutes.
+    #[arg(long, conflicts_with_all = ["scale", "ratio", "faces", "samples", "device", "plot", "json"])]
+    pub papers: bool,
+
     /// Times that each job is done
     ///
     /// How many times each job is done on each device, after once that is not counted. The median and the spread from the
@@ -127,4 +135,5 @@ Examples:
   coarsen bench
   coarsen bench sample:statue@1M --device cpu,software,baseline
   coarsen bench sample:part --ratio 5% --repeats 9 --json
-  coarsen bench --scale statue --sizes 100k,1M --plot growth.svg -w";
+  coarsen bench --scale statue --sizes 100k,1M --plot growth.svg -w
+  coarsen bench --papers cow.obj fandisk.obj";

@@ -1,44 +1,9 @@
 //! The record as Markdown.
 
-use super::numbers::{grouped, millis, short, three_digits};
+use super::numbers::{grouped, millis, relative, short, three_digits};
 use super::record::{CaseRecord, Figures, JobRecord, Record};
+use super::table::Table;
 use crate::cli::memory::Size;
-
-/// A table; the first column is words, the others are numbers unless a row says otherwise.
-struct Table {
-    columns: Vec<String>,
-    rows: Vec<Vec<String>>,
-}
-
-impl Table {
-    fn new<S: Into<String>>(columns: impl IntoIterator<Item = S>) -> Self {
-        Self { columns: columns.into_iter().map(Into::into).collect(), rows: Vec::new() }
-    }
-
-    /// The lines, columns aligned: words to the left, numbers to the right.
-    fn lines(&self, words: usize) -> String {
-        let width = |column: usize| {
-            let cells = self.rows.iter().map(|row| &row[column]).chain([&self.columns[column]]);
-            cells.map(|cell| cell.chars().count()).max().unwrap_or(0).max(3)
-        };
-        let widths: Vec<usize> = (0..self.columns.len()).map(width).collect();
-        let line = |cells: &[String]| {
-            let pad = |(i, cell): (usize, &String)| {
-                let (cell, width) = (cell.as_str(), widths[i]);
-                if i < words { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
-            };
-            let cells: Vec<String> = cells.iter().enumerate().map(pad).collect();
-            format!("| {} |\n", cells.join(" | "))
-        };
-        let rule = |(i, width): (usize, &usize)| {
-            let dashes = "-".repeat(width - 1);
-            if i < words { format!("{dashes}-") } else { format!("{dashes}:") }
-        };
-        let rules: Vec<String> = widths.iter().enumerate().map(rule).collect();
-        let body: String = self.rows.iter().map(|row| line(row)).collect();
-        format!("{}{}{body}\n", line(&self.columns), line(&rules))
-    }
-}
 
 /// The whole text.
 pub fn text(record: &Record) -> String {
@@ -183,11 +148,6 @@ fn deviations(job: &JobRecord) -> String {
     if table.rows.is_empty() { String::new() } else { table.lines(1) }
 }
 
-/// A length as a fraction of the diagonal; of a point, nothing is a fraction.
-fn relative(length: f64, diagonal: f64) -> f64 {
-    if diagonal > 0.0 { length / diagonal } else { 0.0 }
-}
-
 /// What failed, and what the devices warn of, each once.
 fn remarks(job: &JobRecord) -> String {
     let mut lines: Vec<String> = Vec::new();
@@ -226,24 +186,4 @@ fn growth(record: &Record) -> String {
         text += &table.lines(1);
     }
     text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn tables_are_aligned() {
-        let mut table = Table::new(["device", "ms"]);
-        table.rows.push(vec!["cpu:1".into(), "1234".into()]);
-        table.rows.push(vec!["software".into(), "9".into()]);
-        let expected = "\
-| device   |   ms |
-| -------- | ---: |
-| cpu:1    | 1234 |
-| software |    9 |
-
-";
-        assert_eq!(table.lines(1), expected);
-    }
 }

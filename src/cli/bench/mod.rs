@@ -11,11 +11,13 @@ mod deviation;
 mod machine;
 mod markdown;
 mod numbers;
+mod papers;
 mod peak;
 mod plan;
 mod plot;
 mod record;
 mod statistics;
+mod table;
 mod ticker;
 
 use coarsen::{Device, formats};
@@ -37,6 +39,9 @@ use super::{Exit, args, console, interrupt};
 pub fn run(args: &args::Bench) -> anyhow::Result<Exit> {
     if let Some(job) = peak::job() {
         return peak::serve(&job);
+    }
+    if args.job.papers {
+        return papers::run(args);
     }
     let plan = Plan::new(args)?;
     let (entrants, contenders) = open(&plan)?;

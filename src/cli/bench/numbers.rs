@@ -45,6 +45,11 @@ pub fn percent(fraction: f64) -> String {
     format!("{} %", (fraction * 1e8).round() / 1e6)
 }
 
+/// A length as a fraction of the diagonal; of a point, nothing is a fraction.
+pub fn relative(length: f64, diagonal: f64) -> f64 {
+    if diagonal > 0.0 { length / diagonal } else { 0.0 }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

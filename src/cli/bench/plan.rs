@@ -68,7 +68,7 @@ impl Plan {
     /// All that is wrong with them, one a line; the first decides the exit code.
     pub fn new(args: &args::Bench) -> anyhow::Result<Self> {
         let mut problems = Problems::default();
-        let sources = sources(args, &mut problems);
+        let sources = sources(args, SAMPLE_FACES, &mut problems);
         let threads: Vec<usize> = args.contenders.threads.iter().map(|&n| n.into()).collect();
         let wishes = wishes(&args.contenders.device, &threads, &mut problems);
         if let Some(path) = &args.writing.plot {
@@ -92,14 +92,15 @@ impl Plan {
     }
 }
 
-fn sources(args: &args::Bench, problems: &mut Problems) -> Vec<Source> {
+/// The meshes that are named, or every sample with so many faces.
+pub fn sources(args: &args::Bench, sample_faces: usize, problems: &mut Problems) -> Vec<Source> {
     let sample = |name: &str, faces| format!("sample:{name}@{}", short(faces));
     let names = match &args.job.scale {
         Some(name) => {
             let name = name.strip_prefix("sample:").unwrap_or(name);
             args.job.sizes.iter().map(|&faces| sample(name, faces)).collect()
         }
-        None if args.meshes.is_empty() => SAMPLES.iter().map(|(name, ..)| sample(name, SAMPLE_FACES)).collect(),
+        None if args.meshes.is_empty() => SAMPLES.iter().map(|(name, ..)| sample(name, sample_faces)).collect(),
         None => args.meshes.clone(),
     };
     if names.iter().any(|name| name == "-") {
