@@ -42,6 +42,7 @@ fn record() -> String {
             }
         }
         run(name, ["Plane", "Feature"], &mesh, Method::Contract(Options::feature_weighted()), 0.1);
+        run(name, ["Plane", "Average"], &mesh, Method::Contract(Options::averaged()), 0.1);
         for representative in [Representative::Quadric, Representative::Mean, Representative::Input] {
             let method = Method::Cluster(cluster::Options { representative, ..cluster::Options::default() });
             run(name, ["cells", &format!("{representative:?}")], &mesh, method, 0.1);

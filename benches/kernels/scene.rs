@@ -1,11 +1,14 @@
 //! The buffers of a round in the middle of its work: every kernel can run on them, in any order and again and again.
 
 use coarsen::backend::{Buffer, Queue, Row};
+use coarsen::kernel::block_maxima::MAXIMUM_BLOCK;
 use coarsen::kernel::block_sums::SUM_BLOCK;
 use coarsen::kernel::contract_vertices::{GONE, KEEPS};
 use coarsen::kernel::cost_histogram::BUCKETS;
+use coarsen::kernel::encode_quadrics::word_count;
+use coarsen::kernel::quadric_format::LOCAL16;
 use coarsen::kernel::rows::{
-    BorderSum, Candidate, Contraction, Corners, Edge, Face, Normal, PlaneQuadric, Position, VolumeSum,
+    BorderSum, Candidate, Contraction, Corners, Edge, Face, Normal, PlaneQuadric, Position, QuadricBound, VolumeSum,
 };
 use coarsen::kernel::scan_blocks::SCAN_BLOCK;
 use coarsen::mesh::{Rings, sample};
@@ -54,6 +57,11 @@ scene! {
     curvature_sums: f32,
     weights: f32,
     weighed_quadrics: PlaneQuadric,
+    quadric_bounds: QuadricBound,
+    quadric_maxima: QuadricBound,
+    /// The quadrics in 16 bits about their vertices.
+    quadric_words: u32,
+    restored_quadrics: PlaneQuadric,
     /// Zeros, which weights leave as they are.
     weighed_keys: u32,
     /// Pairs of every block of vertices.
@@ -149,6 +157,10 @@ impl Scene {
             curvature_sums: rows(queue, v.div_ceil(SUM_BLOCK as usize)),
             weights: rows(queue, v),
             weighed_quadrics: rows(queue, v),
+            quadric_bounds: rows(queue, v),
+            quadric_maxima: rows(queue, v.div_ceil(MAXIMUM_BLOCK as usize)),
+            quadric_words: rows(queue, word_count(LOCAL16, v)),
+            restored_quadrics: rows(queue, v),
             weighed_keys: rows(queue, 3 * f),
             candidates: rows(queue, 3 * f),
             positions_out: rows(queue, v),
@@ -176,6 +188,9 @@ impl Scene {
                 "face_normals",
                 "volume_sums",
                 "plane_sums",
+                "quadric_bounds",
+                "block_maxima",
+                "encode_quadrics",
                 "face_corners",
                 "curvatures",
                 "feature_weights",

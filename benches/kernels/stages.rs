@@ -2,6 +2,7 @@
 
 use coarsen::Result;
 use coarsen::backend::Queue;
+use coarsen::kernel::block_maxima::BlockMaxima;
 use coarsen::kernel::block_sums::BlockSums;
 use coarsen::kernel::compact_faces::CompactFaces;
 use coarsen::kernel::compact_quadrics::CompactQuadrics;
@@ -14,14 +15,19 @@ use coarsen::kernel::cost_histogram::CostHistogram;
 use coarsen::kernel::count_candidates::CountCandidates;
 use coarsen::kernel::count_pairs::CountPairs;
 use coarsen::kernel::curvatures::Curvatures;
+use coarsen::kernel::decode_quadrics::DecodeQuadrics;
+use coarsen::kernel::encode_quadrics::EncodeQuadrics;
 use coarsen::kernel::face_corners::FaceCorners;
 use coarsen::kernel::face_normals::FaceNormals;
 use coarsen::kernel::feature_weights::{FeatureWeights, Params};
+use coarsen::kernel::format_frame::FormatFrame;
 use coarsen::kernel::gather_candidates::GatherCandidates;
 use coarsen::kernel::gather_pairs::GatherPairs;
 use coarsen::kernel::live_vertices::LiveVertices;
 use coarsen::kernel::plane_costs::PlaneCosts;
 use coarsen::kernel::plane_sums::PlaneSums;
+use coarsen::kernel::quadric_bounds::QuadricBounds;
+use coarsen::kernel::quadric_format::LOCAL16;
 use coarsen::kernel::scan_add::ScanAdd;
 use coarsen::kernel::scan_blocks::ScanBlocks;
 use coarsen::kernel::volume_costs::{BORDER_FACTOR, VolumeCosts};
@@ -67,6 +73,9 @@ macro_rules! stage {
 /// 1 + 4 times the feature degree.
 const AFFINE: Params =
     Params { floor_share: 2e-6, least_sum: 1.0, gated: 0, base: 1.0, slope: 4.0, least: 0.0, of_fixed: 5.0 };
+
+/// In a thousandth of a mean edge, about half of the statue's diagonal.
+const ABOUT_THE_MIDDLE: FormatFrame = FormatFrame { origin_x: 0.0, origin_y: 0.0, origin_z: 0.0, unit: 1e-3 };
 
 /// All kernels of a round.
 pub const STAGES: &[Stage] = &[
@@ -133,6 +142,39 @@ pub const STAGES: &[Stage] = &[
         weights: &s.weights,
         vertex_count: s.vertex_count,
         weighed_quadrics: &mut s.weighed_quadrics,
+    }),
+    stage!("quadric_bounds", vertices, |s| QuadricBounds {
+        positions: &s.positions,
+        faces: &s.faces,
+        ring_starts: &s.ring_starts,
+        ring_faces: &s.ring_faces,
+        quadrics: &s.quadrics,
+        vertex_count: s.vertex_count,
+        frame: ABOUT_THE_MIDDLE,
+        bounds: &mut s.quadric_bounds,
+    }),
+    stage!("block_maxima", vertices, |s| BlockMaxima {
+        bounds: &s.quadric_bounds,
+        bound_count: s.vertex_count,
+        maxima: &mut s.quadric_maxima,
+    }),
+    stage!("encode_quadrics", vertices, |s| EncodeQuadrics {
+        positions: &s.positions,
+        quadrics: &s.quadrics,
+        bound: &s.quadric_maxima,
+        vertex_count: s.vertex_count,
+        frame: ABOUT_THE_MIDDLE,
+        format: LOCAL16,
+        words: &mut s.quadric_words,
+    }),
+    stage!("decode_quadrics", vertices, |s| DecodeQuadrics {
+        positions: &s.positions,
+        words: &s.quadric_words,
+        bound: &s.quadric_maxima,
+        vertex_count: s.vertex_count,
+        frame: ABOUT_THE_MIDDLE,
+        format: LOCAL16,
+        quadrics: &mut s.restored_quadrics,
     }),
     stage!("count_pairs", vertices, |s| CountPairs {
         positions: &s.positions,

@@ -97,7 +97,7 @@ impl QuadricFormat {
     /// How far off a stored entry of an average quadric may be: half a step.
     pub fn entry_bound(self) -> f64 {
         match self {
-            Self::F32 => f64::EPSILON.sqrt() / 2.0,
+            Self::F32 => 1.0 / 33_554_432.0,
             Self::F16 => 1.0 / 4096.0,
             Self::Snorm16 => 1.0 / 65_534.0,
             Self::Rgba8 => 1.0 / 255.0,

@@ -260,6 +260,6 @@ mod tests {
         assert_eq!(bytes, [40, 20, 20, 16, 12, 6]);
         let words = FORMATS.map(|format| 2 * code_count(format) * code_width(format) / 32);
         assert_eq!(words.into_iter().max(), Some(PAIR_WORDS));
-        assert!(FORMATS.iter().all(|&format| 2 * code_count(format) * code_width(format) % 32 == 0));
+        assert!(FORMATS.iter().all(|&format| (2 * code_count(format) * code_width(format)).is_multiple_of(32)));
     }
 }

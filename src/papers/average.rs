@@ -3,13 +3,13 @@
 //! The patent has no results. It says that finding quadrics is a fifth or more of the time, took 10.6 s for 199,114 faces
 //! by others, and far less on a GPU.
 
-use super::{Trial, trials};
+use super::{Trial, geometric_mean, trials};
 use crate::backend::Device;
 use crate::contract::{Options, Placement, QuadricFormat, QuadricFrame, Quadrics, initial_quadrics};
 use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::metrics;
-use crate::simplify::{Budget, Method, simplify};
+use crate::simplify::{Budget, Method, StopReason, simplify};
 
 /// Faces that the formats are compared at.
 pub const FACES: usize = 600;
@@ -34,6 +34,39 @@ pub fn contenders() -> Vec<(&'static str, Options)> {
 /// As [`trials`].
 pub fn row(mesh: &Mesh, measure: &metrics::Options, device: &Device) -> Result<Vec<Trial>> {
     trials(mesh, &contenders(), &Budget::faces(FACES), 0, measure, device)
+}
+
+/// Whether all of a row have as many faces.
+pub fn is_fair(row: &[Trial]) -> bool {
+    row.iter().all(|trial| trial.stop == StopReason::FacesReached && trial.faces == row[0].faces)
+        && row.first().is_some_and(|found| found.deviation.forward.distance.mean > 0.0)
+}
+
+/// What a format loses: deviations over those of quadrics as they are found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Loss {
+    /// Symmetric greatest distance, the geometric mean over meshes.
+    pub max: f64,
+    /// Mean distance from the input, the geometric mean over meshes.
+    pub mean: f64,
+    /// The same of the worst mesh.
+    pub worst_mean: f64,
+}
+
+/// The losses of all [`contenders`] over the rows that are fair.
+pub fn losses(rows: &[Vec<Trial>]) -> Vec<Loss> {
+    let ratios = |contender: usize, of: fn(&Trial) -> f64| -> Vec<f64> {
+        rows.iter().filter(|row| is_fair(row)).map(|row| of(&row[contender]) / of(&row[0])).collect()
+    };
+    let loss = |contender: usize| {
+        let means = ratios(contender, |trial| trial.deviation.forward.distance.mean);
+        Loss {
+            max: geometric_mean(ratios(contender, |trial| trial.deviation.symmetric().max)),
+            mean: geometric_mean(means.iter().copied()),
+            worst_mean: means.into_iter().fold(0.0, f64::max),
+        }
+    };
+    (0..contenders().len()).map(loss).collect()
 }
 
 /// The time to find the initial quadrics.
@@ -89,6 +122,9 @@ mod tests {
         assert!(trials.iter().all(|trial| trial.faces == FACES));
         let formats: Vec<_> = trials.iter().map(|trial| trial.quadrics.map(|record| record.format)).collect();
         assert_eq!(formats[..3], [None, Some(QuadricFormat::Rgba8), Some(QuadricFormat::F32)]);
+        let losses = losses(&[trials.clone(), trials.clone()]);
+        assert_eq!((losses[0].max, losses[0].mean, losses[0].worst_mean), (1.0, 1.0, 1.0));
+        assert!(losses[1].mean > 2.0 && (0.7..1.3).contains(&losses[2].mean), "{losses:?}");
         let max_d2 = |i: usize| trials[i].quadrics.map_or(0.0, |record| record.max_d2);
         assert!(max_d2(1) > 1.0 && max_d2(2) <= 1.0, "raw coordinates are larger");
     }

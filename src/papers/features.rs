@@ -3,6 +3,8 @@
 //! The paper's tables are lost. Its claim stands in the text: lower errors by Metro than plain quadrics, at about the same
 //! time. Single rows go either way, so the claim is judged by the geometric means over a set of meshes and face counts.
 
+use std::ops::RangeInclusive;
+
 use super::{Trial, geometric_mean, trial};
 use crate::backend::Device;
 use crate::contract::{Feature, FeatureMode, Metric, Options, Placement, Update, Weighting};
@@ -13,6 +15,9 @@ use crate::simplify::{Budget, Method, StopReason};
 
 /// The shares of the faces that are kept.
 pub const KEPT: [f64; 4] = [0.2, 0.1, 0.05, 0.025];
+
+/// The [`contenders`] that the claim is about: half-edges with features.
+pub const CLAIMED: RangeInclusive<usize> = 1..=5;
 
 /// The methods of a row by name: plain half-edge contraction first, then the default, the other modes, and features with
 /// other placements and the other metric.

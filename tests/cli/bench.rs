@@ -12,6 +12,25 @@ fn names<'a>(list: &'a Value, key: &str) -> Vec<&'a str> {
 }
 
 #[test]
+fn papers_have_their_tables() {
+    let dir = Dir::new();
+    let ran = dir.run("bench --papers sample:part@2k --repeats 1 -j 2 -q").succeeds();
+    let text = String::from_utf8(ran.out).expect("text in UTF-8");
+    assert!(ran.err.is_empty() && text.starts_with("# The papers' tables by coarsen "), "{text}");
+    let lines_of = |title: &str| -> Vec<&str> {
+        let (_, part) = text.split_once(&format!("\n## [{title}]")).unwrap_or_else(|| panic!("no {title} in {text}"));
+        part.lines().take_while(|line| !line.starts_with("## ")).filter(|line| line.starts_with("| ")).collect()
+    };
+    // Heads, rules, and a row for each share and quadric, each method, each format, the mesh and each timed format.
+    assert_eq!(["Wu12", "Yang13", "Yu14"].map(|title| lines_of(title).len()), [2 + 9, 2 + 10, 2 + 8 + 2 + 1 + 2 + 6]);
+    // The sample is no cow: nothing of the paper's is beside it.
+    assert!(lines_of("Wu12")[2..].iter().all(|row| row.starts_with("| sample:part@2k |") && row.contains(" | -")));
+    assert!(lines_of("Yu14").iter().any(|row| row.starts_with("| local16 ") && row.contains(" 12 ")));
+    let wrong = dir.run("bench --papers sample:part@2k --ratio 5%");
+    assert!(wrong.err.contains("--papers"), "{}", wrong.err);
+}
+
+#[test]
 fn json_has_every_figure() {
     let dir = Dir::new();
     let ran = dir.run("bench sample:part@1k --repeats 3 --samples 2k -g cpu,baseline -j 1,2 --json -q").succeeds();

@@ -69,6 +69,7 @@ fn small(example: &str) -> String {
         "simplify" => " -g cpu -w",
         "replay" => " -w",
         "compare" => " -g cpu",
+        "bench" if line.contains("--papers") => " --repeats 1",
         "bench" if words.len() == 1 => " sample:part@1k -g cpu,gpu --repeats 1 --samples 1k",
         "bench" if !line.contains("--repeats") => " --repeats 1 --samples 1k",
         "bench" => " --samples 1k",

@@ -136,4 +136,4 @@ Examples:
   coarsen bench sample:statue@1M --device cpu,software,baseline
   coarsen bench sample:part --ratio 5% --repeats 9 --json
   coarsen bench --scale statue --sizes 100k,1M --plot growth.svg -w
-  coarsen bench --papers cow.obj fandisk.obj";
+  coarsen bench --papers sample:statue sample:part@20k";

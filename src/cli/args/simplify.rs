@@ -99,13 +99,14 @@ pub struct Target {
 pub struct Shape {
     /// Contract, feature, average or cluster
     ///
-    /// The method: 'contract' contracts pairs of vertices in rounds, the cheapest first; 'feature' does so with the metric
+    /// The method: 'contract', the default, contracts pairs of vertices in rounds, the cheapest first; 'feature' does so with the metric
     /// 'plane' and the placement 'endpoint', where nothing else is said, and counts vertices more where the curvature
     /// changes; 'average' with the metric 'plane', whose planes then count alike, from average quadrics in the format that
     /// --quadric-format names. 'cluster' makes one vertex of all in a cell of a grid, a fast first pass for enormous or broken meshes that
     /// ignores topology: with --faces, --ratio or --reduction the finest grid found that leaves at most as many faces,
     /// mostly 98% or more of them; with --error the coarsest grid that moves no vertex farther than that; or with --grid.
-    #[arg(long, value_name = "NAME", value_enum, default_value_t = Method::Contract, hide_possible_values = true)]
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Method::Contract, hide_possible_values = true,
+        hide_default_value = true)]
     pub method: Method,
 
     /// Cost: volume or plane
