@@ -2,8 +2,6 @@
 
 mod support;
 
-use std::collections::BTreeMap;
-
 use coarsen::backend::Queue;
 use coarsen::contract::{
     Metric, Options, Placement, PlaneWeight, QuadricFormat, QuadricFrame, Quadrics, Weighting, initial_quadrics,
@@ -22,86 +20,12 @@ use coarsen::math::DVec3;
 use coarsen::mesh::{Rings, sample, shapes};
 use coarsen::simplify::MOVED;
 use coarsen::{Budget, Error, Mesh, Method, simplify};
+use support::average::{Entries, at, averages_of_padded, greatest, normalized, outer, planes, sum, times};
 use support::deviation::{Random, deviation};
 use support::engine::{bytes, contract, cpu};
 use support::shapes::{bumpy, grid, sphere, torus};
 
 const FORMATS: [u32; 6] = [F32, F16, SNORM16, RGBA8, LOCAL16, LOCAL8];
-
-// The definition, in double precision
-
-/// xx, xy, xz, xd, yy, yz, yd, zz, zd, dd.
-type Entries = [f64; 10];
-
-fn outer([a, b, c, d]: [f64; 4]) -> Entries {
-    [a * a, a * b, a * c, a * d, b * b, b * c, b * d, c * c, c * d, d * d]
-}
-
-fn sum(quadrics: impl IntoIterator<Item = Entries>) -> Entries {
-    quadrics.into_iter().fold([0.0; 10], |sum, q| std::array::from_fn(|i| sum[i] + q[i]))
-}
-
-fn times(q: Entries, by: f64) -> Entries {
-    q.map(|entry| entry * by)
-}
-
-/// (x, 1)ᵀ Q (x, 1).
-fn at(q: Entries, p: DVec3) -> f64 {
-    let DVec3 { x, y, z } = p;
-    let square = q[0] * x * x + q[4] * y * y + q[7] * z * z;
-    square + 2.0 * (q[1] * x * y + q[2] * x * z + q[5] * y * z + q[3] * x + q[6] * y + q[8] * z) + q[9]
-}
-
-/// The planes (n, d) of every vertex: of its faces, and across its border edges, as the metric `plane` has them.
-fn planes(mesh: &Mesh) -> Vec<Vec<[f64; 4]>> {
-    let mut uses: BTreeMap<[u32; 2], u32> = BTreeMap::new();
-    let sides = |[a, b, c]: [u32; 3]| [[a, b], [b, c], [c, a]];
-    for [u, w] in mesh.faces.iter().flat_map(|&face| sides(face)) {
-        *uses.entry([u.min(w), u.max(w)]).or_default() += 1;
-    }
-    let mut planes = vec![Vec::new(); mesh.positions.len()];
-    for &face in &mesh.faces {
-        let [p0, p1, p2] = face.map(|v| mesh.positions[v as usize]);
-        let Some(n) = (p1 - p0).cross(p2 - p0).try_normalize() else { continue };
-        face.iter().for_each(|&v| planes[v as usize].push([n.x, n.y, n.z, -n.dot(p0)]));
-        for [u, w] in sides(face) {
-            if uses[&[u.min(w), u.max(w)]] == 1 {
-                let from = mesh.positions[u as usize];
-                let across = (mesh.positions[w as usize] - from).cross(n).normalize();
-                [u, w].iter().for_each(|&v| {
-                    planes[v as usize].push([across.x, across.y, across.z, -across.dot(from)]);
-                });
-            }
-        }
-    }
-    planes
-}
-
-/// MaxNum and Maxd2.
-fn greatest(planes: &[Vec<[f64; 4]>]) -> (usize, f64) {
-    let max_num = planes.iter().map(Vec::len).max().unwrap_or(0);
-    (max_num, planes.iter().flatten().map(|p| p[3] * p[3]).fold(0.0, f64::max))
-}
-
-/// The average quadrics from lists of planes that are padded with zeros to `slots`, one slot of all vertices after the other.
-fn averages_of_padded(planes: &[Vec<[f64; 4]>], slots: usize) -> Vec<Entries> {
-    let (_, max_d2) = greatest(planes);
-    let scale = max_d2.max(1.0).sqrt().recip();
-    let count = planes.len();
-    let mut padded = vec![[0.0; 4]; slots * count];
-    for (v, planes) in planes.iter().enumerate() {
-        planes.iter().enumerate().for_each(|(k, plane)| padded[k * count + v] = plane.map(|x| x * scale));
-    }
-    let of = |v: usize| sum((0..slots).map(|k| outer(padded[k * count + v])));
-    (0..count).map(|v| times(of(v), 1.0 / slots as f64)).collect()
-}
-
-/// In half the diagonal of the box, about its middle.
-fn normalized(mesh: &Mesh) -> Mesh {
-    let (low, high) = mesh.bounds();
-    let positions = mesh.positions.iter().map(|&p| (p - (low + high) / 2.0) * (2.0 / (high - low).length()));
-    Mesh::new(positions.collect(), mesh.faces.clone())
-}
 
 /// Closed and open, near the origin and far off it.
 fn meshes() -> Vec<(&'static str, Mesh)> {

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "every test binary uses its own part")]
 #![allow(clippy::print_stdout, reason = "tests print what a reader of a failure needs")]
 
+pub mod average;
 pub mod cells;
 pub mod deviation;
 pub mod engine;
