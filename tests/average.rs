@@ -20,24 +20,12 @@ use coarsen::math::DVec3;
 use coarsen::mesh::{Rings, sample, shapes};
 use coarsen::simplify::MOVED;
 use coarsen::{Budget, Error, Mesh, Method, simplify};
-use support::average::{Entries, at, averages_of_padded, greatest, normalized, outer, planes, sum, times};
+use support::average::{Entries, at, averages_of_padded, greatest, meshes, normalized, outer, planes, sum, times};
 use support::deviation::{Random, deviation};
 use support::engine::{bytes, contract, cpu};
-use support::shapes::{bumpy, grid, sphere, torus};
+use support::shapes::{bumpy, grid, sphere};
 
 const FORMATS: [u32; 6] = [F32, F16, SNORM16, RGBA8, LOCAL16, LOCAL8];
-
-/// Closed and open, near the origin and far off it.
-fn meshes() -> Vec<(&'static str, Mesh)> {
-    let mut far = bumpy(torus(24, 12), 0.05);
-    far.positions.iter_mut().for_each(|p| *p = *p * 3.0 + DVec3::new(20.0, -7.0, 4.0));
-    vec![
-        ("ball", bumpy(sphere(3), 0.15)),
-        ("torus", far),
-        ("sheet", bumpy(grid(9, 7), 0.3)),
-        ("part", sample("part", Some(2000)).expect("a sample")),
-    ]
-}
 
 // What the library finds
 

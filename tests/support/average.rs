@@ -4,6 +4,9 @@ use std::collections::BTreeMap;
 
 use coarsen::Mesh;
 use coarsen::math::DVec3;
+use coarsen::mesh::sample;
+
+use super::shapes::{bumpy, grid, sphere, torus};
 
 /// xx, xy, xz, xd, yy, yz, yd, zz, zd, dd.
 pub type Entries = [f64; 10];
@@ -79,4 +82,16 @@ pub fn normalized(mesh: &Mesh) -> Mesh {
     let (low, high) = mesh.bounds();
     let positions = mesh.positions.iter().map(|&p| (p - (low + high) / 2.0) * (2.0 / (high - low).length()));
     Mesh::new(positions.collect(), mesh.faces.clone())
+}
+
+/// Closed and open, near the origin and far off it.
+pub fn meshes() -> Vec<(&'static str, Mesh)> {
+    let mut far = bumpy(torus(24, 12), 0.05);
+    far.positions.iter_mut().for_each(|p| *p = *p * 3.0 + DVec3::new(20.0, -7.0, 4.0));
+    vec![
+        ("ball", bumpy(sphere(3), 0.15)),
+        ("torus", far),
+        ("sheet", bumpy(grid(9, 7), 0.3)),
+        ("part", sample("part", Some(2000)).expect("a sample")),
+    ]
 }
