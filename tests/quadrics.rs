@@ -67,6 +67,7 @@ impl Rows {
             ring_faces: &ring_faces,
             vertex_count: self.positions.len() as u32,
             border_weight: 1.0,
+            by_area: 1,
             quadrics: &mut quadrics,
         };
         queue.run(sums).expect("runs on the host");
