@@ -40,6 +40,9 @@ impl PlaneWeight {
 ///
 /// The local formats store the 3×3 block alone, over m, for a quadric about its own vertex u, on all of whose planes that lies:
 /// m·(x − u)ᵀA'(x − u). It is 0 at u, and rounding changes it by no more than m·(|x| + |y| + |z|)² of x − u.
+///
+/// What rounding leaves may be below zero somewhere: costs count that as 0. The estimated deviation of a run is found from
+/// stored quadrics, and is as far off as they are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum QuadricFormat {
     /// Ten numbers in single precision, 40 bytes a vertex.

@@ -2,7 +2,8 @@
 //!
 //! # Reference
 //! \[Yu14\]: Q' = Σ p'p'ᵀ/`MaxNum` with p' = p/√max(1, `Maxd2`) and the planes p = (n, d) with unit normals, so that every
-//! entry is in −1 ..= 1. Departs: found from the quadric about the vertex, moved to the origin; planes may have weights.
+//! entry is in −1 ..= 1. Departs: found from the quadric about the vertex, moved to the origin; planes may have weights, and
+//! their lists are not padded to one length, for planes of zeros add nothing.
 
 use rayon::prelude::*;
 
