@@ -20,7 +20,6 @@ mod features;
 mod filter;
 mod fit;
 mod fit_guard;
-mod frame;
 mod history;
 mod join;
 mod listing;
