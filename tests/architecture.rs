@@ -17,7 +17,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     // drivers use those types, `simplify` calls the drivers. Neither uses more of the other.
     ("contract", &["backend", "error", "kernel", "math", "mesh", "progressive", "simplify", "spatial"]),
     ("cluster", &["backend", "error", "kernel", "math", "mesh", "simplify"]),
-    ("simplify", &["backend", "cluster", "contract", "error", "math", "mesh", "progressive"]),
+    ("removal", &["backend", "error", "kernel", "math", "mesh", "simplify", "spatial"]),
+    ("simplify", &["backend", "cluster", "contract", "error", "math", "mesh", "progressive", "removal"]),
     ("formats", &["error", "math", "mesh"]),
     // A log needs nothing of the driver that made it, and is written as atomically as a mesh.
     ("progressive", &["error", "formats", "math", "mesh"]),

@@ -15,6 +15,7 @@ mod interrupt;
 mod memory;
 mod progress;
 mod record;
+mod removal;
 mod replay;
 mod resolve;
 mod simplify;

@@ -109,6 +109,7 @@ impl Record {
         let (method, metric) = match &job.method {
             Method::Contract(options) => (method_name(options), Some(metric_name(options.metric))),
             Method::Cluster(_) => ("cluster", None),
+            Method::Removal(_) => ("removal", None),
             _ => ("", None),
         };
         let diagonal = input.diagonal();

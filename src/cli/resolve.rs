@@ -12,6 +12,7 @@ use super::Exit;
 use super::args::{self, Progress};
 use super::console::Verbosity;
 use super::failure::{exit_of, message, refuse};
+use super::removal;
 use super::sink::{Sink, same_file};
 use super::source::Source;
 use super::values::{WeightSource, Weld};
@@ -50,7 +51,7 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
     let mut problems = Problems::default();
     let budget = problems.note(budget(&args.target));
     let feature = weights::feature(&args.weights);
-    let method = problems.note(method(&args.shape, &args.target, feature, args.writing.write_log.is_some()));
+    let method = problems.note(method(args, feature));
     let selector = problems.note(selector(&args.device.device));
     let pipes = [&args.input, &args.output].map(|name| name == "-");
     let format = problems.format(args.writing.format.as_deref(), pipes);
@@ -250,19 +251,23 @@ pub fn selector(text: &str) -> anyhow::Result<Selector> {
     })
 }
 
-fn method(shape: &args::Shape, target: &args::Target, feature: Feature, log: bool) -> anyhow::Result<Method> {
+fn method(args: &args::Simplify, feature: Feature) -> anyhow::Result<Method> {
+    let args::Simplify { shape, target, .. } = args;
     let contract = contract(shape, feature);
+    let log = args.writing.write_log.is_some();
+    if shape.method != args::Method::Cluster && (target.grid.is_some() || shape.representative.is_some()) {
+        return Err(refuse(Exit::Usage, "--grid and --representative are for --method cluster"));
+    }
+    if shape.method != args::Method::Removal && removal::is_asked(&args.removal) {
+        return Err(refuse(Exit::Usage, "--fill and --feature-angle are for --method removal"));
+    }
     match shape.method {
-        args::Method::Contract | args::Method::Feature => {
-            if target.grid.is_some() || shape.representative.is_some() {
-                return Err(refuse(Exit::Usage, "--grid and --representative are for --method cluster"));
-            }
-            Ok(Method::Contract(contract::Options { log, ..contract }))
+        args::Method::Contract | args::Method::Feature => Ok(Method::Contract(contract::Options { log, ..contract })),
+        args::Method::Cluster | args::Method::Removal if log => {
+            Err(refuse(Exit::Usage, "--write-log is for --method contract: nothing else contracts"))
         }
+        args::Method::Removal => removal::options(&args.removal, &contract).map(Method::Removal),
         args::Method::Cluster => {
-            if log {
-                return Err(refuse(Exit::Usage, "--write-log is for --method contract: a grid contracts nothing"));
-            }
             if contract != contract::Options::default() {
                 let message = "--method cluster has no options of shape but --representative: leave the others away";
                 return Err(refuse(Exit::Usage, message));
@@ -281,7 +286,7 @@ fn method(shape: &args::Shape, target: &args::Target, feature: Feature, log: boo
 
 fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
     let defaults = match shape.method {
-        args::Method::Contract | args::Method::Cluster => contract::Options::default(),
+        args::Method::Contract | args::Method::Cluster | args::Method::Removal => contract::Options::default(),
         args::Method::Feature => {
             contract::Options { weighting: Weighting::Feature(feature), ..contract::Options::feature_weighted() }
         }

@@ -44,6 +44,7 @@ pub mod pairs;
 pub mod plane_costs;
 pub mod plane_quadric;
 pub mod plane_sums;
+pub mod removal_costs;
 pub mod representatives;
 pub mod rows;
 pub mod sample_distances;

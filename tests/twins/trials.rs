@@ -8,6 +8,7 @@ mod gate;
 mod inputs;
 mod near;
 mod nearest;
+mod removal;
 mod surface;
 
 use coarsen::Result;
@@ -71,6 +72,7 @@ pub fn trials() -> impl Iterator<Item = Trial> {
         .chain(nearest::TRIALS)
         .chain(fit::TRIALS)
         .chain(cells::TRIALS)
+        .chain(removal::TRIALS)
 }
 
 fn exact_probe(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {

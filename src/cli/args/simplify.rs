@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::Weights;
+use super::{Removal, Weights};
 use crate::cli::values::{self, Weld};
 
 /// Reduce the faces of a mesh
@@ -34,6 +34,8 @@ pub struct Simplify {
     pub target: Target,
     #[command(flatten)]
     pub shape: Shape,
+    #[command(flatten)]
+    pub removal: Removal,
     #[command(flatten)]
     pub weights: Weights,
     #[command(flatten)]
@@ -97,13 +99,15 @@ pub struct Target {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Shape")]
 pub struct Shape {
-    /// Contract, feature or cluster
+    /// Contract, feature, cluster or removal
     ///
     /// The method: 'contract' contracts pairs of vertices in rounds, the cheapest first; 'feature' does so with the metric
     /// 'plane' and the placement 'endpoint', where nothing else is said, and counts vertices more where the curvature
     /// changes. 'cluster' makes one vertex of all in a cell of a grid, a fast first pass for enormous or broken meshes that
     /// ignores topology: with --faces, --ratio or --reduction the finest grid found that leaves at most as many faces,
     /// mostly 98% or more of them; with --error the coarsest grid that moves no vertex farther than that; or with --grid.
+    /// 'removal' takes the vertices nearest to their neighborhood away in rounds and fills the holes: what is left are
+    /// vertices of the input, and --error bounds how far each of those that went is from the result.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Method::Contract, hide_possible_values = true)]
     pub method: Method,
 
@@ -282,6 +286,8 @@ pub enum Method {
     Feature,
     /// Vertex clustering on a grid
     Cluster,
+    /// Vertex removal with retriangulation
+    Removal,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
