@@ -7,6 +7,7 @@ use crate::cluster;
 use crate::contract;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+use crate::polish::{self, Flips};
 use crate::progressive::CollapseLog;
 use crate::removal;
 
@@ -21,6 +22,17 @@ pub enum Method {
     Cluster(cluster::Options),
     /// Vertex removal with retriangulation: the result's vertices are vertices of the input.
     Removal(removal::Options),
+}
+
+impl Method {
+    /// The edge flips that follow.
+    pub fn flips(&self) -> Flips {
+        match self {
+            Self::Contract(options) => options.flips,
+            Self::Cluster(options) => options.flips,
+            Self::Removal(options) => options.flips,
+        }
+    }
 }
 
 impl Default for Method {
@@ -173,6 +185,8 @@ pub struct Phases {
     pub apply: f64,
     /// Fitting the vertices to the original, where asked for.
     pub fit: f64,
+    /// Turning edges, where asked for.
+    pub flip: f64,
     /// Moving data to and from the GPU.
     pub transfer: f64,
     /// The whole call.
@@ -198,11 +212,13 @@ pub struct Outcome {
     /// distance of the new vertex to the planes of the input it stands for. With the `volume` metric, where a vertex may
     /// slide along the surface away from planes it once stood for, at most the sum of its steps off the surface. Of
     /// clustering the same of a representative and the faces that touch its cell. An estimate, not a bound. Of vertex
-    /// removal no less than the distance of any vertex of the input to the result.
+    /// removal no less than the distance of any vertex of the input to the result. Flips that follow do not change it.
     pub error_estimate: f64,
     /// Of clustering the side of a cell in model units; the diagonal, √3 times as long, bounds how far a vertex of the
     /// input is from its representative.
     pub cell_size: Option<f64>,
+    /// Edges turned after the run, some more than once.
+    pub flips: usize,
     /// The contractions one by one, where asked for.
     pub log: Option<CollapseLog>,
     /// One record a round; none of clustering.
@@ -250,9 +266,15 @@ pub fn simplify(
     device: &Device,
     progress: Option<&mut OnProgress<'_>>,
 ) -> Result<Outcome> {
-    match method {
+    let mut outcome = match method {
         Method::Contract(options) => contract::run(mesh, options, budget, device, progress),
         Method::Cluster(options) => cluster::run(mesh, options, budget, device, progress),
         Method::Removal(options) => removal::run(mesh, options, budget, device, progress),
-    }
+    }?;
+    let flipped = polish::flip(mesh, &mut outcome.mesh, method.flips(), device)?;
+    outcome.flips = flipped.edges;
+    outcome.seconds.flip = flipped.seconds;
+    outcome.seconds.total += flipped.seconds;
+    outcome.warnings.extend(flipped.warning);
+    Ok(outcome)
 }

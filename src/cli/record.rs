@@ -33,6 +33,8 @@ pub struct Record {
     stop_reason: StopReason,
     /// The side of a cell of the grid, in model units; null without one.
     cell_size: Option<f64>,
+    /// Edges turned after the run.
+    flips: usize,
     /// Milliseconds from mesh in memory to mesh in memory.
     simplify_ms: f64,
     blocked: Blocked,
@@ -78,6 +80,7 @@ pub struct Seconds {
     pub filter: f64,
     pub apply: f64,
     pub fit: f64,
+    pub flip: f64,
     pub transfer: f64,
     pub write: f64,
     pub measure: f64,
@@ -97,9 +100,9 @@ pub struct Clocks {
 impl Seconds {
     /// The library's phases between the program's own.
     pub fn new(phases: &Phases, clocks: &Clocks) -> Self {
-        let Phases { weld, build, cost, select, filter, apply, fit, transfer, .. } = *phases;
+        let Phases { weld, build, cost, select, filter, apply, fit, flip, transfer, .. } = *phases;
         let Clocks { read, write, measure, total, .. } = *clocks;
-        Self { read, weld, build, cost, select, filter, apply, fit, transfer, write, measure, total }
+        Self { read, weld, build, cost, select, filter, apply, fit, flip, transfer, write, measure, total }
     }
 }
 
@@ -131,6 +134,7 @@ impl Record {
             reached: is_reached(&job.budget, outcome.stop),
             stop_reason: outcome.stop,
             cell_size: outcome.cell_size,
+            flips: outcome.flips,
             simplify_ms: clocks.solve * 1e3,
             blocked: outcome.blocked,
             error: Deviation {

@@ -11,9 +11,9 @@ use super::failure::refuse;
 /// # Errors
 /// An option that removal does not have.
 pub fn options(args: &args::Removal, shared: &contract::Options) -> anyhow::Result<removal::Options> {
-    let contract::Options { lock_border, max_flip_rad, weld, .. } = *shared;
-    if *shared != (contract::Options { lock_border, max_flip_rad, weld, ..contract::Options::default() }) {
-        let message = "--method removal takes --fill, --feature-angle, --lock-border, --max-flip and --weld of the options of \
+    let contract::Options { lock_border, max_flip_rad, weld, flips, .. } = *shared;
+    if *shared != (contract::Options { lock_border, max_flip_rad, weld, flips, ..contract::Options::default() }) {
+        let message = "--method removal takes --fill, --feature-angle, --lock-border, --max-flip, --weld and --flips of the options of \
                        shape: leave the others away";
         return Err(refuse(Exit::Usage, message));
     }
@@ -29,6 +29,7 @@ pub fn options(args: &args::Removal, shared: &contract::Options) -> anyhow::Resu
         lock_border,
         max_flip_rad,
         weld,
+        flips,
     })
 }
 

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use coarsen::backend::Selector;
 use coarsen::contract::{Feature, Weighting};
 use coarsen::formats::{Format, WriteOptions};
+use coarsen::polish::{Flips, Objective};
 use coarsen::{Budget, Method, cluster, contract, metrics};
 
 use super::Exit;
@@ -108,6 +109,9 @@ fn check_log(args: &args::Simplify, others: [Option<&Path>; 2], problems: &mut P
     let Some(log) = &args.writing.write_log else { return };
     if args.shape.fit > 0 {
         problems.add("--write-log and --fit contradict each other: fitted positions are in no record");
+    }
+    if args.shape.flips > 0 {
+        problems.add("--write-log and --flips contradict each other: turned edges are in no record");
     }
     if log.as_os_str() == "-" {
         problems.add("--write-log writes a file: '-' is none");
@@ -268,11 +272,14 @@ fn method(args: &args::Simplify, feature: Feature) -> anyhow::Result<Method> {
         }
         args::Method::Removal => removal::options(&args.removal, &contract).map(Method::Removal),
         args::Method::Cluster => {
-            if contract != contract::Options::default() {
-                let message = "--method cluster has no options of shape but --representative: leave the others away";
+            let flips = contract.flips;
+            if contract != (contract::Options { flips, ..contract::Options::default() }) {
+                let message =
+                    "--method cluster has no options of shape but --representative and --flips: leave the others away";
                 return Err(refuse(Exit::Usage, message));
             }
             Ok(Method::Cluster(cluster::Options {
+                flips,
                 grid: target.grid,
                 representative: match shape.representative {
                     Some(args::Representative::Quadric) | None => cluster::Representative::Quadric,
@@ -282,6 +289,15 @@ fn method(args: &args::Simplify, feature: Feature) -> anyhow::Result<Method> {
             }))
         }
     }
+}
+
+fn flips(shape: &args::Shape) -> Flips {
+    let objective = match shape.flip_by {
+        args::FlipBy::Distance => Objective::Distance,
+        args::FlipBy::Bend => Objective::Bend,
+        args::FlipBy::Shape => Objective::Shape,
+    };
+    Flips { sweeps: shape.flips, objective }
 }
 
 fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
@@ -312,6 +328,7 @@ fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
             Weld::Within(distance) => Some(distance),
         },
         fit: shape.fit,
+        flips: flips(shape),
         prune: shape.prune.unwrap_or(defaults.prune),
         log: false,
     }
@@ -388,7 +405,11 @@ mod tests {
     fn clustering_takes_its_own_options_only() {
         let job = |options: &str| job(&format!("coarsen simplify sample:part - --format ply {options}"));
         let job_of = |options: &str| job(options).map(|job| (job.method, job.budget)).ok();
-        let by_grid = cluster::Options { grid: Some(200), representative: cluster::Representative::Input };
+        let by_grid = cluster::Options {
+            grid: Some(200),
+            representative: cluster::Representative::Input,
+            ..cluster::Options::default()
+        };
         let expected = Some((Method::Cluster(by_grid), Budget::default()));
         assert_eq!(job_of("--method cluster --grid 200 --representative input"), expected);
         let expected = Some((Method::Cluster(cluster::Options::default()), Budget::keep(0.01)));

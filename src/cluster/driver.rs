@@ -109,6 +109,7 @@ pub fn run(
     let seconds = Phases { total: clock.elapsed().as_secs_f64(), ..done.seconds };
     Ok(Outcome {
         log: None,
+        flips: 0,
         cell_size: (done.steps > 0).then(|| lattice.length(done.steps.into())),
         mesh: done.mesh,
         vertex_origin: done.origin,

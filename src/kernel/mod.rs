@@ -30,6 +30,7 @@ pub mod feature_weights;
 pub mod fit_points;
 pub mod fit_steps;
 pub mod fit_sums;
+pub mod flip_gains;
 pub mod gather_candidates;
 pub mod gather_pairs;
 pub mod live_vertices;

@@ -13,7 +13,8 @@ use super::evaluate::{Evaluated, Gate, evaluate};
 use super::examine::Rules;
 use super::prepare::{Prepared, prepare, restore};
 
-/// Share of the vertices that may go that pass the gate.
+/// Share of the vertices that may go that pass the gate. All of them lead to 1.1 … 4 times the error at 10 %, a tenth to as much
+/// on a CAD part.
 const SHARE: f64 = 0.25;
 /// Candidates for every removal still needed: about one in three has no neighbor that goes before.
 const CANDIDATES_EACH: f64 = 3.0;
@@ -180,6 +181,7 @@ impl<'a> Run<'a> {
             stop,
             blocked: self.rounds.last().map_or_else(Blocked::default, |round| round.blocked),
             error_estimate: frame.length_to_model(self.deviation_sq.sqrt()),
+            flips: 0,
             cell_size: None,
             log: None,
             rounds: self.rounds,

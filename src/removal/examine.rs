@@ -1,7 +1,7 @@
 //! One vertex on the state that a round began with: may it go, and what takes the place of its faces.
 
 use crate::kernel::rows::{Face, Normal};
-use crate::kernel::stars::Stars;
+use crate::kernel::stars::{Stars, faces_with};
 use crate::math::DVec3;
 
 use super::hole::Hole;
@@ -121,12 +121,16 @@ impl State<'_> {
         Ok(Removal { ring: hole.ring.clone(), old, new, edges, remainder, moved, deviation_sq })
     }
 
-    /// Where nothing fills the hole, the face beyond its one side: one there must be.
+    /// Where nothing fills the hole, the face beyond its one side: one there must be, and one only.
     fn remainder(&self, hole: &Hole, triangles: &[[usize; 3]]) -> Result<Option<[u32; 2]>, Rejection> {
         if !triangles.is_empty() {
             return Ok(None);
         }
         let face = hole.beyond[0].ok_or(Rejection::Link)?;
+        // With the one that goes.
+        if faces_with(hole.ring[0], hole.ring[1], &self.stars) != 2 {
+            return Err(Rejection::Link);
+        }
         let across = self.stars.faces[face as usize].corners().into_iter().find(|v| !hole.ring.contains(v));
         Ok(Some([face, across.ok_or(Rejection::Link)?]))
     }

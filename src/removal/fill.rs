@@ -183,3 +183,56 @@ fn listed(count: usize) -> &'static [Vec<Triangle>] {
     static LISTS: OnceLock<Vec<Vec<Vec<Triangle>>>> = OnceLock::new();
     &LISTS.get_or_init(|| (0..=MOST_ENUMERATED).map(triangulations).collect())[count]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::rows::{Face, Position};
+    use crate::kernel::stars::Stars;
+    use crate::removal::hole::Hole;
+
+    const MIN_COS: f64 = 0.2;
+
+    /// The hole of the hub of `count` faces whose rim goes up and down.
+    fn hole(count: u32, seed: u32) -> Hole {
+        let up = |i: u32| (crate::math::tie_hash(i, seed) % 1000) as f32 / 1500.0;
+        let at = |i: u32| {
+            let angle = i as f32 / count as f32 * std::f32::consts::TAU;
+            Position { x: angle.cos(), y: angle.sin(), z: up(i), flags: 0 }
+        };
+        let positions: Vec<Position> = (0..count).map(at).chain([Position::default()]).collect();
+        let faces: Vec<Face> = (0..count).map(|i| Face { a: i, b: (i + 1) % count, c: count }).collect();
+        let corners: Vec<[u32; 3]> = faces.iter().map(|face| face.corners()).collect();
+        let rings = crate::mesh::Rings::new(&corners, positions.len());
+        let stars =
+            Stars { positions: &positions, faces: &faces, ring_starts: &rings.starts, ring_faces: &rings.faces };
+        let mut hole = Hole::default();
+        assert!(hole.read(count, &stars));
+        hole
+    }
+
+    #[test]
+    fn the_ring_is_in_order() {
+        let hole = hole(6, 0);
+        assert_eq!((&hole.ring[..], hole.is_open), (&[0, 1, 2, 3, 4, 5][..], false));
+        assert!(hole.is_side(5, 0) && hole.is_side(2, 1) && !hole.is_side(0, 2));
+    }
+
+    #[test]
+    fn all_triangulations_hold_the_best_one() {
+        let mut gained = 0;
+        for (count, seed) in (4..=7).flat_map(|count| (0..40).map(move |seed| (count, seed))) {
+            let hole = hole(count, seed);
+            let polygons = hole.polygons(&[], -2.0);
+            let fill = |fill: Fill| fill.fill(&polygons[0], MIN_COS);
+            let Ok((triangles, best)) = fill(Fill::Exhaustive) else { continue };
+            assert_eq!(triangles.len(), count as usize - 2);
+            for other in [Fill::Fan, Fill::Ears, Fill::Dynamic].into_iter().filter_map(|other| fill(other).ok()) {
+                assert!(other.1.least_cos <= best.least_cos, "{count} {seed}: {other:?}");
+                assert_eq!(polygons[0].worth(&other.0, MIN_COS).map(|worth| worth.least_cos), Ok(other.1.least_cos));
+                gained += u32::from(other.1.least_cos < best.least_cos);
+            }
+        }
+        assert!(gained > 0, "all fill alike");
+    }
+}

@@ -34,6 +34,7 @@ mod surface;
 use crate::backend::Device;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+use crate::polish::Flips;
 use crate::simplify::{Budget, OnProgress, Outcome};
 
 pub use fill::triangulations;
@@ -91,6 +92,8 @@ pub struct Options {
     pub max_flip_rad: f32,
     /// Join vertices at most this far apart first, in model units; `None` joins nothing, 0 joins equal positions.
     pub weld: Option<f64>,
+    /// Edge flips after the rounds: the estimate is then none of the result.
+    pub flips: Flips,
 }
 
 impl Default for Options {
@@ -101,6 +104,7 @@ impl Default for Options {
             lock_border: false,
             max_flip_rad: MAX_FLIP_RAD,
             weld: Some(0.0),
+            flips: Flips::default(),
         }
     }
 }

@@ -100,13 +100,20 @@ fn orient(arranged: &mut Arranged, warnings: &mut Vec<String>) -> Vec<Fan> {
     }
     let Some(turned) = orient_around(faces, rings, |v| found[v as usize] == Fan::Complex) else { return found };
     let count = turned.iter().filter(|&&turned| turned).count();
-    warnings.push(format!("{count} faces are wound against their neighbors; those that stay keep their winding"));
-    let rows = faces.iter_mut().zip(face_source).zip(turned);
-    rows.filter(|(_, turned)| *turned).for_each(|((face, source), _)| {
+    warnings.push(format!("{count} faces are wound against their neighbors; they keep their winding in the result"));
+    for ((face, source), _) in faces.iter_mut().zip(face_source).zip(&turned).filter(|(_, turned)| **turned) {
         face.swap(1, 2);
         *source |= TURNED;
-    });
-    fans(faces, rings)
+    }
+    // What fills the hole of a vertex is wound as all faces around it are.
+    let mut found = fans(faces, rings);
+    for (vertex, fan) in (0..).zip(&mut found) {
+        let mut around = rings.ring(vertex).iter().map(|&f| turned[f as usize]);
+        if around.next().is_some_and(|first| around.any(|other| other != first)) {
+            *fan = Fan::Complex;
+        }
+    }
+    found
 }
 
 /// The mesh at the end of a run in the order of the input, and the input vertex of each of its vertices.

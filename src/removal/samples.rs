@@ -4,6 +4,8 @@ use crate::kernel::rows::Position;
 use crate::math::DVec3;
 use crate::spatial::triangle::closest_point;
 
+/// Squared distances, in the frame, below which a point lies on a face: what rounding leaves.
+const NOISE_SQ: f64 = 1e-24;
 /// No sample follows.
 const END: u32 = u32::MAX;
 
@@ -78,9 +80,10 @@ impl Samples {
                     least = (distance_sq, face);
                 }
             }
-            if least.0.is_finite() {
-                greatest = greatest.max(least.0);
+            if !(least.0 > NOISE_SQ && least.0.is_finite()) {
+                least.0 = 0.0;
             }
+            greatest = greatest.max(least.0);
             moved.push(Moved { sample, face: least.1, distance_sq: least.0 as f32 });
         };
         find(own);

@@ -16,7 +16,7 @@ pub use bench::{Bench, Job as BenchJob};
 pub use compare::{Compare, Up};
 pub use removal::{Fill, Removal};
 pub use replay::Replay;
-pub use simplify::{Method, Metric, Placement, Progress, Representative, Shape, Simplify, Target};
+pub use simplify::{FlipBy, Method, Metric, Placement, Progress, Representative, Shape, Simplify, Target};
 pub use weights::{FeatureMode, FeatureUpdate, Weights};
 
 /// Reduce triangle meshes, on the GPU or the CPU, with the same bytes on both.

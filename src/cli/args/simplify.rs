@@ -162,6 +162,20 @@ pub struct Shape {
     #[arg(long, value_name = "N", default_value = "off", value_parser = values::sweeps)]
     pub fit: u32,
 
+    /// Sweeps of edge flips, or 'off'
+    ///
+    /// Turns edges of the result to the other diagonal of their faces where that brings it closer to the input, in at most
+    /// this many sweeps after the run, with any method. No vertex moves.
+    #[arg(long, value_name = "N", default_value = "off", value_parser = values::sweeps)]
+    pub flips: u32,
+
+    /// Flip by distance, bend or shape
+    ///
+    /// What flips are to lessen: with 'distance' the squared distances of samples of the input; with 'bend' the bends of
+    /// edges; with 'shape' obtuse angles where the result is flat.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = FlipBy::Distance, hide_possible_values = true)]
+    pub flip_by: FlipBy,
+
     /// Contract pairs without an edge this close
     ///
     /// Pairs of vertices that lie closer than this, in model units, are contracted as edges are: across parts, and from
@@ -318,6 +332,16 @@ pub enum Representative {
     Mean,
     /// The nearest vertex of the input
     Input,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FlipBy {
+    /// Squared distances of samples
+    Distance,
+    /// Lengths of edges by their bend
+    Bend,
+    /// Obtuse angles on flats
+    Shape,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
