@@ -118,8 +118,9 @@ fn flip_gain(pair: Edge) -> f32 {
         change = with_samples(change, f, at);
         change = with_samples(change, g, at);
     }
+    let least = select(LEAST_GAIN, LEAST_BEND, params.objective == BY_BEND);
     let gain = flush(sub(change.before, change.after), LEAST_SUM);
-    return select(0.0, gain, gain > mul(LEAST_SHARE, change.before));
+    return select(0.0, gain, gain > mul(LEAST_SHARE, change.before) && gain > least);
 }
 
 fn run(i: u32) {

@@ -84,9 +84,8 @@ fn what_a_flip_would_break_stays() {
         assert_eq!(flipped(&far, &tetrahedron, by(objective)).1, 0, "{objective:?}");
         assert_eq!(flipped(&far, &dart, by(objective)).1, 0, "{objective:?}");
     }
-    // The sides of a cube are flat already, and its edges bend either way.
+    // A cube is as close to itself as can be.
     assert_eq!(flipped(&cube(6), &cube(6), by(Objective::Distance)).1, 0);
-    assert_eq!(flipped(&cube(6), &cube(6), by(Objective::Bend)).1, 0);
 }
 
 #[test]

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use coarsen::contract::{Feature, FeatureMode, Options, Placement, Update, Weighting};
 use coarsen::math::DVec3;
 use coarsen::mesh::{shapes, weld};
+use coarsen::polish::{Flips, Objective};
 use coarsen::{Budget, Device, Error, Mesh, Method, StopReason, cluster, removal, simplify};
 use support::deviation::Random;
 use support::engine::{METRICS, assert_replays, cpu};
@@ -136,6 +137,13 @@ fn weighting(random: &mut Random, vertices: usize) -> Weighting {
     }
 }
 
+/// Takes no number from the sequence: what the seeds stand for stays.
+fn flips(random: &Random) -> Flips {
+    let random = &mut Random(random.0 ^ 0xf11b);
+    let objective = pick(random, &[Objective::Distance, Objective::Bend, Objective::Shape]);
+    Flips { sweeps: pick(random, &[0, 0, 0, 3]), objective }
+}
+
 fn options(random: &mut Random, vertices: usize) -> Options {
     let join_within = if below(random, 4) == 0 { pick(random, &[1e-9, 0.3, 2.0, 1e30]) } else { 0.0 };
     let options = Options {
@@ -146,12 +154,13 @@ fn options(random: &mut Random, vertices: usize) -> Options {
         lock_border: below(random, 4) == 0,
         join_within,
         fit: if join_within > 0.0 { 0 } else { below(random, 3) as u32 },
+        flips: flips(random),
         max_flip_rad: pick(random, &[1.37, 1e-3, std::f32::consts::FRAC_PI_2]),
         weld: pick(random, &[Some(0.0), Some(0.0), None, Some(1e-3), Some(0.5)]),
         prune: 0.0,
         log: false,
     };
-    Options { log: options.fit == 0, ..options }
+    Options { log: options.fit == 0 && options.flips.sweeps == 0, ..options }
 }
 
 fn budget(random: &mut Random, faces: usize) -> Budget {
@@ -248,6 +257,7 @@ fn cluster_options(random: &mut Random) -> cluster::Options {
     cluster::Options {
         grid: pick(random, &[None, Some(1), Some(2), Some(7), Some(100), Some(cluster::MOST_CELLS)]),
         representative: pick(random, &[Quadric, Mean, Input]),
+        flips: flips(random),
     }
 }
 
@@ -284,6 +294,7 @@ fn removal_options(random: &mut Random) -> removal::Options {
         lock_border: below(random, 4) == 0,
         max_flip_rad: pick(random, &[1.37, 1e-3, std::f32::consts::FRAC_PI_2]),
         weld: pick(random, &[Some(0.0), Some(0.0), None, Some(1e-3), Some(0.5)]),
+        flips: flips(random),
     }
 }
 

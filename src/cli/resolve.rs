@@ -394,6 +394,7 @@ mod tests {
             max_flip_rad: std::f32::consts::FRAC_PI_4,
             join_within: 0.5,
             weld: None,
+            flips: Flips::default(),
             fit: 0,
             prune: 0.01,
             log: false,

@@ -39,6 +39,10 @@ pub const LEAST_COS: f32 = 0.2;
 pub const LEAST_HEIGHT: f32 = 1e-3;
 /// Least gain as a share of what there was: rounding gains less, and would turn edges to and fro.
 pub const LEAST_SHARE: f32 = 1e-3;
+/// Least gains, in the normalized frame: on flats rounding gains less.
+pub const LEAST_GAIN: f32 = 1e-10;
+/// The same of [`BY_BEND`].
+pub const LEAST_BEND: f32 = 1e-5;
 /// Least cosine between faces that are flat to each other.
 pub const FLAT_COS: f32 = 0.996;
 
@@ -214,8 +218,9 @@ fn flip_gain(pair: Edge, objective: u32, stars: &Stars<'_>, sampled: Sampled<'_>
         change = with_samples(change, f, at, sampled);
         change = with_samples(change, g, at, sampled);
     }
+    let least = if objective == BY_BEND { LEAST_BEND } else { LEAST_GAIN };
     let gain = flush(sub(change.before, change.after), LEAST_SUM);
-    if gain > mul(LEAST_SHARE, change.before) { gain } else { 0.0 }
+    if gain > mul(LEAST_SHARE, change.before) && gain > least { gain } else { 0.0 }
 }
 
 impl Kernel for FlipGains<'_> {
@@ -235,6 +240,8 @@ impl Kernel for FlipGains<'_> {
         ("LEAST_COS", Constant::F32(LEAST_COS)),
         ("LEAST_HEIGHT", Constant::F32(LEAST_HEIGHT)),
         ("LEAST_SHARE", Constant::F32(LEAST_SHARE)),
+        ("LEAST_GAIN", Constant::F32(LEAST_GAIN)),
+        ("LEAST_BEND", Constant::F32(LEAST_BEND)),
         ("FLAT_COS", Constant::F32(FLAT_COS)),
     ];
 
