@@ -5,10 +5,10 @@ use rustc_hash::FxHashSet;
 
 use crate::backend::Queue;
 use crate::error::Result;
-use crate::kernel::rows::{Face, Normal};
+use crate::kernel::rows::Face;
 use crate::simplify::Blocked;
 
-use super::evaluate::Candidate;
+use super::evaluate::{Candidate, Evaluated};
 use super::examine::{Removal, Rules, State};
 use super::hole::Hole;
 use super::polygon::Rejection;
@@ -60,16 +60,16 @@ struct Work<'a> {
     committed: Committed,
 }
 
-/// Removes the legal ones among `candidates` until the quota is used up, and compacts.
-pub fn commit(
-    surface: &mut Surface,
-    samples: &mut Samples,
-    queue: &mut Queue,
-    normals: &[Normal],
-    candidates: &[Candidate],
-    rules: &Rules,
-    quota: Quota,
-) -> Result<Committed> {
+/// What a round is to do.
+#[derive(Debug, Clone, Copy)]
+pub struct Task<'a> {
+    pub evaluated: &'a Evaluated,
+    pub rules: &'a Rules,
+    pub quota: Quota,
+}
+
+/// Removes the legal ones among the candidates until the quota is used up, and compacts.
+pub fn commit(surface: &mut Surface, samples: &mut Samples, queue: &mut Queue, task: Task<'_>) -> Result<Committed> {
     let count = surface.vertex_count();
     let mut work = Work {
         surface,
@@ -82,7 +82,7 @@ pub fn commit(
         deviations: Vec::new(),
         committed: Committed::default(),
     };
-    work.remove(normals, candidates, rules, quota);
+    work.remove(task);
     let Work { gone, faces, deviations, committed, .. } = work;
     if committed.vertices > 0 {
         let rows = surface.faces.host_mut();
@@ -95,12 +95,16 @@ pub fn commit(
 }
 
 impl Work<'_> {
-    fn remove(&mut self, normals: &[Normal], candidates: &[Candidate], rules: &Rules, quota: Quota) {
+    fn remove(&mut self, Task { evaluated, rules, quota }: Task<'_>) {
         let mut overshooting = None;
-        for block in candidates.chunks(BLOCK) {
+        for block in evaluated.candidates.chunks(BLOCK) {
             let open: Vec<Candidate> = block.iter().copied().filter(|c| !self.blocked[c.vertex as usize]).collect();
-            let state =
-                State { stars: self.surface.stars(), normals, sources: &self.surface.source, samples: self.samples };
+            let state = State {
+                stars: self.surface.stars(),
+                normals: &evaluated.normals,
+                sources: &self.surface.source,
+                samples: self.samples,
+            };
             let examined: Vec<_> = (open.par_iter().with_min_len(16))
                 .map_init(Hole::default, |hole, candidate| state.examine(candidate.vertex, rules, hole))
                 .collect();

@@ -8,7 +8,7 @@ use crate::mesh::Mesh;
 use crate::simplify::{Blocked, Budget, OnProgress, Outcome, Phases, Progress, RoundRecord, StopReason};
 
 use super::Options;
-use super::commit::{Committed, Quota, commit};
+use super::commit::{Committed, Quota, Task, commit};
 use super::evaluate::{Evaluated, Gate, evaluate};
 use super::examine::Rules;
 use super::prepare::{Prepared, prepare, restore};
@@ -97,23 +97,24 @@ impl<'a> Run<'a> {
         let clock = Instant::now();
         let faces = self.prepared.surface.face_count();
         let on_gpu = self.gpu.is_some();
-        let Evaluated { candidates, normals, removable } = self.evaluate(faces - target)?;
+        let found = self.evaluate(faces - target)?;
         let evaluated = clock.elapsed().as_secs_f64();
         let Prepared { surface, samples, has_border, .. } = &mut self.prepared;
         let vertices = surface.vertex_count();
         let may_overshoot = self.widening >= FULL || !*has_border;
         let quota = Quota { faces: faces - target, may_overshoot };
-        let mut committed = commit(surface, samples, &mut self.host, &normals, &candidates, &self.rules, quota)?;
+        let task = Task { evaluated: &found, rules: &self.rules, quota };
+        let mut committed = commit(surface, samples, &mut self.host, task)?;
         if committed.vertices == 0 && self.widening >= FULL {
-            committed.blocked.lock = (vertices - removable) as u64;
+            committed.blocked.lock = (vertices - found.removable) as u64;
         }
         self.seconds.cost += evaluated;
         self.seconds.apply += clock.elapsed().as_secs_f64() - evaluated;
         self.deviation_sq = self.deviation_sq.max(committed.deviation_sq);
         self.rounds.push(RoundRecord {
             faces: faces as u64,
-            pairs: removable as u64,
-            candidates: candidates.len() as u64,
+            pairs: found.removable as u64,
+            candidates: found.candidates.len() as u64,
             contracted: committed.vertices as u64,
             blocked: committed.blocked,
             greatest_cost: f32::from_bits(committed.greatest_key),

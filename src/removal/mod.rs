@@ -139,7 +139,7 @@ impl Options {
             return Err(Error::Parameter(format!("the greatest turn of a normal is {degrees}°, not in 0 … 90")));
         }
         if let Features::Guide(angle) | Features::Keep(angle) = self.features
-            && !(angle >= 0.0 && angle <= PI)
+            && !(0.0..=PI).contains(&angle)
         {
             return Err(Error::Parameter(format!("the feature angle is {}°, not in 0 … 180", angle.to_degrees())));
         }

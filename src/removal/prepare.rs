@@ -119,9 +119,11 @@ fn orient(arranged: &mut Arranged, warnings: &mut Vec<String>) -> Vec<Fan> {
 /// The mesh at the end of a run in the order of the input, and the input vertex of each of its vertices.
 pub fn restore(input: &Mesh, surface: &Surface, vertex_source: &[u32], lowest: Option<&Vec<u32>>) -> (Mesh, Vec<u32>) {
     let source = |v: u32| vertex_source[surface.source[v as usize] as usize];
-    let mut order: Vec<u32> = (0..surface.source.len() as u32).collect();
+    let starts = surface.ring_starts.host();
+    let has_face = |&v: &u32| starts[v as usize] != starts[v as usize + 1];
+    let mut order: Vec<u32> = (0..surface.source.len() as u32).filter(has_face).collect();
     order.sort_unstable_by_key(|&v| source(v));
-    let mut renamed = vec![0; order.len()];
+    let mut renamed = vec![0; surface.source.len()];
     (0..).zip(&order).for_each(|(new, &old)| renamed[old as usize] = new);
     let origin: Vec<u32> = order.into_iter().map(source).collect();
 

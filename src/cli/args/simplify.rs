@@ -99,7 +99,7 @@ pub struct Target {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Shape")]
 pub struct Shape {
-    /// Contract, feature, cluster or removal
+    /// Or feature, cluster, removal
     ///
     /// The method: 'contract' contracts pairs of vertices in rounds, the cheapest first; 'feature' does so with the metric
     /// 'plane' and the placement 'endpoint', where nothing else is said, and counts vertices more where the curvature
