@@ -47,7 +47,9 @@
 //!
 //! # Where to read on
 //! - [`simplify()`]: the one entry; [`Budget`], [`Method`], [`Outcome`].
-//! - [`contract`]: the engine and its options; [`cluster`]: vertex clustering, the fast first pass.
+//! - [`contract`]: the engine and its options; [`cluster`]: vertex clustering, the fast first pass;
+//!   [`removal`]: vertices taken away one by one, their holes filled;
+//!   [`polish`]: edges turned after any of them.
 //! - [`kernel`]: what runs on a GPU, each kernel beside its twin; [`backend`]: who runs it.
 //! - [`progressive`]: the contractions of a run, to replay to any face count and back.
 //! - [`metrics`]: how far two surfaces are apart; [`spatial`]: the tree behind it.
@@ -69,7 +71,9 @@ pub mod math;
 pub mod mesh;
 pub mod metrics;
 pub mod papers;
+pub mod polish;
 pub mod progressive;
+pub mod removal;
 pub mod report;
 pub mod simplify;
 pub mod spatial;

@@ -7,7 +7,9 @@ use crate::cluster;
 use crate::contract;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+use crate::polish::{self, Flips};
 use crate::progressive::CollapseLog;
+use crate::removal;
 
 /// How to simplify. A closed set: one variant a driver, each with its options.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,6 +20,19 @@ pub enum Method {
     /// Vertex clustering: the fast first pass for enormous or broken meshes. Ignores topology, and meets a number of faces
     /// from below, not exactly.
     Cluster(cluster::Options),
+    /// Vertex removal with retriangulation: the result's vertices are vertices of the input.
+    Removal(removal::Options),
+}
+
+impl Method {
+    /// The edge flips that follow.
+    pub fn flips(&self) -> Flips {
+        match self {
+            Self::Contract(options) => options.flips,
+            Self::Cluster(options) => options.flips,
+            Self::Removal(options) => options.flips,
+        }
+    }
 }
 
 impl Default for Method {
@@ -114,12 +129,13 @@ pub enum StopReason {
     Cancelled,
 }
 
-/// How many pairs were refused in a round, by reason.
+/// How many pairs, or vertices of vertex removal, were refused in a round, by reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 pub struct Blocked {
     /// Would join two borders or pull a border into the surface.
     pub border: u64,
-    /// Both ends are locked, or one is a hub of hundreds of faces; counted when a run is stuck.
+    /// Both ends are locked, or one is a hub of hundreds of faces; of vertex removal the vertices that stay. Counted when
+    /// a run is stuck.
     pub lock: u64,
     /// An attribute seam would tear; always 0 until seams are carried.
     pub seam: u64,
@@ -138,13 +154,13 @@ pub struct Blocked {
 pub struct RoundRecord {
     /// Live faces at the start.
     pub faces: u64,
-    /// Pairs evaluated.
+    /// Pairs evaluated; of vertex removal vertices.
     pub pairs: u64,
-    /// Pairs that passed the gate.
+    /// Those that passed the gate.
     pub candidates: u64,
-    /// Pairs contracted.
+    /// Those contracted or removed.
     pub contracted: u64,
-    /// Pairs refused, by reason.
+    /// Those refused, by reason.
     pub blocked: Blocked,
     /// Greatest cost contracted, in the metric's own unit.
     pub greatest_cost: f32,
@@ -169,6 +185,8 @@ pub struct Phases {
     pub apply: f64,
     /// Fitting the vertices to the original, where asked for.
     pub fit: f64,
+    /// Turning edges, where asked for.
+    pub flip: f64,
     /// Moving data to and from the GPU.
     pub transfer: f64,
     /// The whole call.
@@ -193,13 +211,16 @@ pub struct Outcome {
     /// Largest estimated deviation of a contraction, in model units: the root of the area-weighted mean squared
     /// distance of the new vertex to the planes of the input it stands for. With the `volume` metric, where a vertex may
     /// slide along the surface away from planes it once stood for, at most the sum of its steps off the surface. Of
-    /// clustering the same of a representative and the faces that touch its cell. An estimate, not a bound.
+    /// clustering the same of a representative and the faces that touch its cell. An estimate, not a bound. Of vertex
+    /// removal no less than the distance of any vertex of the input to the result. Flips that follow do not change it.
     pub error_estimate: f64,
     /// Of clustering the side of a cell in model units; the diagonal, √3 times as long, bounds how far a vertex of the
     /// input is from its representative.
     pub cell_size: Option<f64>,
     /// How the initial quadrics were stored, where a format was asked for.
     pub quadrics: Option<contract::QuadricRecord>,
+    /// Edges turned after the run, some more than once.
+    pub flips: usize,
     /// The contractions one by one, where asked for.
     pub log: Option<CollapseLog>,
     /// One record a round; none of clustering.
@@ -247,8 +268,15 @@ pub fn simplify(
     device: &Device,
     progress: Option<&mut OnProgress<'_>>,
 ) -> Result<Outcome> {
-    match method {
+    let mut outcome = match method {
         Method::Contract(options) => contract::run(mesh, options, budget, device, progress),
         Method::Cluster(options) => cluster::run(mesh, options, budget, device, progress),
-    }
+        Method::Removal(options) => removal::run(mesh, options, budget, device, progress),
+    }?;
+    let flipped = polish::flip(mesh, &mut outcome.mesh, method.flips(), device)?;
+    outcome.flips = flipped.edges;
+    outcome.seconds.flip = flipped.seconds;
+    outcome.seconds.total += flipped.seconds;
+    outcome.warnings.extend(flipped.warning);
+    Ok(outcome)
 }

@@ -15,9 +15,12 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("kernel", &["backend", "error", "math"]),
     // `simplify` is the entry and owns the words that every driver speaks (budget, outcome, records, progress): the
     // drivers use those types, `simplify` calls the drivers. Neither uses more of the other.
-    ("contract", &["backend", "error", "kernel", "math", "mesh", "progressive", "simplify", "spatial"]),
-    ("cluster", &["backend", "error", "kernel", "math", "mesh", "simplify"]),
-    ("simplify", &["backend", "cluster", "contract", "error", "math", "mesh", "progressive"]),
+    ("contract", &["backend", "error", "kernel", "math", "mesh", "polish", "progressive", "simplify", "spatial"]),
+    ("cluster", &["backend", "error", "kernel", "math", "mesh", "polish", "simplify"]),
+    ("removal", &["backend", "error", "kernel", "math", "mesh", "polish", "simplify", "spatial"]),
+    // Follows any driver; those take its options along and never call it.
+    ("polish", &["backend", "error", "kernel", "math", "mesh", "spatial"]),
+    ("simplify", &["backend", "cluster", "contract", "error", "math", "mesh", "polish", "progressive", "removal"]),
     ("formats", &["error", "math", "mesh"]),
     // A log needs nothing of the driver that made it, and is written as atomically as a mesh.
     ("progressive", &["error", "formats", "math", "mesh"]),

@@ -356,7 +356,8 @@ fn results(device: &Device, mesh: &Mesh) -> Vec<(Vec<u8>, Vec<u32>, u64)> {
     let budgets = [(Some(25), Budget::default()), (None, Budget::keep(0.1)), (None, Budget::error(0.01))];
     let jobs = ALL.into_iter().flat_map(|representative| budgets.map(|budget| (representative, budget)));
     jobs.map(|(representative, (grid, budget))| {
-        let outcome = run(device, mesh, &Options { grid, representative }, budget).expect("a valid mesh");
+        let outcome =
+            run(device, mesh, &Options { grid, representative, ..Options::default() }, budget).expect("a valid mesh");
         assert_eq!(outcome.warnings, [""; 0]);
         assert_eq!(outcome.device, device.description());
         (bytes(&outcome.mesh), outcome.vertex_origin, outcome.error_estimate.to_bits())

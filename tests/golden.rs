@@ -10,6 +10,7 @@ use std::path::Path;
 use coarsen::cluster::{self, Representative};
 use coarsen::contract::{Options, Placement};
 use coarsen::mesh::{SAMPLES, sample};
+use coarsen::removal::{self, Fill};
 use coarsen::{Budget, Mesh, Method, simplify};
 use support::deviation::deviation;
 use support::engine::{METRICS, asked, bytes, cpu, fnv};
@@ -46,6 +47,10 @@ fn record() -> String {
         for representative in [Representative::Quadric, Representative::Mean, Representative::Input] {
             let method = Method::Cluster(cluster::Options { representative, ..cluster::Options::default() });
             run(name, ["cells", &format!("{representative:?}")], &mesh, method, 0.1);
+        }
+        for fill in [Fill::Fan, Fill::Ears, Fill::Dynamic, Fill::Exhaustive] {
+            let method = Method::Removal(removal::Options { fill, ..removal::Options::default() });
+            run(name, ["holes", &format!("{fill:?}")], &mesh, method, 0.1);
         }
     }
     lines

@@ -13,7 +13,8 @@ use coarsen::contract::{
 };
 use coarsen::math::DVec3;
 use coarsen::mesh::{shapes, weld};
-use coarsen::{Budget, Device, Error, Mesh, Method, StopReason, cluster, simplify};
+use coarsen::polish::{Flips, Objective};
+use coarsen::{Budget, Device, Error, Mesh, Method, StopReason, cluster, removal, simplify};
 use support::deviation::Random;
 use support::engine::{METRICS, assert_replays, cpu};
 use support::independent::{Topology, topology};
@@ -150,6 +151,13 @@ fn quadrics(random: &mut Random, metric: Metric) -> Quadrics {
     Quadrics { planes, format: Some(format), frame: pick(random, &frames) }
 }
 
+/// Takes no number from the sequence: what the seeds stand for stays.
+fn flips(random: &Random) -> Flips {
+    let random = &mut Random(random.0 ^ 0xf11b);
+    let objective = pick(random, &[Objective::Distance, Objective::Bend, Objective::Shape]);
+    Flips { sweeps: pick(random, &[0, 0, 0, 3]), objective }
+}
+
 fn options(random: &mut Random, vertices: usize) -> Options {
     let join_within = if below(random, 4) == 0 { pick(random, &[1e-9, 0.3, 2.0, 1e30]) } else { 0.0 };
     let metric = pick(random, &METRICS);
@@ -162,12 +170,13 @@ fn options(random: &mut Random, vertices: usize) -> Options {
         lock_border: below(random, 4) == 0,
         join_within,
         fit: if join_within > 0.0 { 0 } else { below(random, 3) as u32 },
+        flips: flips(random),
         max_flip_rad: pick(random, &[1.37, 1e-3, std::f32::consts::FRAC_PI_2]),
         weld: pick(random, &[Some(0.0), Some(0.0), None, Some(1e-3), Some(0.5)]),
         prune: 0.0,
         log: false,
     };
-    Options { log: options.fit == 0, ..options }
+    Options { log: options.fit == 0 && options.flips.sweeps == 0, ..options }
 }
 
 fn budget(random: &mut Random, faces: usize) -> Budget {
@@ -214,13 +223,17 @@ fn assert_sound(mesh: &Mesh, options: &Options, budget: Budget, device: &Device)
     }
     // Degenerate faces are dropped in any case, and would count at the edges they double.
     start.faces.retain(|[a, b, c]| a != b && b != c && c != a);
-    let (was, is) = (topology(&start), topology(&outcome.mesh));
+    assert_topology(&start, &outcome.mesh, options.join_within > 0.0);
+}
+
+/// No face or flaw is new, and parts stay parts; where these may `join`, no face is there twice.
+fn assert_topology(start: &Mesh, result: &Mesh, join: bool) {
+    let (was, is) = (topology(start), topology(result));
     let counts = |t: Topology| [t.non_manifold_edges, t.bow_ties, t.misoriented_edges, t.duplicate_faces];
-    let repeated = outcome.mesh.faces.iter().any(|[a, b, c]| a == b || b == c || c == a);
+    let repeated = result.faces.iter().any(|[a, b, c]| a == b || b == c || c == a);
     assert!(!repeated, "a face with a repeated corner");
     assert!(is.faces <= was.faces, "{was:?} → {is:?}");
-    // Where parts may join, surfaces may meet: of all that is left that no face is there twice.
-    if options.join_within > 0.0 {
+    if join {
         assert!(is.duplicate_faces <= was.duplicate_faces, "{was:?} → {is:?}");
         return;
     }
@@ -260,6 +273,44 @@ fn cluster_options(random: &mut Random) -> cluster::Options {
     cluster::Options {
         grid: pick(random, &[None, Some(1), Some(2), Some(7), Some(100), Some(cluster::MOST_CELLS)]),
         representative: pick(random, &[Quadric, Mean, Input]),
+        flips: flips(random),
+    }
+}
+
+/// Removal keeps the topology, and of the vertices some.
+fn assert_removes(mesh: &Mesh, options: &removal::Options, budget: Budget, device: &Device) {
+    let clock = Instant::now();
+    let result = simplify(mesh, &Method::Removal(options.clone()), &budget, device, None);
+    assert!(clock.elapsed() < PATIENCE, "it took {:?}", clock.elapsed());
+    let outcome = match result {
+        Ok(outcome) => outcome,
+        Err(Error::Mesh(_) | Error::Parameter(_)) => return,
+        Err(other) => panic!("{other}"),
+    };
+    outcome.mesh.check().unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(outcome.mesh.colors.is_some(), mesh.colors.is_some());
+    assert!(outcome.error_estimate >= 0.0, "estimate {}", outcome.error_estimate);
+    assert_eq!(outcome.mesh.positions.len(), outcome.vertex_origin.len());
+    for (p, &origin) in outcome.mesh.positions.iter().zip(&outcome.vertex_origin) {
+        assert!(*p == mesh.positions[origin as usize], "{p} does not come from {origin}");
+    }
+    let mut start = match options.weld {
+        Some(tolerance) => weld(mesh, tolerance).mesh,
+        None => mesh.clone(),
+    };
+    start.faces.retain(|[a, b, c]| a != b && b != c && c != a);
+    assert_topology(&start, &outcome.mesh, false);
+}
+
+fn removal_options(random: &mut Random) -> removal::Options {
+    use removal::{Features, Fill};
+    removal::Options {
+        fill: pick(random, &[Fill::Fan, Fill::Ears, Fill::Dynamic, Fill::Exhaustive]),
+        features: pick(random, &[Features::Ignore, Features::Guide(0.5), Features::Keep(0.7), Features::default()]),
+        lock_border: below(random, 4) == 0,
+        max_flip_rad: pick(random, &[1.37, 1e-3, std::f32::consts::FRAC_PI_2]),
+        weld: pick(random, &[Some(0.0), Some(0.0), None, Some(1e-3), Some(0.5)]),
+        flips: flips(random),
     }
 }
 
@@ -270,6 +321,11 @@ fn run(seed: u64, device: &Device) {
     let options = options(&mut random, mesh.positions.len());
     let budget = budget(&mut random, mesh.faces.len());
     attempt(&format!("seed {seed}"), &mesh, &options, budget, device);
+
+    let removed = removal_options(&mut random);
+    if catch_unwind(AssertUnwindSafe(|| assert_removes(&mesh, &removed, budget, device))).is_err() {
+        panic!("seed {seed}: {removed:?} {budget:?}");
+    }
 
     let options = cluster_options(&mut random);
     let budget = if options.grid.is_some() { Budget::default() } else { budget };
@@ -333,6 +389,12 @@ fn flat_straight_and_pointlike_meshes_end() {
         ("far", shrunk(|p| p * 1e-10 + DVec3::splat(1e10))),
     ];
     for (name, mesh) in &meshes {
+        for weld in [Some(0.0), None] {
+            for budget in [Budget::faces(0), Budget::keep(0.5), Budget::error(0.01), Budget::error_abs(0.0)] {
+                println!("{name}: {weld:?} {budget:?}");
+                assert_removes(mesh, &removal::Options { weld, ..removal::Options::default() }, budget, &device);
+            }
+        }
         for metric in METRICS {
             for (placement, weld) in [(Placement::Optimal, Some(0.0)), (Placement::Endpoint, None)] {
                 let options = Options { metric, placement, weld, ..Options::default() };
@@ -354,6 +416,7 @@ fn crowded_vertices_and_edges_end() {
         for metric in METRICS {
             attempt("crowded", &mesh, &Options { metric, ..Options::default() }, Budget::keep(0.01), &device);
         }
+        assert_removes(&mesh, &removal::Options::default(), Budget::keep(0.01), &device);
     }
 }
 

@@ -1,5 +1,6 @@
 //! A queue: the one way to make buffers, move rows and run kernels, on the host or on a GPU.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::time::Duration;
 
@@ -122,6 +123,19 @@ impl Queue {
                 Ok(())
             }
         }
+    }
+
+    /// The rows of a buffer: those of the host where it lies there, else read back.
+    ///
+    /// # Errors
+    /// As [`Queue::read`].
+    pub fn rows<'b, T: Row>(&mut self, buffer: &'b Buffer<T>) -> Result<Cow<'b, [T]>> {
+        if self.is_on_host() {
+            return Ok(Cow::Borrowed(buffer.host()));
+        }
+        let mut rows = Vec::new();
+        self.read(buffer, 0..buffer.len(), &mut rows)?;
+        Ok(Cow::Owned(rows))
     }
 
     /// Submits what was recorded, without waiting for it.

@@ -16,6 +16,7 @@ mod memory;
 mod progress;
 mod quadrics;
 mod record;
+mod removal;
 mod replay;
 mod resolve;
 mod simplify;

@@ -30,7 +30,8 @@ pub fn check(shape: &Shape, problems: &mut Problems) {
     let is_plane = match shape.method {
         args::Method::Contract => shape.metric == Some(args::Metric::Plane),
         args::Method::Feature | args::Method::Average => shape.metric != Some(args::Metric::Volume),
-        args::Method::Cluster => true,
+        // Refused with all other options of contraction.
+        args::Method::Cluster | args::Method::Removal => true,
     };
     if shape.method == args::Method::Average && !is_plane {
         problems.add("--method average and --metric volume contradict each other: 'volume' accumulates no quadrics");

@@ -35,6 +35,8 @@ pub struct Record {
     cell_size: Option<f64>,
     /// How the initial quadrics were stored; null where they were left as they were found.
     quadrics: Option<Stored>,
+    /// Edges turned after the run.
+    flips: usize,
     /// Milliseconds from mesh in memory to mesh in memory.
     simplify_ms: f64,
     blocked: Blocked,
@@ -110,6 +112,7 @@ pub struct Seconds {
     pub filter: f64,
     pub apply: f64,
     pub fit: f64,
+    pub flip: f64,
     pub transfer: f64,
     pub write: f64,
     pub measure: f64,
@@ -129,9 +132,9 @@ pub struct Clocks {
 impl Seconds {
     /// The library's phases between the program's own.
     pub fn new(phases: &Phases, clocks: &Clocks) -> Self {
-        let Phases { weld, build, cost, select, filter, apply, fit, transfer, .. } = *phases;
+        let Phases { weld, build, cost, select, filter, apply, fit, flip, transfer, .. } = *phases;
         let Clocks { read, write, measure, total, .. } = *clocks;
-        Self { read, weld, build, cost, select, filter, apply, fit, transfer, write, measure, total }
+        Self { read, weld, build, cost, select, filter, apply, fit, flip, transfer, write, measure, total }
     }
 }
 
@@ -141,6 +144,7 @@ impl Record {
         let (method, metric) = match &job.method {
             Method::Contract(options) => (method_name(options), Some(metric_name(options.metric))),
             Method::Cluster(_) => ("cluster", None),
+            Method::Removal(_) => ("removal", None),
             _ => ("", None),
         };
         let diagonal = input.diagonal();
@@ -163,6 +167,7 @@ impl Record {
             stop_reason: outcome.stop,
             cell_size: outcome.cell_size,
             quadrics: outcome.quadrics.map(Stored::from),
+            flips: outcome.flips,
             simplify_ms: clocks.solve * 1e3,
             blocked: outcome.blocked,
             error: Deviation {

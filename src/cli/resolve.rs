@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 use coarsen::backend::Selector;
 use coarsen::contract::{Feature, Weighting};
 use coarsen::formats::{Format, WriteOptions};
+use coarsen::polish::{Flips, Objective};
 use coarsen::{Budget, Method, cluster, contract, metrics};
 
 use super::Exit;
 use super::args::{self, Progress};
 use super::console::Verbosity;
 use super::failure::{exit_of, message, refuse};
+use super::removal;
 use super::sink::{Sink, same_file};
 use super::source::Source;
 use super::values::{WeightSource, Weld};
@@ -50,7 +52,7 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
     let mut problems = Problems::default();
     let budget = problems.note(budget(&args.target));
     let feature = weights::feature(&args.weights);
-    let method = problems.note(method(&args.shape, &args.target, feature, args.writing.write_log.is_some()));
+    let method = problems.note(method(args, feature));
     let selector = problems.note(selector(&args.device.device));
     let pipes = [&args.input, &args.output].map(|name| name == "-");
     let format = problems.format(args.writing.format.as_deref(), pipes);
@@ -108,6 +110,9 @@ fn check_log(args: &args::Simplify, others: [Option<&Path>; 2], problems: &mut P
     let Some(log) = &args.writing.write_log else { return };
     if args.shape.fit > 0 {
         problems.add("--write-log and --fit contradict each other: fitted positions are in no record");
+    }
+    if args.shape.flips > 0 {
+        problems.add("--write-log and --flips contradict each other: turned edges are in no record");
     }
     if log.as_os_str() == "-" {
         problems.add("--write-log writes a file: '-' is none");
@@ -251,24 +256,33 @@ pub fn selector(text: &str) -> anyhow::Result<Selector> {
     })
 }
 
-fn method(shape: &args::Shape, target: &args::Target, feature: Feature, log: bool) -> anyhow::Result<Method> {
+fn method(args: &args::Simplify, feature: Feature) -> anyhow::Result<Method> {
+    let args::Simplify { shape, target, .. } = args;
     let contract = contract(shape, feature);
+    let log = args.writing.write_log.is_some();
+    if shape.method != args::Method::Cluster && (target.grid.is_some() || shape.representative.is_some()) {
+        return Err(refuse(Exit::Usage, "--grid and --representative are for --method cluster"));
+    }
+    if shape.method != args::Method::Removal && removal::is_asked(&args.removal) {
+        return Err(refuse(Exit::Usage, "--fill and --feature-angle are for --method removal"));
+    }
     match shape.method {
         args::Method::Contract | args::Method::Feature | args::Method::Average => {
-            if target.grid.is_some() || shape.representative.is_some() {
-                return Err(refuse(Exit::Usage, "--grid and --representative are for --method cluster"));
-            }
             Ok(Method::Contract(contract::Options { log, ..contract }))
         }
+        args::Method::Cluster | args::Method::Removal if log => {
+            Err(refuse(Exit::Usage, "--write-log is for --method contract: nothing else contracts"))
+        }
+        args::Method::Removal => removal::options(&args.removal, &contract).map(Method::Removal),
         args::Method::Cluster => {
-            if log {
-                return Err(refuse(Exit::Usage, "--write-log is for --method contract: a grid contracts nothing"));
-            }
-            if contract != contract::Options::default() {
-                let message = "--method cluster has no options of shape but --representative: leave the others away";
+            let flips = contract.flips;
+            if contract != (contract::Options { flips, ..contract::Options::default() }) {
+                let message =
+                    "--method cluster has no options of shape but --representative and --flips: leave the others away";
                 return Err(refuse(Exit::Usage, message));
             }
             Ok(Method::Cluster(cluster::Options {
+                flips,
                 grid: target.grid,
                 representative: match shape.representative {
                     Some(args::Representative::Quadric) | None => cluster::Representative::Quadric,
@@ -280,9 +294,18 @@ fn method(shape: &args::Shape, target: &args::Target, feature: Feature, log: boo
     }
 }
 
+fn flips(shape: &args::Shape) -> Flips {
+    let objective = match shape.flip_by {
+        args::FlipBy::Distance => Objective::Distance,
+        args::FlipBy::Bend => Objective::Bend,
+        args::FlipBy::Shape => Objective::Shape,
+    };
+    Flips { sweeps: shape.flips, objective }
+}
+
 fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
     let defaults = match shape.method {
-        args::Method::Contract | args::Method::Cluster => contract::Options::default(),
+        args::Method::Contract | args::Method::Cluster | args::Method::Removal => contract::Options::default(),
         args::Method::Feature => {
             contract::Options { weighting: Weighting::Feature(feature), ..contract::Options::feature_weighted() }
         }
@@ -310,6 +333,7 @@ fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
             Weld::Within(distance) => Some(distance),
         },
         fit: shape.fit,
+        flips: flips(shape),
         prune: shape.prune.unwrap_or(defaults.prune),
         log: false,
     }
@@ -376,6 +400,7 @@ mod tests {
             max_flip_rad: std::f32::consts::FRAC_PI_4,
             join_within: 0.5,
             weld: None,
+            flips: Flips::default(),
             fit: 0,
             prune: 0.01,
             log: false,
@@ -387,7 +412,11 @@ mod tests {
     fn clustering_takes_its_own_options_only() {
         let job = |options: &str| job(&format!("coarsen simplify sample:part - --format ply {options}"));
         let job_of = |options: &str| job(options).map(|job| (job.method, job.budget)).ok();
-        let by_grid = cluster::Options { grid: Some(200), representative: cluster::Representative::Input };
+        let by_grid = cluster::Options {
+            grid: Some(200),
+            representative: cluster::Representative::Input,
+            ..cluster::Options::default()
+        };
         let expected = Some((Method::Cluster(by_grid), Budget::default()));
         assert_eq!(job_of("--method cluster --grid 200 --representative input"), expected);
         let expected = Some((Method::Cluster(cluster::Options::default()), Budget::keep(0.01)));

@@ -60,6 +60,14 @@ pub fn angle(text: &str) -> Result<f32, String> {
     }
 }
 
+/// An angle between faces in degrees, up to 180; the result is in radians.
+pub fn feature_angle(text: &str) -> Result<f32, String> {
+    match number(text.strip_suffix('°').unwrap_or(text)) {
+        Ok(degrees) if (0.0..=180.0).contains(&degrees) => Ok((degrees.to_radians() as f32).min(std::f32::consts::PI)),
+        _ => Err("give degrees from 0 to 180".into()),
+    }
+}
+
 /// How far apart welded vertices may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Weld {

@@ -35,6 +35,7 @@ use crate::backend::Device;
 use crate::error::{Error, Result};
 use crate::kernel::cell_keys::{LEAST_STEPS, SITE_BITS};
 use crate::mesh::Mesh;
+use crate::polish::Flips;
 use crate::simplify::{Budget, OnProgress, Outcome};
 
 /// Where the vertices of a cell go.
@@ -60,6 +61,8 @@ pub struct Options {
     pub grid: Option<u32>,
     /// The representative.
     pub representative: Representative,
+    /// Edge flips after the grid.
+    pub flips: Flips,
 }
 
 /// Cells along the longest side of the finest grid.

@@ -1,12 +1,11 @@
 //! The flow on a device: sites, keys, the grid, the faces left, sums and representatives.
 
-use std::borrow::Cow;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use crate::backend::{Buffer, Queue, Row};
+use crate::backend::{Buffer, Queue};
 use crate::error::{Error, Result};
 use crate::kernel::cell_faces::CellFaces;
 use crate::kernel::cell_keys::{CellKeys, LEAST_STEPS};
@@ -162,10 +161,10 @@ impl<'a> Work<'a> {
                 let face_count = self.mesh.faces.len() as u32;
                 let counts = &mut self.counts;
                 self.queue.run(CountSpanning { faces: &self.faces, keys: &self.keys, face_count, counts })?;
-                on_host(&mut self.queue, &self.counts)?.iter().map(|&count| count as usize).sum()
+                self.queue.rows(&self.counts)?.iter().map(|&count| count as usize).sum()
             }
             Count::Left => {
-                let left = Left::new(&self.mesh.faces, &on_host(&mut self.queue, &self.keys)?);
+                let left = Left::new(&self.mesh.faces, &self.queue.rows(&self.keys)?);
                 let count = left.sources.len();
                 self.left = Some((steps, left));
                 count
@@ -180,7 +179,7 @@ impl<'a> Work<'a> {
     /// Makes the mesh of the faces left.
     fn make(mut self, mut left: Left, steps: u32, representative: Representative) -> Result<Done> {
         self.key(steps)?;
-        let (of_vertices, firsts) = left.number(&on_host(&mut self.queue, &self.keys)?);
+        let (of_vertices, firsts) = left.number(&self.queue.rows(&self.keys)?);
         let cells = Cells { of_vertices, firsts, steps };
         self.keys = self.queue.buffer(0)?;
         self.seconds.select = self.lap();
@@ -203,7 +202,7 @@ impl<'a> Work<'a> {
             face_count: face_count as u32,
             cell_faces: &mut cell_faces,
         })?;
-        let pieces = Pieces::new(&on_host(&mut self.queue, &cell_faces)?, cells.firsts.len());
+        let pieces = Pieces::new(&self.queue.rows(&cell_faces)?, cells.firsts.len());
         // On a GPU the host has none of its rows.
         if cell_faces.host().is_empty() {
             pieces.check_for_gpu()?;
@@ -244,7 +243,7 @@ impl<'a> Work<'a> {
             representatives: &mut points,
         })?;
         let model_units = lattice.length(1.0 / f64::from(unit));
-        let free = on_host(queue, &points)?.into_owned();
+        let free = queue.rows(&points)?.into_owned();
         let distance = |point: &[f32; 4]| f64::from(point[3]).sqrt();
         if representative != Representative::Input {
             let estimate = free.iter().map(distance).fold(0.0, f64::max) * model_units;
@@ -263,7 +262,7 @@ impl<'a> Work<'a> {
             unit,
             nearest: &mut nearest,
         })?;
-        let nearest = on_host(queue, &nearest)?;
+        let nearest = queue.rows(&nearest)?;
         let of_cell = |ends: &[u32]| nearest[ends[0] as usize..ends[1] as usize].iter().copied().min();
         let chosen: Vec<[u32; 2]> = pieces.cell_starts.windows(2).filter_map(of_cell).collect();
         // A root mean squared distance grows by at most the way from one point to another.
@@ -272,14 +271,4 @@ impl<'a> Work<'a> {
         let estimate = free.iter().zip(&chosen).map(farther).fold(0.0, f64::max) * model_units;
         Ok((Points::At(chosen.into_iter().map(|[_, vertex]| vertex).collect()), estimate))
     }
-}
-
-/// The rows of a buffer, read back from a GPU.
-fn on_host<'b, T: Row>(queue: &mut Queue, buffer: &'b Buffer<T>) -> Result<Cow<'b, [T]>> {
-    if buffer.host().len() == buffer.len() {
-        return Ok(Cow::Borrowed(buffer.host()));
-    }
-    let mut rows = Vec::new();
-    queue.read(buffer, 0..buffer.len(), &mut rows)?;
-    Ok(Cow::Owned(rows))
 }

@@ -431,6 +431,7 @@ impl<'a> Run<'a> {
             stop,
             blocked: self.rounds.last().map(|round| round.blocked).unwrap_or_default(),
             error_estimate: frame.length_to_model(f64::from(self.deviation)),
+            flips: 0,
             cell_size: None,
             quadrics: self.quadrics,
             log: self.recorder.map(Recorder::into_log),

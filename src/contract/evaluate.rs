@@ -2,7 +2,7 @@
 
 use crate::backend::{Buffer, Queue, Row};
 use crate::error::{Error, Result};
-use crate::kernel::cost_histogram::{BUCKET_SHIFT, BUCKETS, CostHistogram};
+use crate::kernel::cost_histogram::{BUCKETS, CostHistogram, threshold};
 use crate::kernel::count_candidates::{CountCandidates, GATE_BLOCK};
 use crate::kernel::count_pairs::CountPairs;
 use crate::kernel::face_normals::FaceNormals;
@@ -333,31 +333,9 @@ fn wanted(gate: Gate, pairs: usize) -> usize {
     ((gate.share * pairs as f64).ceil() as usize).min(gate.most)
 }
 
-/// The key below which at least `wanted` pairs lie, at a bucket's bound, and how many do.
-fn threshold(histogram: &[u32], wanted: usize) -> (u32, usize) {
-    let mut count = 0;
-    for (bucket, &pairs) in histogram.iter().enumerate() {
-        if count >= wanted {
-            return ((bucket as u32) << BUCKET_SHIFT, count);
-        }
-        count += pairs as usize;
-    }
-    ((histogram.len() as u32) << BUCKET_SHIFT, count)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn threshold_completes_the_bucket() {
-        let histogram = [0, 3, 0, 4, 5];
-        assert_eq!(threshold(&histogram, 0), (0, 0));
-        assert_eq!(threshold(&histogram, 1), (2 << BUCKET_SHIFT, 3));
-        assert_eq!(threshold(&histogram, 3), (2 << BUCKET_SHIFT, 3));
-        assert_eq!(threshold(&histogram, 4), (4 << BUCKET_SHIFT, 7));
-        assert_eq!(threshold(&histogram, 99), (5 << BUCKET_SHIFT, 12));
-    }
 
     #[test]
     fn gate_takes_the_lesser_of_share_and_need() {

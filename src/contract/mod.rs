@@ -20,7 +20,6 @@ mod features;
 mod filter;
 mod fit;
 mod fit_guard;
-mod frame;
 mod history;
 mod join;
 mod listing;
@@ -42,6 +41,7 @@ use crate::backend::Device;
 use crate::error::{Error, Result};
 use crate::kernel::pair_quadric::{ANYWHERE, AT_ENDS, AT_THREE, ON_SEGMENT};
 use crate::mesh::Mesh;
+use crate::polish::Flips;
 use crate::simplify::{Budget, OnProgress, Outcome};
 
 pub use features::feature_degrees;
@@ -111,6 +111,8 @@ pub struct Options {
     /// Sweeps that fit the result's vertices to the original after the rounds; 0 for none. Each takes about as long as the
     /// rounds. Borders and locked vertices stay; with [`Placement::Endpoint`] all do.
     pub fit: u32,
+    /// Edge flips after the rounds and the fit. Not together with a log.
+    pub flips: Flips,
     /// Drop components whose bounding box's diagonal is below this fraction of the mesh's first.
     pub prune: f64,
     /// Whether to keep a log of the contractions: [`Outcome::log`]. Not together with a fit, whose moves are no
@@ -131,6 +133,7 @@ impl Default for Options {
             join_within: 0.0,
             weld: Some(0.0),
             fit: 0,
+            flips: Flips::default(),
             prune: 0.0,
             log: false,
         }
@@ -194,6 +197,9 @@ impl Options {
             return Err(Error::Parameter(
                 "a log and a fit exclude each other: fitted positions are in no record".into(),
             ));
+        }
+        if self.log && self.flips.sweeps > 0 {
+            return Err(Error::Parameter("a log and flips exclude each other: turned edges are in no record".into()));
         }
         Ok(())
     }

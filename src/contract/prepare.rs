@@ -10,13 +10,13 @@ use crate::math::{DVec3, Vec3};
 use crate::mesh::adjacency::{EdgeUse, Rings};
 use crate::mesh::arrange::Arranged;
 use crate::mesh::fan::{Fan, fans};
+use crate::mesh::frame::Frame;
 use crate::mesh::orient::orient_around;
 use crate::mesh::prune::prune;
 use crate::mesh::weld::{Welded, joined_attributes};
 use crate::mesh::{self, Mesh};
 
 use super::carry::{Carried, TURNED};
-use super::frame::Frame;
 use super::surface::Start;
 use super::{Metric, Options};
 
@@ -129,13 +129,8 @@ fn arrange(mesh: &Mesh, options: &Options) -> Result<(Arranged, Attributes, Vec<
         let count = arranged.vertex_source.len();
         return Err(Error::Limit(format!("{count} vertices, more than the {VERTEX} that a run can number")));
     }
-    let warnings = [
-        (arranged.degenerate_faces, "degenerate faces dropped"),
-        (arranged.duplicate_faces, "duplicate faces dropped"),
-        (arranged.unreferenced_vertices, "unreferenced vertices dropped"),
-        (pruned, "small parts dropped"),
-    ];
-    let warnings = warnings.into_iter().filter(|&(count, _)| count > 0).map(|(count, what)| format!("{count} {what}"));
+    let warnings = arranged.dropped().into_iter().chain([(pruned, "small parts dropped")]);
+    let warnings = warnings.filter(|&(count, _)| count > 0).map(|(count, what)| format!("{count} {what}"));
     let dropped = "texture coordinates are dropped: they are not carried through contractions yet";
     let dropped = mesh.texcoords.is_some().then(|| dropped.into());
     Ok((arranged, attributes, warnings.chain(dropped).collect()))
@@ -177,7 +172,7 @@ impl Prepared {
             let flags =
                 if on_border { BORDER } else { 0 } | if locked { LOCKED } else { 0 } | if joined { JOINED } else { 0 };
             let hub = with_hub(flags, rings.ring(vertex as u32).len() as u32);
-            frame.to_rows(input[origin as usize], hub)
+            Position::new(frame.to_rows(input[origin as usize]), hub)
         };
         let rows: Vec<Position> =
             carried.origin.par_iter().zip(fans).enumerate().with_min_len(ROWS).map_init(Vec::new, row).collect();

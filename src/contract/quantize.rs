@@ -18,11 +18,11 @@ use crate::mesh::Mesh;
 
 use super::Options;
 use super::evaluate::plane_sums;
-use super::frame::Frame;
 use super::prepare::{Prepared, prepare};
 use super::quadrics::{QuadricFormat, QuadricFrame, QuadricRecord};
 use super::surface::Surface;
 use super::weigh::{start_weights, weigh_start};
+use crate::mesh::frame::Frame;
 
 /// How long raw coordinates and edges may be: squares of others leave single precision.
 const RAW: RangeInclusive<f64> = 1e-12..=1e12;

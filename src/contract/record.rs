@@ -2,11 +2,11 @@
 
 use crate::kernel::rows::{Contraction, Position};
 use crate::mesh::Mesh;
+use crate::mesh::frame::Frame;
 use crate::progressive::{self, CollapseLog};
 
 use super::carry::{Carried, MOVED_FROM, TURNED};
 use super::commit::Committed;
-use super::frame::Frame;
 use super::prepare::Prepared;
 use super::restore::model_position;
 

@@ -5,10 +5,10 @@ use rayon::prelude::*;
 use crate::kernel::rows::{Face, Position};
 use crate::math::DVec3;
 use crate::mesh::Mesh;
+use crate::mesh::frame::Frame;
 use crate::simplify::MOVED;
 
 use super::carry::{Carried, MOVED_FROM, TURNED};
-use super::frame::Frame;
 use super::join::referenced;
 
 /// Rows that a thread moves at a time.
@@ -51,7 +51,7 @@ pub fn restore(
 /// Where a vertex of this origin and row lies in model units: what stands at an input vertex, exactly there.
 pub fn model_position(input: &Mesh, frame: Frame, origin: u32, row: Position) -> DVec3 {
     let kept: Option<&DVec3> = input.positions.get(origin as usize).filter(|_| origin & MOVED_FROM == 0);
-    kept.copied().unwrap_or_else(|| frame.to_model(row))
+    kept.copied().unwrap_or_else(|| frame.to_model(row.xyz()))
 }
 
 /// The rows in ascending order of their origins, which differ and, less a flag, lie below `count`.
@@ -79,7 +79,7 @@ mod tests {
         input.normals = Some(vec![Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X]);
         let frame = Frame::new(&input.faces, |v| corners[v as usize], input.bounds());
         // Stored as 3, 2, 0, 1, of which the input's 3 has moved; the input's face 1 came first, turned over.
-        let moved = frame.to_rows(DVec3::splat(2.0), 0);
+        let moved = Position::new(frame.to_rows(DVec3::splat(2.0)), 0);
         let rows = [moved, moved, moved, moved];
         let faces = [Face { a: 3, b: 0, c: 1 }, Face { a: 2, b: 3, c: 1 }];
         let carried = Carried {

@@ -3,6 +3,7 @@
 //! Not by index: on flats thousands of costs are 0, and taking them by index eats the mesh from one end.
 
 use crate::kernel::rows::Candidate;
+use crate::math::tie_hash as hash;
 
 const DIGIT_BITS: u32 = 11;
 const DIGITS: usize = 1 << DIGIT_BITS;
@@ -52,14 +53,6 @@ fn radix_sort(candidates: &mut Vec<Candidate>, scratch: &mut Vec<Candidate>, by:
 
 fn digit(key: u32, pass: usize) -> usize {
     (key >> (DIGIT_BITS * pass as u32)) as usize & (DIGITS - 1)
-}
-
-/// A bijective mix of 32 bits: no two half-edges tie.
-fn hash(half_edge: u32, round: u32) -> u32 {
-    let mut x = half_edge ^ round.wrapping_mul(0x9e37_79b9);
-    x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
-    x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
-    x ^ (x >> 16)
 }
 
 #[cfg(test)]

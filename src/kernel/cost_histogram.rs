@@ -73,3 +73,30 @@ impl Kernel for CostHistogram<'_> {
         }
     }
 }
+
+/// The key below which at least `wanted` keys lie, at a bucket's bound, and how many do.
+pub fn threshold(histogram: &[u32], wanted: usize) -> (u32, usize) {
+    let mut count = 0;
+    for (bucket, &keys) in histogram.iter().enumerate() {
+        if count >= wanted {
+            return ((bucket as u32) << BUCKET_SHIFT, count);
+        }
+        count += keys as usize;
+    }
+    ((histogram.len() as u32) << BUCKET_SHIFT, count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threshold_completes_the_bucket() {
+        let histogram = [0, 3, 0, 4, 5];
+        assert_eq!(threshold(&histogram, 0), (0, 0));
+        assert_eq!(threshold(&histogram, 1), (2 << BUCKET_SHIFT, 3));
+        assert_eq!(threshold(&histogram, 3), (2 << BUCKET_SHIFT, 3));
+        assert_eq!(threshold(&histogram, 4), (4 << BUCKET_SHIFT, 7));
+        assert_eq!(threshold(&histogram, 99), (5 << BUCKET_SHIFT, 12));
+    }
+}

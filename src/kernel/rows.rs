@@ -47,6 +47,12 @@ pub struct Position {
 }
 
 impl Position {
+    /// A vertex there.
+    #[inline(always)]
+    pub fn new(at: Vec3, flags: u32) -> Self {
+        Self { x: at.x, y: at.y, z: at.z, flags }
+    }
+
     /// The coordinates.
     #[inline(always)]
     pub fn xyz(self) -> Vec3 {

@@ -1,6 +1,15 @@
-//! Vectors for the rest of the crate: glam's, and the exact single-precision arithmetic that kernels share with WGSL.
+//! Vectors for the rest of the crate: glam's, the exact single-precision arithmetic that kernels share with WGSL, and how
+//! ties are ordered.
 
 pub mod exact;
 pub mod lanes;
 
 pub use glam::{DMat3, DVec2, DVec3, Vec2, Vec3, Vec4};
+
+/// A bijective mix of 32 bits, another in every round: orders ties so that no two tie and no region comes first.
+pub fn tie_hash(index: u32, round: u32) -> u32 {
+    let mut x = index ^ round.wrapping_mul(0x9e37_79b9);
+    x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
+    x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
+    x ^ (x >> 16)
+}

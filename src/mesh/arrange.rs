@@ -86,6 +86,15 @@ impl Arranged {
         arranged
     }
 
+    /// What was dropped: how many, in words.
+    pub fn dropped(&self) -> [(usize, &'static str); 3] {
+        [
+            (self.degenerate_faces, "degenerate faces dropped"),
+            (self.duplicate_faces, "duplicate faces dropped"),
+            (self.unreferenced_vertices, "unreferenced vertices dropped"),
+        ]
+    }
+
     /// Finds unreferenced vertices, and drops them where vertices are joined.
     fn settle(&mut self, mesh: &Mesh, tolerance: Option<f64>) {
         let starts = &self.rings.starts;

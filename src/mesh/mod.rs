@@ -13,6 +13,7 @@ mod circle;
 mod curve;
 mod disjoint;
 pub(crate) mod fan;
+pub(crate) mod frame;
 pub(crate) mod key_table;
 mod near;
 pub mod orient;

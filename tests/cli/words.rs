@@ -53,6 +53,7 @@ fn json_has_its_fields() {
         "stop_reason",
         "cell_size",
         "quadrics",
+        "flips",
         "simplify_ms",
         "blocked",
         "error",
@@ -63,8 +64,10 @@ fn json_has_its_fields() {
     ];
     expected.sort_unstable();
     assert_eq!(keys(&record), expected);
-    let seconds =
-        ["apply", "build", "cost", "filter", "fit", "measure", "read", "select", "total", "transfer", "weld", "write"];
+    let seconds = [
+        "apply", "build", "cost", "filter", "fit", "flip", "measure", "read", "select", "total", "transfer", "weld",
+        "write",
+    ];
     assert_eq!(keys(&record["seconds"]), seconds);
     assert_eq!(keys(&record["blocked"]), ["aspect", "border", "error", "flip", "link", "lock", "seam"]);
     assert_eq!(keys(&record["error"]), ["estimate", "estimate_relative", "measured"]);

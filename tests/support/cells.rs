@@ -22,12 +22,12 @@ pub fn run(device: &Device, mesh: &Mesh, options: &Options, budget: Budget) -> R
 
 /// Options with this representative and the grid from the budget.
 pub fn with(representative: Representative) -> Options {
-    Options { grid: None, representative }
+    Options { representative, ..Options::default() }
 }
 
 /// Clusters on a grid of this many cells.
 pub fn on_grid(mesh: &Mesh, cells: u32, representative: Representative) -> Outcome {
-    let options = Options { grid: Some(cells), representative };
+    let options = Options { grid: Some(cells), representative, ..Options::default() };
     run(&cpu(1), mesh, &options, Budget::default()).expect("a valid mesh and grid")
 }
 

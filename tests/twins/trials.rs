@@ -9,6 +9,7 @@ mod gate;
 mod inputs;
 mod near;
 mod nearest;
+mod removal;
 mod surface;
 
 use coarsen::Result;
@@ -73,6 +74,7 @@ pub fn trials() -> impl Iterator<Item = Trial> {
         .chain(nearest::TRIALS)
         .chain(fit::TRIALS)
         .chain(cells::TRIALS)
+        .chain(removal::TRIALS)
 }
 
 fn exact_probe(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {

@@ -4,6 +4,7 @@
 
 mod bench;
 mod compare;
+mod removal;
 mod replay;
 mod simplify;
 mod weights;
@@ -13,9 +14,10 @@ use clap_complete::Shell;
 
 pub use bench::{Bench, Job as BenchJob};
 pub use compare::{Compare, Up};
+pub use removal::{Fill, Removal};
 pub use replay::Replay;
 pub use simplify::{
-    Method, Metric, Placement, Progress, QuadricFormat, QuadricFrame, Representative, Shape, Simplify, Target,
+    FlipBy, Method, Metric, Placement, Progress, QuadricFormat, QuadricFrame, Representative, Shape, Simplify, Target,
 };
 pub use weights::{FeatureMode, FeatureUpdate, Weights};
 

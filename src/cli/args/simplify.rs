@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::Weights;
+use super::{Removal, Weights};
 use crate::cli::values::{self, Weld};
 
 /// Reduce the faces of a mesh
@@ -34,6 +34,8 @@ pub struct Simplify {
     pub target: Target,
     #[command(flatten)]
     pub shape: Shape,
+    #[command(flatten)]
+    pub removal: Removal,
     #[command(flatten)]
     pub weights: Weights,
     #[command(flatten)]
@@ -97,7 +99,7 @@ pub struct Target {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Shape")]
 pub struct Shape {
-    /// Contract, feature, average or cluster
+    /// Contract, cluster, removal …
     ///
     /// The method: 'contract', the default, contracts pairs of vertices in rounds, the cheapest first; 'feature' does so with the metric
     /// 'plane' and the placement 'endpoint', where nothing else is said, and counts vertices more where the curvature
@@ -105,6 +107,8 @@ pub struct Shape {
     /// --quadric-format names. 'cluster' makes one vertex of all in a cell of a grid, a fast first pass for enormous or broken meshes that
     /// ignores topology: with --faces, --ratio or --reduction the finest grid found that leaves at most as many faces,
     /// mostly 98% or more of them; with --error the coarsest grid that moves no vertex farther than that; or with --grid.
+    /// 'removal' takes the vertices nearest to their neighborhood away in rounds and fills the holes: what is left are
+    /// vertices of the input, and --error bounds how far each of those that went is from the result.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Method::Contract, hide_possible_values = true,
         hide_default_value = true)]
     pub method: Method,
@@ -176,6 +180,20 @@ pub struct Shape {
     /// lowers the deviation by about a tenth and takes about as long as the run, three a little more. Borders stay.
     #[arg(long, value_name = "N", default_value = "off", value_parser = values::sweeps)]
     pub fit: u32,
+
+    /// Sweeps of edge flips, or 'off'
+    ///
+    /// Turns edges of the result to the other diagonal of their faces where that brings it closer to the input, in at most
+    /// this many sweeps after the run, with any method. No vertex moves.
+    #[arg(long, value_name = "N", default_value = "off", value_parser = values::sweeps)]
+    pub flips: u32,
+
+    /// Flip by distance, bend or shape
+    ///
+    /// What flips are to lessen: with 'distance' the squared distances of samples of the input; with 'bend' the bends of
+    /// edges; with 'shape' obtuse angles where the result is flat.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = FlipBy::Distance, hide_possible_values = true)]
+    pub flip_by: FlipBy,
 
     /// Contract pairs without an edge this close
     ///
@@ -303,6 +321,8 @@ pub enum Method {
     Average,
     /// Vertex clustering on a grid
     Cluster,
+    /// Vertex removal with retriangulation
+    Removal,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -359,6 +379,16 @@ pub enum Representative {
     Mean,
     /// The nearest vertex of the input
     Input,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FlipBy {
+    /// Squared distances of samples
+    Distance,
+    /// Lengths of edges by their bend
+    Bend,
+    /// Obtuse angles on flats
+    Shape,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

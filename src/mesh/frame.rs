@@ -4,8 +4,7 @@
 
 use rayon::prelude::*;
 
-use crate::kernel::rows::Position;
-use crate::math::DVec3;
+use crate::math::{DVec3, Vec3};
 
 /// Faces summed by one thread at a time.
 const CHUNK: usize = 1 << 14;
@@ -58,14 +57,13 @@ impl Frame {
     }
 
     /// A position in the frame, rounded to single precision.
-    pub fn to_rows(self, position: DVec3, flags: u32) -> Position {
-        let p = ((position - self.center) * self.scale).clamp(-FARTHEST, FARTHEST).as_vec3();
-        Position { x: p.x, y: p.y, z: p.z, flags }
+    pub fn to_rows(self, position: DVec3) -> Vec3 {
+        ((position - self.center) * self.scale).clamp(-FARTHEST, FARTHEST).as_vec3()
     }
 
     /// A position of the frame in model units; a vertex beyond the greatest number stays there.
-    pub fn to_model(self, position: Position) -> DVec3 {
-        let p = position.xyz().as_dvec3() / self.scale + self.center;
+    pub fn to_model(self, position: Vec3) -> DVec3 {
+        let p = position.as_dvec3() / self.scale + self.center;
         p.clamp(DVec3::splat(f64::MIN), DVec3::splat(f64::MAX))
     }
 
@@ -100,7 +98,7 @@ mod tests {
         for scale in [1e-150, 1e-6, 1.0, 1e6, 1e150] {
             let positions: Vec<DVec3> = sphere.positions.iter().map(|&p| (p + 1000.0) * scale).collect();
             let frame = frame(&Mesh { positions: positions.clone(), ..sphere.clone() });
-            let [a, b, _] = sphere.faces[0].map(|v| frame.to_rows(positions[v as usize], 0).xyz());
+            let [a, b, _] = sphere.faces[0].map(|v| frame.to_rows(positions[v as usize]));
             assert!((0.5..2.0).contains(&(b - a).length()), "{scale}: {}", (b - a).length());
         }
     }
@@ -110,7 +108,7 @@ mod tests {
         let sphere = shapes::icosphere(2);
         let frame = frame(&sphere);
         for &p in &sphere.positions {
-            assert!((frame.to_model(frame.to_rows(p, 0)) - p).length() < 1e-6);
+            assert!((frame.to_model(frame.to_rows(p)) - p).length() < 1e-6);
         }
     }
 }

@@ -1,0 +1,177 @@
+//! The hole that a vertex leaves.
+//!
+//! ```text
+//!     r2 --- r1          v      the vertex, at the origin
+//!    /  \   /  \         r0 …   its ring, counter-clockwise; faces[i] lies between r[i] and r[i + 1]
+//!  r3 --- v --- r0       an open ring begins and ends at the border
+//!    \  /   \  /
+//!     r4 --- r5
+//! ```
+
+use crate::kernel::removal_costs::is_crease;
+use crate::kernel::rows::{BORDER, Normal};
+use crate::kernel::stars::{Stars, has, spoke};
+use crate::math::DVec3;
+
+use super::polygon::{Polygon, Worth, height, unit_normal};
+
+/// A vertex's ring and what lies around it.
+#[derive(Debug, Default)]
+pub struct Hole {
+    /// The ring.
+    pub ring: Vec<u32>,
+    /// Its positions about the vertex.
+    pub points: Vec<DVec3>,
+    /// The faces that go, in the order of the ring.
+    pub faces: Vec<u32>,
+    pub is_open: bool,
+    /// The face beyond every side of the ring that a face lies at, if there is one.
+    pub beyond: Vec<Option<u32>>,
+    /// The unit normals of these.
+    outside: Vec<Option<DVec3>>,
+    /// Whether two vertices of the ring share an edge, but for its own sides; row by row.
+    joined: Vec<bool>,
+    /// (p1−p0)×(p2−p0) of the faces that go.
+    normals: Vec<DVec3>,
+}
+
+impl Hole {
+    /// Reads the hole at `vertex`; false where the faces around it are not one fan.
+    pub fn read(&mut self, vertex: u32, stars: &Stars<'_>) -> bool {
+        let faces = stars.ring(vertex);
+        let from = |f: u32| spoke(stars.faces[f as usize], vertex);
+        let entered = |f: u32| faces.iter().copied().find(|&g| from(g).last == from(f).next);
+        self.is_open = stars.positions[vertex as usize].flags & BORDER != 0;
+        let first =
+            if self.is_open { faces.iter().copied().find(|&f| entered(f).is_none()) } else { faces.first().copied() };
+        self.faces.clear();
+        self.ring.clear();
+        let mut at = first;
+        while let Some(face) = at {
+            self.faces.push(face);
+            self.ring.push(from(face).next);
+            let last = from(face).last;
+            at = faces.iter().copied().find(|&g| from(g).next == last);
+            if at.is_none() {
+                self.ring.push(last);
+            }
+            if at == first || self.faces.len() > faces.len() {
+                break;
+            }
+        }
+        let closes = at.is_some() && at == first;
+        if self.faces.len() != faces.len() || closes == self.is_open {
+            return false;
+        }
+        let origin = stars.positions[vertex as usize].xyz().as_dvec3();
+        let point = |&v: &u32| stars.positions[v as usize].xyz().as_dvec3() - origin;
+        self.points.clear();
+        self.points.extend(self.ring.iter().map(point));
+        let count = self.ring.len();
+        let normal = |i: usize| self.points[i].cross(self.points[(i + 1) % count]);
+        self.normals.clear();
+        self.normals.extend((0..self.faces.len()).map(normal));
+        self.look_around(vertex, origin, stars);
+        true
+    }
+
+    /// The cosine at the sharpest of the edges that go or stay around the hole.
+    pub fn least_cos(&self) -> f64 {
+        let units: Vec<Option<DVec3>> = self.normals.iter().map(|normal| normal.try_normalize()).collect();
+        let inner = (1..units.len()).map(|i| (units[i - 1], units[i]));
+        let closing = (!self.is_open).then(|| (units[units.len() - 1], units[0]));
+        let outer = (0..units.len()).map(|i| (units[i], self.outside[i]));
+        let edges = inner.chain(closing).chain(outer);
+        edges.fold(Worth::NONE, |worth, (first, second)| worth.with_edge(first, second)).least_cos
+    }
+
+    /// Finds what lies beyond the ring and which of its vertices share an edge.
+    fn look_around(&mut self, vertex: u32, origin: DVec3, stars: &Stars<'_>) {
+        let count = self.ring.len();
+        self.joined.clear();
+        self.joined.resize(count * count, false);
+        self.beyond.clear();
+        self.beyond.resize(count, None);
+        self.outside.clear();
+        self.outside.resize(count, None);
+        for (i, &at) in self.ring.iter().enumerate() {
+            for &f in stars.ring(at) {
+                let face = stars.faces[f as usize];
+                if has(face, vertex) {
+                    continue;
+                }
+                let seen = spoke(face, at);
+                for other in [seen.next, seen.last] {
+                    if let Some(j) = self.ring.iter().position(|&v| v == other) {
+                        self.joined[i * count + j] = true;
+                        self.joined[j * count + i] = true;
+                    }
+                }
+                // Beyond the side from r[i] to r[i + 1] a face runs the other way.
+                if i < self.faces.len() && seen.last == self.ring[(i + 1) % count] {
+                    let corner = |v: u32| stars.positions[v as usize].xyz().as_dvec3() - origin;
+                    self.beyond[i] = Some(f);
+                    self.outside[i] = unit_normal([corner(at), corner(seen.next), corner(seen.last)]);
+                }
+            }
+        }
+    }
+
+    /// Whether a side of the ring is between two places.
+    pub fn is_side(&self, i: usize, j: usize) -> bool {
+        let follows =
+            |from: usize, to: usize| from + 1 == to || (!self.is_open && to == 0 && from + 1 == self.ring.len());
+        follows(i, j) || follows(j, i)
+    }
+
+    /// Whether the vertices at these places of the ring share an edge that a face beyond the hole has.
+    pub fn are_joined(&self, i: usize, j: usize) -> bool {
+        self.joined[i * self.ring.len() + j]
+    }
+
+    /// Whether the three vertices of a ring are the corners of a face elsewhere.
+    pub fn is_face(&self, stars: &Stars<'_>) -> bool {
+        let [a, b, c] = self.ring[..] else { return false };
+        let faces = stars.ring(a).iter().map(|&f| stars.faces[f as usize]);
+        faces.into_iter().any(|face| has(face, b) && has(face, c))
+    }
+
+    /// The polygons to fill: one, or one on either side of the two features that run through the vertex.
+    pub fn polygons(&self, normals: &[Normal], crease_cos: f32) -> Vec<Polygon<'_>> {
+        let count = self.ring.len();
+        let whole = || vec![self.polygon((0..count).collect(), 0..self.faces.len())];
+        if self.is_open || crease_cos < -1.0 {
+            return whole();
+        }
+        let bends = |&i: &usize| {
+            let [before, after] = [self.faces[(i + count - 1) % count], self.faces[i]].map(|f| normals[f as usize]);
+            is_crease(before, after, crease_cos)
+        };
+        let creases: Vec<usize> = (0..count).filter(bends).collect();
+        let [i, j] = creases[..] else { return whole() };
+        let sides = [(i..=j).collect::<Vec<_>>(), (j..=i + count).map(|k| k % count).collect()];
+        let faces = [(i..j), (j..i + count)];
+        let sides = sides.into_iter().zip(faces).filter(|(side, _)| side.len() > 2);
+        sides.map(|(side, faces)| self.polygon(side, faces)).collect()
+    }
+
+    /// The polygon through these places of the ring, which replaces these faces.
+    fn polygon(&self, places: Vec<usize>, faces: std::ops::Range<usize>) -> Polygon<'_> {
+        let count = self.normals.len();
+        let mut normal = DVec3::ZERO;
+        let (mut area, mut least_height) = (0.0, f64::INFINITY);
+        for face in faces.map(|face| face % count) {
+            let own = self.normals[face];
+            normal += own;
+            area += own.length();
+            let corners = [DVec3::ZERO, self.points[face], self.points[(face + 1) % self.points.len()]];
+            least_height = least_height.min(height(corners));
+        }
+        Polygon { hole: self, places, normal, area, least_height }
+    }
+
+    /// The unit normal beyond the side of the ring between two places, where there is a face.
+    pub fn outside(&self, from: usize, to: usize) -> Option<DVec3> {
+        if (from + 1) % self.ring.len() == to { self.outside[from] } else { None }
+    }
+}
