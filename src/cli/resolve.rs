@@ -308,6 +308,10 @@ fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
         },
         fit: shape.fit,
         prune: shape.prune.unwrap_or(defaults.prune),
+        texture: shape.texture.map_or(defaults.texture, |texture| match texture {
+            args::Texture::Keep => contract::Texture::Keep,
+            args::Texture::Drop => contract::Texture::Drop,
+        }),
         log: false,
     }
 }
@@ -361,7 +365,7 @@ mod tests {
     fn shape_options_reach_the_engine() {
         let job =
             job("coarsen simplify sample:part - --format ply -f 8 --metric plane --placement endpoint --max-flip 45 \
-            --weld off --prune 1% --lock-border --border-weight 2 --join-within 0.5");
+            --weld off --prune 1% --lock-border --border-weight 2 --join-within 0.5 --texture keep");
         let Method::Contract(options) = job.expect("a good line").method else { panic!("another method") };
         let expected = contract::Options {
             metric: contract::Metric::Plane,
@@ -374,6 +378,7 @@ mod tests {
             weld: None,
             fit: 0,
             prune: 0.01,
+            texture: contract::Texture::Keep,
             log: false,
         };
         assert_eq!(options, expected);

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::backend::{Buffer, Device, Queue, fallback};
 use crate::error::Result;
-use crate::kernel::rows::{Candidate, Contraction, HUB, LOCKED};
+use crate::kernel::rows::{Candidate, Contraction, HUB, LOCKED, SEAM};
 use crate::mesh::Mesh;
 use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord, StopReason};
 
@@ -300,16 +300,16 @@ impl<'a> Run<'a> {
     /// Adds to the last round's refusals the edges that were no pairs: between locked vertices, and at hubs.
     fn count_locked(&mut self) {
         let positions = self.host.positions.host();
-        let is_held = |[a, b]: [u32; 2]| {
-            let (a, b) = (positions[a as usize].flags, positions[b as usize].flags);
-            a & b & LOCKED != 0 || (a | b) & HUB != 0
-        };
+        let flags = |side: [u32; 2]| side.map(|v| positions[v as usize].flags);
+        let is_seam = |&[a, b]: &[u32; 2]| a & b & SEAM != 0;
+        let is_held = |&[a, b]: &[u32; 2]| a & b & LOCKED != 0 || (a | b) & HUB != 0;
         let faces = &self.host.faces.host()[..self.host.face_count];
-        let sides = faces.iter().map(|f| [[f.a, f.b], [f.b, f.c], [f.c, f.a]].map(&is_held));
-        let held: usize = sides.map(|sides| sides.into_iter().filter(|&held| held).count()).sum();
+        let sides = || faces.iter().flat_map(|f| [[f.a, f.b], [f.b, f.c], [f.c, f.a]].map(flags));
+        let (held, seams) = (sides().filter(is_held).count(), sides().filter(is_seam).count());
         if let Some(round) = self.rounds.last_mut() {
             // An edge is a side of two faces.
-            round.blocked.lock = held.div_ceil(2) as u64;
+            round.blocked.lock = (held - seams).div_ceil(2) as u64;
+            round.blocked.seam = seams.div_ceil(2) as u64;
         }
     }
 

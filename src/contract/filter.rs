@@ -17,6 +17,8 @@ pub enum Rejection {
     Flip,
     /// A face would become a sliver.
     Aspect,
+    /// The texture would fold or tear.
+    Texture,
     /// The error limit.
     Error,
     /// No longer as cheap as when the round began: it waits for the next one and blocks nothing.
@@ -31,6 +33,7 @@ impl Blocked {
             Rejection::Link => self.link += 1,
             Rejection::Flip => self.flip += 1,
             Rejection::Aspect => self.aspect += 1,
+            Rejection::Texture => self.texture += 1,
             Rejection::Error => self.error += 1,
             Rejection::Outdated => {}
         }
@@ -38,13 +41,14 @@ impl Blocked {
 
     /// Adds the counts of another part of the round.
     pub fn add(&mut self, other: Self) {
-        let Self { border, lock, seam, link, flip, aspect, error } = other;
+        let Self { border, lock, seam, link, flip, aspect, texture, error } = other;
         self.border += border;
         self.lock += lock;
         self.seam += seam;
         self.link += link;
         self.flip += flip;
         self.aspect += aspect;
+        self.texture += texture;
         self.error += error;
     }
 }

@@ -10,6 +10,7 @@
 //!   characteristic, borders and parts are kept. [`crate::mesh::validate()`] checks a result.
 
 mod carry;
+mod charts;
 mod commit;
 mod compact;
 mod deal;
@@ -33,6 +34,8 @@ mod scan;
 mod select;
 mod star;
 mod surface;
+mod texture;
+mod uv_kernel;
 mod weigh;
 mod weighting;
 
@@ -81,6 +84,17 @@ impl Placement {
     }
 }
 
+/// What becomes of texture coordinates \[Wu12\].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Texture {
+    /// They follow the surface: those of a new vertex are those of the nearest point of the surface before, and no face
+    /// turns over in the texture. Vertices on seams stay; others may contract onto them.
+    Keep,
+    /// They are left out, and with them what seams hold.
+    #[default]
+    Drop,
+}
+
 /// Options of pair contraction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
@@ -107,6 +121,8 @@ pub struct Options {
     pub fit: u32,
     /// Drop components whose bounding box's diagonal is below this fraction of the mesh's first.
     pub prune: f64,
+    /// What becomes of texture coordinates. A log does not hold them: with one they can only be dropped.
+    pub texture: Texture,
     /// Whether to keep a log of the contractions: [`Outcome::log`]. Not together with a fit, whose moves are no
     /// contractions.
     pub log: bool,
@@ -125,6 +141,7 @@ impl Default for Options {
             weld: Some(0.0),
             fit: 0,
             prune: 0.0,
+            texture: Texture::default(),
             log: false,
         }
     }

@@ -10,3 +10,4 @@ pub mod independent;
 pub mod models;
 pub mod quadric;
 pub mod shapes;
+pub mod texture;
