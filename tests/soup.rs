@@ -7,7 +7,7 @@ mod support;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
-use coarsen::contract::{Feature, FeatureMode, Options, Placement, Texture, Update, Weighting};
+use coarsen::contract::{Candidates, Feature, FeatureMode, Metric, Options, Placement, Texture, Update, Weighting};
 use coarsen::math::{DVec3, Vec2, Vec3};
 use coarsen::mesh::{shapes, weld};
 use coarsen::{Budget, Device, Error, Mesh, Method, StopReason, cluster, simplify};
@@ -156,8 +156,10 @@ fn weighting(random: &mut Random, vertices: usize) -> Weighting {
 
 fn options(random: &mut Random, vertices: usize) -> Options {
     let join_within = if below(random, 4) == 0 { pick(random, &[1e-9, 0.3, 2.0, 1e30]) } else { 0.0 };
+    let by_triangles = join_within == 0.0 && below(random, 4) == 0;
     let options = Options {
         metric: pick(random, &METRICS),
+        candidates: Candidates::Pairs,
         placement: pick(random, &PLACEMENTS),
         weighting: weighting(random, vertices),
         border_weight: pick(random, &[0.0, 1.0, 1e-30, 1e6]),
@@ -170,7 +172,15 @@ fn options(random: &mut Random, vertices: usize) -> Options {
         texture: pick(random, &[Texture::Keep, Texture::Drop]),
         log: false,
     };
-    Options { log: options.fit == 0 && options.texture == Texture::Drop, ..options }
+    let options = Options { log: options.fit == 0 && options.texture == Texture::Drop, ..options };
+    if !by_triangles {
+        return options;
+    }
+    let placement = match options.placement {
+        Placement::Segment => Placement::Optimal,
+        other => other,
+    };
+    Options { metric: Metric::Plane, candidates: Candidates::Triangles, placement, ..options }
 }
 
 fn budget(random: &mut Random, faces: usize) -> Budget {

@@ -280,7 +280,14 @@ fn method(shape: &args::Shape, target: &args::Target, feature: Feature, log: boo
 }
 
 fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
+    let candidates = match shape.candidates {
+        args::Candidates::Pairs => contract::Candidates::Pairs,
+        args::Candidates::Triangles => contract::Candidates::Triangles,
+    };
     let defaults = match shape.method {
+        args::Method::Contract | args::Method::Cluster if shape.candidates == args::Candidates::Triangles => {
+            contract::Options { metric: contract::Metric::Plane, ..contract::Options::default() }
+        }
         args::Method::Contract | args::Method::Cluster => contract::Options::default(),
         args::Method::Feature => {
             contract::Options { weighting: Weighting::Feature(feature), ..contract::Options::feature_weighted() }
@@ -291,6 +298,7 @@ fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
             args::Metric::Volume => contract::Metric::Volume,
             args::Metric::Plane => contract::Metric::Plane,
         }),
+        candidates,
         placement: shape.placement.map_or(defaults.placement, |placement| match placement {
             args::Placement::Optimal => contract::Placement::Optimal,
             args::Placement::Segment => contract::Placement::Segment,
@@ -369,6 +377,7 @@ mod tests {
         let Method::Contract(options) = job.expect("a good line").method else { panic!("another method") };
         let expected = contract::Options {
             metric: contract::Metric::Plane,
+            candidates: contract::Candidates::Pairs,
             placement: contract::Placement::Endpoint,
             weighting: Weighting::Uniform,
             border_weight: 2.0,

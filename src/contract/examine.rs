@@ -27,14 +27,14 @@ const NEGLIGIBLE: f64 = 1e-12;
 #[derive(Debug, Clone, Copy)]
 pub struct Rules {
     metric: Metric,
-    placement: Placement,
+    pub placement: Placement,
     border_weight: f64,
-    regularization: f64,
+    pub regularization: f64,
     pub limits: ShapeLimits,
     /// Whether pairs may join parts.
     pub joins: bool,
     /// Greatest estimated deviation, in the normalized frame.
-    max_deviation: f64,
+    pub max_deviation: f64,
 }
 
 impl Rules {
@@ -77,9 +77,9 @@ pub struct Accepted {
 /// Examines candidates, with scratch that outlives each.
 #[derive(Debug)]
 pub struct Examiner {
-    rules: Rules,
+    pub rules: Rules,
     star: Star,
-    texture: TextureFilter,
+    pub texture: TextureFilter,
     /// Whether a pair that became dear may wait for another round.
     may_wait: bool,
 }
@@ -201,6 +201,6 @@ impl Examiner {
 }
 
 /// The root of the weighted mean squared distance of a quadric's own vertex to its planes.
-fn deviation(quadric: &PlaneQuadric) -> f32 {
+pub fn deviation(quadric: &PlaneQuadric) -> f32 {
     if quadric.weight > 0.0 { (quadric.c.max(0.0) / quadric.weight).sqrt() } else { 0.0 }
 }

@@ -113,25 +113,29 @@ const NO_AREA_SQ: f64 = 1e-24;
 
 /// Whether every surviving face keeps its side and its shape when the ends move to `x`, about the pair's midpoint.
 pub fn shapes_hold(star: &Star, x: DVec3, limits: ShapeLimits) -> Result<(), Rejection> {
-    for (faces, p0) in [(&star.first, -star.h), (&star.second, star.h)] {
-        for face in faces {
-            let [p1, p2] = face.points;
-            let (before, after) = (face.normal, (p1 - x).cross(p2 - x));
-            let before_sq = before.length_squared();
-            if before_sq <= NO_AREA_SQ {
-                continue;
-            }
-            let (dot, after_sq) = (before.dot(after), after.length_squared());
-            let turns =
-                dot.is_nan() || dot <= 0.0 || dot * dot <= limits.min_cos * limits.min_cos * before_sq * after_sq;
-            if turns {
-                return Err(Rejection::Flip);
-            }
-            let sides_sq = |p: DVec3| (p1 - p).length_squared() + (p2 - p).length_squared();
-            let least = limits.min_height * sides_sq(x);
-            if after_sq < least * least && after_sq.sqrt() / sides_sq(x) < before_sq.sqrt() / sides_sq(p0) {
-                return Err(Rejection::Aspect);
-            }
+    faces_hold(&star.first, -star.h, x, limits)?;
+    faces_hold(&star.second, star.h, x, limits)
+}
+
+/// The same for the faces of one end, which moves from `p0` to `x`.
+#[inline(always)]
+pub fn faces_hold(faces: &[StarFace], p0: DVec3, x: DVec3, limits: ShapeLimits) -> Result<(), Rejection> {
+    for face in faces {
+        let [p1, p2] = face.points;
+        let (before, after) = (face.normal, (p1 - x).cross(p2 - x));
+        let before_sq = before.length_squared();
+        if before_sq <= NO_AREA_SQ {
+            continue;
+        }
+        let (dot, after_sq) = (before.dot(after), after.length_squared());
+        let turns = dot.is_nan() || dot <= 0.0 || dot * dot <= limits.min_cos * limits.min_cos * before_sq * after_sq;
+        if turns {
+            return Err(Rejection::Flip);
+        }
+        let sides_sq = |p: DVec3| (p1 - p).length_squared() + (p2 - p).length_squared();
+        let least = limits.min_height * sides_sq(x);
+        if after_sq < least * least && after_sq.sqrt() / sides_sq(x) < before_sq.sqrt() / sides_sq(p0) {
+            return Err(Rejection::Aspect);
         }
     }
     Ok(())

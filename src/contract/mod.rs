@@ -35,6 +35,8 @@ mod select;
 mod star;
 mod surface;
 mod texture;
+mod triangle;
+mod triangles;
 mod uv_kernel;
 mod weigh;
 mod weighting;
@@ -56,6 +58,27 @@ pub enum Metric {
     Volume,
     /// Squared distances to the planes of the original, accumulated \[GH97\].
     Plane,
+}
+
+/// What is contracted \[Wu12\].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Candidates {
+    /// Two vertices become one.
+    #[default]
+    Pairs,
+    /// The three corners of a face become one vertex, by the [`Plane`](Metric::Plane) metric: four faces at once, with fewer
+    /// choices. The last faces before a target, and what no triangle reaches, are left to pairs.
+    Triangles,
+}
+
+impl Candidates {
+    /// Faces that a contraction removes at most.
+    fn most_faces(self) -> usize {
+        match self {
+            Self::Pairs => 2,
+            Self::Triangles => 4,
+        }
+    }
 }
 
 /// Where the vertex of a contraction may go \[Wu12\].
@@ -100,6 +123,8 @@ pub enum Texture {
 pub struct Options {
     /// The metric.
     pub metric: Metric,
+    /// What is contracted.
+    pub candidates: Candidates,
     /// The placement policy.
     pub placement: Placement,
     /// What every vertex counts. A fit after the rounds does not know it.
@@ -132,6 +157,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             metric: Metric::Volume,
+            candidates: Candidates::Pairs,
             placement: Placement::Optimal,
             weighting: Weighting::Uniform,
             border_weight: 1.0,
@@ -172,6 +198,20 @@ impl Options {
         self.join_within > 0.0
     }
 
+    fn check_triangles(&self) -> Result<()> {
+        let found_anew = matches!(self.weighting, Weighting::Feature(Feature { update: Update::Recompute, .. }));
+        let refused = [
+            (self.metric == Metric::Volume, "the metric 'volume': give 'plane'"),
+            (self.placement == Placement::Segment, "a placement on a segment: a triangle has three"),
+            (self.joins(), "a join distance: parts join by pairs"),
+            (found_anew, "weights that are found anew in every round"),
+        ];
+        match refused.into_iter().find(|(is_given, _)| *is_given) {
+            Some((_, what)) => Err(Error::Parameter(format!("triangles as candidates do not go with {what}"))),
+            None => Ok(()),
+        }
+    }
+
     fn check(&self) -> Result<()> {
         let positive = |x: f32| x >= 0.0 && x.is_finite();
         if !positive(self.border_weight) || self.border_weight > 1e6 {
@@ -188,6 +228,9 @@ impl Options {
             return Err(Error::Parameter(
                 "a fit needs surfaces, and joined parts are none: leave out one of both".into(),
             ));
+        }
+        if self.candidates == Candidates::Triangles {
+            self.check_triangles()?;
         }
         if !(0.0..=1.0).contains(&self.prune) {
             return Err(Error::Parameter(format!("the prune limit is {}, not in 0 … 1", self.prune)));

@@ -144,7 +144,7 @@ fn arrange(mesh: &Mesh, options: &Options) -> Result<(Arranged, Attributes, Vec<
     ];
     let warnings = warnings.into_iter().filter(|&(count, _)| count > 0).map(|(count, what)| format!("{count} {what}"));
     let drops = mesh.texcoords.is_some() && options.texture == Texture::Drop;
-    let dropped = drops.then(|| "texture coordinates are dropped".into());
+    let dropped = drops.then(|| "texture coordinates are dropped: the option 'texture' keeps them".into());
     Ok((arranged, attributes, warnings.chain(dropped).collect()))
 }
 

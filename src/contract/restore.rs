@@ -8,6 +8,7 @@ use crate::mesh::Mesh;
 use crate::simplify::MOVED;
 
 use super::carry::{Carried, MOVED_FROM, TURNED};
+use super::charts::Charts;
 use super::frame::Frame;
 use super::join::referenced;
 
@@ -38,16 +39,19 @@ pub fn restore(
         if face_origin[f as usize] & TURNED == 0 { [a, b, c] } else { [a, c, b] }
     };
     let face_order = by_origin(&face_origin, TURNED, input.faces.len());
-    let texcoords = |&f: &u32| {
-        let [a, b, c] = charts.as_ref()?.of_face(f as usize, faces[f as usize]);
-        Some(if face_origin[f as usize] & TURNED == 0 { [a, b, c] } else { [a, c, b] })
+    let texcoords = |charts: &Charts| {
+        let row = |&f: &u32| {
+            let [a, b, c] = charts.of_face(f as usize, faces[f as usize]);
+            if face_origin[f as usize] & TURNED == 0 { [a, b, c] } else { [a, c, b] }
+        };
+        face_order.par_iter().with_min_len(ROWS).map(row).collect()
     };
     let mesh = Mesh {
         positions: vertex_order.par_iter().with_min_len(ROWS).map(at).collect(),
         faces: face_order.par_iter().with_min_len(ROWS).map(corners).collect(),
         normals: normals.map(|rows| take(&rows, &vertex_order)),
         colors: colors.map(|rows| take(&rows, &vertex_order)),
-        texcoords: face_order.par_iter().with_min_len(ROWS).map(texcoords).collect(),
+        texcoords: charts.as_ref().map(texcoords),
     };
     let origin = take(&origin, &vertex_order);
     (mesh, origin.into_iter().map(|origin| if origin & MOVED_FROM == 0 { origin } else { MOVED }).collect())

@@ -65,7 +65,7 @@ fn json_has_its_fields() {
     let seconds =
         ["apply", "build", "cost", "filter", "fit", "measure", "read", "select", "total", "transfer", "weld", "write"];
     assert_eq!(keys(&record["seconds"]), seconds);
-    assert_eq!(keys(&record["blocked"]), ["aspect", "border", "error", "flip", "link", "lock", "seam"]);
+    assert_eq!(keys(&record["blocked"]), ["aspect", "border", "error", "flip", "link", "lock", "seam", "texture"]);
     assert_eq!(keys(&record["error"]), ["estimate", "estimate_relative", "measured"]);
     let input = record["faces_in"].as_f64().expect("a count");
     for (field, value) in [

@@ -14,7 +14,7 @@ use clap_complete::Shell;
 pub use bench::{Bench, Job as BenchJob};
 pub use compare::{Compare, Up};
 pub use replay::Replay;
-pub use simplify::{Method, Metric, Placement, Progress, Representative, Shape, Simplify, Target, Texture};
+pub use simplify::{Candidates, Method, Metric, Placement, Progress, Representative, Shape, Simplify, Target, Texture};
 pub use weights::{FeatureMode, FeatureUpdate, Weights};
 
 /// Reduce triangle meshes, on the GPU or the CPU, with the same bytes on both.

@@ -111,7 +111,7 @@ pub struct Shape {
     ///
     /// What a contraction costs: with 'volume' the volume that it sweeps over the current faces, which is the more
     /// accurate; with 'plane' the squared distances to the planes of the original, accumulated over the run. Without the
-    /// option 'volume', and 'plane' with --method feature.
+    /// option 'volume', and 'plane' with --method feature or --candidates triangles.
     #[arg(long, value_name = "NAME", value_enum, hide_possible_values = true)]
     pub metric: Option<Metric>,
 
@@ -143,6 +143,14 @@ pub struct Shape {
     /// feature.
     #[arg(long, value_name = "NAME", value_enum, hide_possible_values = true)]
     pub placement: Option<Placement>,
+
+    /// What is contracted: pairs or triangles
+    ///
+    /// What becomes one vertex: with 'pairs' the two ends of an edge; with 'triangles' the three corners of a face, by the
+    /// metric 'plane', which it then stands for: up to four faces at once and fewer rounds, at a larger deviation. The last
+    /// faces before the target are contracted by pairs all the same.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Candidates::Pairs, hide_possible_values = true)]
+    pub candidates: Candidates,
 
     /// Largest turn of a face in one contraction
     ///
@@ -298,6 +306,14 @@ pub enum Metric {
     Volume,
     /// Squared distances to the planes of the original
     Plane,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Candidates {
+    /// Two vertices
+    Pairs,
+    /// The corners of a face
+    Triangles,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
