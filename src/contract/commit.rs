@@ -23,8 +23,8 @@ use super::deal::Deal;
 use super::examine::{Examiner, Rules, Verdict};
 use super::patch::Patch;
 use super::select::sort;
+use super::star::Outside;
 use super::surface::Surface;
-use super::triangle::TriangleVerdict;
 
 /// Vertices of the smallest patches: their rows fit a core's second cache, and with vertices along a space-filling curve a
 /// tenth of the contractions reaches out.
@@ -343,9 +343,9 @@ impl<'a> Work<'a> {
         let verdict = self.examiner.examine_triangle(&self.patch, corners);
         self.timed += clock.map_or(Duration::ZERO, |clock| clock.elapsed());
         match verdict {
-            TriangleVerdict::Outside => return false,
-            TriangleVerdict::Rejected(rejection) => self.committed.blocked.count(rejection),
-            TriangleVerdict::Accepted(accepted) => {
+            Err(Outside) => return false,
+            Ok(Err(rejection)) => self.committed.blocked.count(rejection),
+            Ok(Ok(accepted)) => {
                 let [keep, first, second] = accepted.ends;
                 let pairs = [[keep, first], [keep, second]];
                 let contractions = pairs.iter().zip(&accepted.placed);

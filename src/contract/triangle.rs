@@ -35,15 +35,6 @@ pub struct AcceptedTriangle {
     pub deviation: f32,
 }
 
-/// What became of a triangle.
-#[derive(Debug, Clone, Copy)]
-pub enum TriangleVerdict {
-    Accepted(AcceptedTriangle),
-    Rejected(Rejection),
-    /// Its faces reach out of the patch.
-    Outside,
-}
-
 /// The live faces around a triangle, about its center.
 #[derive(Debug, Default)]
 struct TriangleStar {
@@ -112,18 +103,22 @@ fn seen_from(face: &StarFace, x: u32, y: u32) -> StarFace {
 }
 
 impl Examiner {
-    /// The contraction of a triangle whose corners are all free and in the patch.
-    pub fn examine_triangle(&mut self, patch: &Patch<'_>, corners: [u32; 3]) -> TriangleVerdict {
+    /// The contraction of a triangle whose corners are all free and in the patch, or why it is refused.
+    ///
+    /// # Errors
+    /// When its faces reach out of the patch.
+    pub fn examine_triangle(
+        &mut self,
+        patch: &Patch<'_>,
+        corners: [u32; 3],
+    ) -> Result<Result<AcceptedTriangle, Rejection>, Outside> {
         let lowest = (0..3).min_by_key(|&i| corners[i]).unwrap_or(0);
         let ends = [0, 1, 2].map(|i| corners[(lowest + i) % 3]);
         let at = ends.map(|v| patch.position(v).xyz().as_dvec3());
         let center = (at[0] + at[1] + at[2]) / 3.0;
         let points = at.map(|p| p - center);
-        let Ok(star) = TriangleStar::gather(ends, points, center, patch) else { return TriangleVerdict::Outside };
-        match self.judge_triangle(patch, ends, &star, points, center) {
-            Ok(accepted) => TriangleVerdict::Accepted(accepted),
-            Err(rejection) => TriangleVerdict::Rejected(rejection),
-        }
+        let star = TriangleStar::gather(ends, points, center, patch)?;
+        Ok(self.judge_triangle(patch, ends, &star, points, center))
     }
 
     fn judge_triangle(

@@ -25,8 +25,11 @@ pub fn area(uv: &[Vec2; 3]) -> f64 {
     if area.abs() > 1e-6 * longest { area } else { 0.0 }
 }
 
-/// Edges by the positions of their ends; for each its faces, with the coordinates at either end.
-fn edges(mesh: &Mesh) -> BTreeMap<[[u64; 3]; 2], Vec<(usize, [[u32; 2]; 2])>> {
+/// A face at an edge, with the bits of its coordinates at either end.
+type Use = (usize, [[u32; 2]; 2]);
+
+/// Edges by the positions of their ends; for each its faces.
+fn edges(mesh: &Mesh) -> BTreeMap<[[u64; 3]; 2], Vec<Use>> {
     let mut edges = BTreeMap::<_, Vec<_>>::new();
     let bits = |v: u32| mesh.positions[v as usize].to_array().map(|x| (x + 0.0).to_bits());
     for (f, (face, uv)) in mesh.faces.iter().zip(rows(mesh)).enumerate() {
@@ -43,7 +46,7 @@ fn edges(mesh: &Mesh) -> BTreeMap<[[u64; 3]; 2], Vec<(usize, [[u32; 2]; 2])>> {
 /// How many edges the texture folds over: two faces that agree at both ends and lie on the same side.
 pub fn folds(mesh: &Mesh) -> usize {
     let uv = rows(mesh);
-    let folds = |uses: &Vec<(usize, [[u32; 2]; 2])>| match uses[..] {
+    let folds = |uses: &Vec<Use>| match uses[..] {
         [(f, at_f), (g, at_g)] => at_f == at_g && area(&uv[f]) * area(&uv[g]) < 0.0,
         _ => false,
     };
