@@ -57,7 +57,7 @@ fn wrong_arguments_are_usage_errors() {
     ] {
         dir.run(line).fails(2, &[part]);
     }
-    assert_eq!(dir.files(), ["in.obj"]);
+    assert_eq!(dir.files(), ["in.obj", "textured.obj"]);
 }
 
 #[test]
