@@ -137,7 +137,7 @@ pub struct Blocked {
     /// Both ends are locked, or one is a hub of hundreds of faces; of vertex removal the vertices that stay. Counted when
     /// a run is stuck.
     pub lock: u64,
-    /// An attribute seam would tear; always 0 until seams are carried.
+    /// Both ends are on a seam of the texture, which stays; counted when a run is stuck.
     pub seam: u64,
     /// The link condition fails: the surface would change its topology or lose manifoldness.
     pub link: u64,
@@ -145,6 +145,8 @@ pub struct Blocked {
     pub flip: u64,
     /// A face would become a sliver.
     pub aspect: u64,
+    /// The texture would fold or tear.
+    pub texture: u64,
     /// The estimated deviation would pass the limit.
     pub error: u64,
 }

@@ -8,10 +8,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
 use coarsen::contract::{
-    Feature, FeatureMode, Metric, Options, Placement, PlaneWeight, QuadricFormat, QuadricFrame, Quadrics, Update,
-    Weighting,
+    Candidates, Feature, FeatureMode, Metric, Options, Placement, PlaneWeight, QuadricFormat, QuadricFrame, Quadrics,
+    Texture, Update, Weighting,
 };
-use coarsen::math::DVec3;
+use coarsen::math::{DVec3, Vec2, Vec3};
 use coarsen::mesh::{shapes, weld};
 use coarsen::polish::{Flips, Objective};
 use coarsen::{Budget, Device, Error, Mesh, Method, StopReason, cluster, removal, simplify};
@@ -118,7 +118,25 @@ fn mesh(random: &mut Random) -> Mesh {
         mesh.colors = Some(mesh.positions.iter().map(|_| [(); 4].map(|()| random.unit() as f32)).collect());
         mesh.normals = Some(mesh.positions.iter().map(|p| p.as_vec3().normalize_or_zero()).collect());
     }
+    if below(random, 3) == 0 {
+        mesh.texcoords = Some(texcoords(random, &mesh));
+    }
     mesh
+}
+
+/// Smooth, smooth with some corners elsewhere, all on a line, or anything at all.
+fn texcoords(random: &mut Random, mesh: &Mesh) -> Vec<[Vec2; 3]> {
+    let kind = below(random, 4);
+    let mut corner = |v: u32| {
+        let p = mesh.positions[v as usize].as_vec3().clamp(Vec3::splat(-1e30), Vec3::splat(1e30));
+        match kind {
+            0 => Vec2::new(p.x, p.y),
+            1 if below(random, 50) > 0 => Vec2::new(p.x, p.y + p.z),
+            2 => Vec2::splat(p.x),
+            _ => Vec2::new(pick(random, &[0.0, 1.0, -1e38, 1e-40]), random.unit() as f32),
+        }
+    };
+    mesh.faces.iter().map(|face| face.map(&mut corner)).collect()
 }
 
 fn weighting(random: &mut Random, vertices: usize) -> Weighting {
@@ -160,9 +178,11 @@ fn flips(random: &Random) -> Flips {
 
 fn options(random: &mut Random, vertices: usize) -> Options {
     let join_within = if below(random, 4) == 0 { pick(random, &[1e-9, 0.3, 2.0, 1e30]) } else { 0.0 };
+    let by_triangles = join_within == 0.0 && below(random, 4) == 0;
     let metric = pick(random, &METRICS);
     let options = Options {
         metric,
+        candidates: Candidates::Pairs,
         placement: pick(random, &PLACEMENTS),
         weighting: weighting(random, vertices),
         quadrics: quadrics(random, metric),
@@ -174,9 +194,19 @@ fn options(random: &mut Random, vertices: usize) -> Options {
         max_flip_rad: pick(random, &[1.37, 1e-3, std::f32::consts::FRAC_PI_2]),
         weld: pick(random, &[Some(0.0), Some(0.0), None, Some(1e-3), Some(0.5)]),
         prune: 0.0,
+        texture: pick(random, &[Texture::Keep, Texture::Drop]),
         log: false,
     };
-    Options { log: options.fit == 0 && options.flips.sweeps == 0, ..options }
+    let options =
+        Options { log: options.fit == 0 && options.flips.sweeps == 0 && options.texture == Texture::Drop, ..options };
+    if !by_triangles {
+        return options;
+    }
+    let placement = match options.placement {
+        Placement::Segment => Placement::Optimal,
+        other => other,
+    };
+    Options { metric: Metric::Plane, candidates: Candidates::Triangles, placement, ..options }
 }
 
 fn budget(random: &mut Random, faces: usize) -> Budget {
@@ -206,6 +236,8 @@ fn assert_sound(mesh: &Mesh, options: &Options, budget: Budget, device: &Device)
     };
     outcome.mesh.check().unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(outcome.mesh.colors.is_some(), mesh.colors.is_some());
+    let keeps = options.texture == Texture::Keep && mesh.texcoords.is_some();
+    assert_eq!(outcome.mesh.texcoords.is_some(), keeps);
     assert_eq!(outcome.mesh.positions.len(), outcome.vertex_origin.len());
     assert!(outcome.error_estimate >= 0.0 && !outcome.error_estimate.is_nan(), "estimate {}", outcome.error_estimate);
     for (p, &origin) in outcome.mesh.positions.iter().zip(&outcome.vertex_origin) {

@@ -13,6 +13,7 @@ mod generated;
 mod inspect;
 mod interrupt;
 mod memory;
+mod method;
 mod progress;
 mod quadrics;
 mod record;

@@ -211,7 +211,7 @@ impl Record {
         );
         for (i, round) in self.rounds.iter().enumerate() {
             let b = round.blocked;
-            let refused = b.border + b.lock + b.seam + b.link + b.flip + b.aspect + b.error;
+            let refused = b.border + b.lock + b.seam + b.link + b.flip + b.aspect + b.texture + b.error;
             table += &format!(
                 "\n{:>5} {:>11} {:>11} {:>11} {:>11} {:>11} {:>9.2e}  {}",
                 i + 1,
@@ -296,7 +296,7 @@ fn name(stop: StopReason) -> &'static str {
 
 /// The reasons for refusals with their counts: `, blocked by link 12, flip 3`.
 fn blocked_by(blocked: &Blocked) -> String {
-    let Blocked { border, lock, seam, link, flip, aspect, error } = *blocked;
+    let Blocked { border, lock, seam, link, flip, aspect, texture, error } = *blocked;
     let reasons: Vec<String> = [
         ("border", border),
         ("lock", lock),
@@ -304,6 +304,7 @@ fn blocked_by(blocked: &Blocked) -> String {
         ("link", link),
         ("flip", flip),
         ("aspect", aspect),
+        ("texture", texture),
         ("error", error),
     ]
     .iter()

@@ -4,20 +4,18 @@ use std::f64;
 use std::path::{Path, PathBuf};
 
 use coarsen::backend::Selector;
-use coarsen::contract::{Feature, Weighting};
+use coarsen::contract::Feature;
 use coarsen::formats::{Format, WriteOptions};
-use coarsen::polish::{Flips, Objective};
-use coarsen::{Budget, Method, cluster, contract, metrics};
+use coarsen::{Budget, Method, metrics};
 
 use super::Exit;
 use super::args::{self, Progress};
 use super::console::Verbosity;
 use super::failure::{exit_of, message, refuse};
-use super::removal;
 use super::sink::{Sink, same_file};
 use super::source::Source;
-use super::values::{WeightSource, Weld};
-use super::{quadrics, weights};
+use super::values::WeightSource;
+use super::{method, quadrics, weights};
 
 /// Everything `simplify` needs to know.
 #[derive(Debug)]
@@ -52,7 +50,7 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
     let mut problems = Problems::default();
     let budget = problems.note(budget(&args.target));
     let feature = weights::feature(&args.weights);
-    let method = problems.note(method(args, feature));
+    let method = problems.note(method::method(args, feature));
     let selector = problems.note(selector(&args.device.device));
     let pipes = [&args.input, &args.output].map(|name| name == "-");
     let format = problems.format(args.writing.format.as_deref(), pipes);
@@ -256,93 +254,12 @@ pub fn selector(text: &str) -> anyhow::Result<Selector> {
     })
 }
 
-fn method(args: &args::Simplify, feature: Feature) -> anyhow::Result<Method> {
-    let args::Simplify { shape, target, .. } = args;
-    let contract = contract(shape, feature);
-    let log = args.writing.write_log.is_some();
-    if shape.method != args::Method::Cluster && (target.grid.is_some() || shape.representative.is_some()) {
-        return Err(refuse(Exit::Usage, "--grid and --representative are for --method cluster"));
-    }
-    if shape.method != args::Method::Removal && removal::is_asked(&args.removal) {
-        return Err(refuse(Exit::Usage, "--fill and --feature-angle are for --method removal"));
-    }
-    match shape.method {
-        args::Method::Contract | args::Method::Feature | args::Method::Average => {
-            Ok(Method::Contract(contract::Options { log, ..contract }))
-        }
-        args::Method::Cluster | args::Method::Removal if log => {
-            Err(refuse(Exit::Usage, "--write-log is for --method contract: nothing else contracts"))
-        }
-        args::Method::Removal => removal::options(&args.removal, &contract).map(Method::Removal),
-        args::Method::Cluster => {
-            let flips = contract.flips;
-            if contract != (contract::Options { flips, ..contract::Options::default() }) {
-                let message =
-                    "--method cluster has no options of shape but --representative and --flips: leave the others away";
-                return Err(refuse(Exit::Usage, message));
-            }
-            Ok(Method::Cluster(cluster::Options {
-                flips,
-                grid: target.grid,
-                representative: match shape.representative {
-                    Some(args::Representative::Quadric) | None => cluster::Representative::Quadric,
-                    Some(args::Representative::Mean) => cluster::Representative::Mean,
-                    Some(args::Representative::Input) => cluster::Representative::Input,
-                },
-            }))
-        }
-    }
-}
-
-fn flips(shape: &args::Shape) -> Flips {
-    let objective = match shape.flip_by {
-        args::FlipBy::Distance => Objective::Distance,
-        args::FlipBy::Bend => Objective::Bend,
-        args::FlipBy::Shape => Objective::Shape,
-    };
-    Flips { sweeps: shape.flips, objective }
-}
-
-fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
-    let defaults = match shape.method {
-        args::Method::Contract | args::Method::Cluster | args::Method::Removal => contract::Options::default(),
-        args::Method::Feature => {
-            contract::Options { weighting: Weighting::Feature(feature), ..contract::Options::feature_weighted() }
-        }
-        args::Method::Average => contract::Options::averaged(),
-    };
-    contract::Options {
-        metric: shape.metric.map_or(defaults.metric, |metric| match metric {
-            args::Metric::Volume => contract::Metric::Volume,
-            args::Metric::Plane => contract::Metric::Plane,
-        }),
-        placement: shape.placement.map_or(defaults.placement, |placement| match placement {
-            args::Placement::Optimal => contract::Placement::Optimal,
-            args::Placement::Segment => contract::Placement::Segment,
-            args::Placement::EndpointOrMiddle => contract::Placement::EndpointOrMiddle,
-            args::Placement::Endpoint => contract::Placement::Endpoint,
-        }),
-        weighting: defaults.weighting,
-        quadrics: quadrics::stored(shape, defaults.quadrics),
-        border_weight: shape.border_weight,
-        lock_border: shape.lock_border,
-        max_flip_rad: shape.max_flip.unwrap_or(defaults.max_flip_rad),
-        join_within: shape.join_within,
-        weld: match shape.weld {
-            Weld::Off => None,
-            Weld::Within(distance) => Some(distance),
-        },
-        fit: shape.fit,
-        flips: flips(shape),
-        prune: shape.prune.unwrap_or(defaults.prune),
-        log: false,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use clap::Parser;
-    use coarsen::contract::{FeatureMode, Update};
+    use coarsen::contract::{FeatureMode, Update, Weighting};
+    use coarsen::polish::Flips;
+    use coarsen::{cluster, contract};
 
     use super::*;
     use crate::cli::args::{Arguments, Verb};
@@ -388,10 +305,11 @@ mod tests {
     fn shape_options_reach_the_engine() {
         let job =
             job("coarsen simplify sample:part - --format ply -f 8 --metric plane --placement endpoint --max-flip 45 \
-            --weld off --prune 1% --lock-border --border-weight 2 --join-within 0.5");
+            --weld off --prune 1% --lock-border --border-weight 2 --join-within 0.5 --texture keep");
         let Method::Contract(options) = job.expect("a good line").method else { panic!("another method") };
         let expected = contract::Options {
             metric: contract::Metric::Plane,
+            candidates: contract::Candidates::Pairs,
             placement: contract::Placement::Endpoint,
             weighting: Weighting::Uniform,
             quadrics: contract::Quadrics::default(),
@@ -403,6 +321,7 @@ mod tests {
             flips: Flips::default(),
             fit: 0,
             prune: 0.01,
+            texture: contract::Texture::Keep,
             log: false,
         };
         assert_eq!(options, expected);

@@ -2,6 +2,7 @@
 
 use crate::math::Vec3;
 
+use super::charts::{ChartRows, Charts};
 use super::compact::keep_live;
 
 /// Set in the origin of a vertex that stands at no input vertex's position; input vertices are below it.
@@ -16,6 +17,8 @@ pub struct Carried {
     pub origin: Vec<u32>,
     pub normals: Option<Vec<Vec3>>,
     pub colors: Option<Vec<[f32; 4]>>,
+    /// Texture coordinates, where they are kept.
+    pub charts: Option<Charts>,
     /// How far a vertex may have drifted off the surface, step by step, in the normalized frame; empty where the
     /// accumulated quadrics tell.
     pub drift: Vec<f32>,
@@ -32,6 +35,7 @@ impl Carried {
             origin: &mut self.origin,
             normals: self.normals.as_deref_mut().unwrap_or_default(),
             colors: self.colors.as_deref_mut().unwrap_or_default(),
+            charts: self.charts.as_mut().map(Charts::rows),
             drift: &mut self.drift,
             weights: &mut self.weights,
         }
@@ -52,6 +56,9 @@ impl Carried {
         if let Some(colors) = &mut self.colors {
             keep_live(colors, new_vertex);
         }
+        if let Some(charts) = &mut self.charts {
+            charts.compact(new_vertex);
+        }
     }
 }
 
@@ -61,6 +68,7 @@ pub struct CarriedRows<'a> {
     origin: &'a mut [u32],
     normals: &'a mut [Vec3],
     colors: &'a mut [[f32; 4]],
+    pub charts: Option<ChartRows<'a>>,
     drift: &'a mut [f32],
     weights: &'a mut [f32],
 }
@@ -107,16 +115,18 @@ impl<'a> CarriedRows<'a> {
         let (origin, other_origin) = self.origin.split_at_mut(size);
         let (normals, other_normals) = split(self.normals, size);
         let (colors, other_colors) = split(self.colors, size);
+        let (charts, other_charts) = self.charts.map(|rows| rows.split_at(size)).unzip();
         let (drift, other_drift) = split(self.drift, size);
         let (weights, other_weights) = split(self.weights, size);
         let others = Self {
             origin: other_origin,
             normals: other_normals,
             colors: other_colors,
+            charts: other_charts,
             drift: other_drift,
             weights: other_weights,
         };
-        (Self { origin, normals, colors, drift, weights }, others)
+        (Self { origin, normals, colors, charts, drift, weights }, others)
     }
 }
 
@@ -135,6 +145,7 @@ mod tests {
             origin: vec![7, 8, 9],
             normals: None,
             colors: Some(vec![[0.0; 4], [1.0; 4], [0.5; 4]]),
+            charts: None,
             drift: vec![0.0; 3],
             weights: Vec::new(),
             face_origin: Vec::new(),

@@ -17,11 +17,13 @@ use crate::kernel::pairs::half_edge_corners;
 use crate::kernel::rows::{BORDER, Candidate, Contraction, Face, JOINED};
 use crate::simplify::Blocked;
 
+use super::Candidates;
 use super::carry::Carried;
 use super::deal::Deal;
 use super::examine::{Examiner, Rules, Verdict};
 use super::patch::Patch;
 use super::select::sort;
+use super::star::Outside;
 use super::surface::Surface;
 
 /// Vertices of the smallest patches: their rows fit a core's second cache, and with vertices along a space-filling curve a
@@ -35,20 +37,24 @@ const TIMED: u32 = 16;
 /// How many faces a round may remove.
 ///
 /// Interior pairs remove two and border pairs one. Where one is left to remove, only a border pair will do, unless the
-/// quota may be overshot by one face because no border pair did.
+/// quota may be overshot by one face because no border pair did. Triangles remove up to four, and leave what is less to
+/// pairs.
 #[derive(Debug, Clone, Copy)]
 pub struct Quota {
     pub faces: usize,
+    pub of: Candidates,
     pub may_overshoot: bool,
 }
 
 /// What a round's commit did.
 #[derive(Debug, Default)]
 pub struct Committed {
-    /// The accepted contractions, in order.
+    /// The accepted contractions, in order: two for each triangle.
     pub contractions: Vec<Contraction>,
     /// Faces they removed.
     pub faces_removed: usize,
+    /// Those among these that the first contractions of triangles removed.
+    pub by_first_steps: usize,
     /// Those among these that cancelled each other out, whose corners still differ.
     pub cancelled: Vec<Cancelled>,
     /// Refusals by reason.
@@ -72,6 +78,7 @@ impl Committed {
         self.contractions.extend(other.contractions);
         self.cancelled.extend(other.cancelled);
         self.faces_removed += other.faces_removed;
+        self.by_first_steps += other.by_first_steps;
         self.blocked.add(other.blocked);
         self.greatest_key = self.greatest_key.max(other.greatest_key);
         self.deviation = self.deviation.max(other.deviation);
@@ -136,12 +143,12 @@ impl Committer {
             };
             joining.extend(candidates.extract_if(.., joins_parts));
         }
-        let task = Task { rules: self.rules, may_wait, round: self.round };
+        let task = Task { rules: self.rules, of: quota.of, may_wait, round: self.round };
         self.round += 1;
         let mut size = PATCH;
         while 2 * size <= surface.vertex_count && !candidates.is_empty() {
-            // An interior contraction removes two faces: what fits the quota as such fits at any border.
-            let fitting = quota.faces.saturating_sub(done.0.faces_removed) / 2;
+            // As many faces as on the inside: what fits the quota as such fits at any border.
+            let fitting = quota.faces.saturating_sub(done.0.faces_removed) / quota.of.most_faces();
             self.commit_patches(Patch::whole(surface, carried).split(size), size, candidates, fitting, task, &mut done);
             size *= GROWTH;
         }
@@ -214,6 +221,7 @@ fn ends(candidate: Candidate, faces: &[Face], joins: &[[u32; 2]]) -> Option<[u32
 #[derive(Debug, Clone, Copy)]
 struct Task {
     rules: Rules,
+    of: Candidates,
     may_wait: bool,
     round: u32,
 }
@@ -222,6 +230,7 @@ struct Task {
 struct Work<'a> {
     patch: Patch<'a>,
     examiner: Examiner,
+    of: Candidates,
     committed: Committed,
     /// Pairs without an edge.
     joins: &'a [[u32; 2]],
@@ -237,6 +246,7 @@ impl<'a> Work<'a> {
         Self {
             patch,
             examiner,
+            of: task.of,
             committed: Committed::default(),
             joins: &[],
             held: FxHashSet::default(),
@@ -248,6 +258,10 @@ impl<'a> Work<'a> {
     /// Contracts at most `most` of `candidates` and returns those that it could not or was not allowed to look at.
     fn attempt_within(&mut self, candidates: &[Candidate], most: usize) -> Vec<Candidate> {
         let mut left = Vec::new();
+        let most = match self.of {
+            Candidates::Pairs => most,
+            Candidates::Triangles => 2 * most,
+        };
         for (i, &candidate) in candidates.iter().enumerate() {
             if self.committed.contractions.len() == most {
                 left.extend_from_slice(&candidates[i..]);
@@ -265,7 +279,7 @@ impl<'a> Work<'a> {
         let mut overshooting = None;
         for (i, &candidate) in candidates.iter().enumerate() {
             let left = quota.faces.saturating_sub(self.committed.faces_removed);
-            if left == 0 {
+            if left == 0 || (self.of == Candidates::Triangles && left < self.of.most_faces()) {
                 return;
             }
             if left == 1 && !self.removes_one(candidate) {
@@ -286,6 +300,9 @@ impl<'a> Work<'a> {
 
     /// Contracts a candidate if its ends are free and it is legal; returns false if it reaches out of the patch.
     fn attempt(&mut self, candidate: Candidate) -> bool {
+        if self.of == Candidates::Triangles {
+            return self.attempt_triangle(candidate);
+        }
         let Some([u, w]) = ends(candidate, self.patch.connectivity.faces, self.joins) else { return true };
         if u == w || !self.patch.is_free(u) || !self.patch.is_free(w) {
             return true;
@@ -305,6 +322,37 @@ impl<'a> Work<'a> {
                 let committed = &mut self.committed;
                 committed.contractions.push(self.patch.contract([u, w], &accepted.placed));
                 committed.faces_removed += accepted.faces_removed;
+                committed.greatest_key = committed.greatest_key.max(candidate.key);
+                committed.deviation = committed.deviation.max(accepted.deviation);
+            }
+        }
+        true
+    }
+
+    /// [`Work::attempt`] of the triangle whose half-edge a candidate names.
+    fn attempt_triangle(&mut self, candidate: Candidate) -> bool {
+        let corners = half_edge_corners(candidate.half_edge, self.patch.connectivity.faces);
+        if corners.iter().any(|&v| self.patch.current(v).is_none()) {
+            return false;
+        }
+        if !corners.iter().all(|&v| self.patch.is_free(v)) {
+            return true;
+        }
+        let clock = self.attempts.is_multiple_of(TIMED).then(Instant::now);
+        self.attempts += 1;
+        let verdict = self.examiner.examine_triangle(&self.patch, corners);
+        self.timed += clock.map_or(Duration::ZERO, |clock| clock.elapsed());
+        match verdict {
+            Err(Outside) => return false,
+            Ok(Err(rejection)) => self.committed.blocked.count(rejection),
+            Ok(Ok(accepted)) => {
+                let [keep, first, second] = accepted.ends;
+                let pairs = [[keep, first], [keep, second]];
+                let contractions = pairs.iter().zip(&accepted.placed);
+                let committed = &mut self.committed;
+                committed.contractions.extend(contractions.map(|(&ends, placed)| self.patch.contract(ends, placed)));
+                committed.faces_removed += accepted.faces_removed.iter().sum::<usize>();
+                committed.by_first_steps += accepted.faces_removed[0];
                 committed.greatest_key = committed.greatest_key.max(candidate.key);
                 committed.deviation = committed.deviation.max(accepted.deviation);
             }

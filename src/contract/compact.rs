@@ -64,7 +64,7 @@ pub fn keep_live<T: Copy + Send>(rows: &mut Vec<T>, new_vertex: &[u32]) {
 }
 
 /// Moves the first rows of every chunk, as many as counted, together; returns how many there are.
-fn close_gaps<T: Copy>(rows: &mut [T], counts: &[usize]) -> usize {
+pub fn close_gaps<T: Copy>(rows: &mut [T], counts: &[usize]) -> usize {
     let mut end = 0;
     for (chunk, &count) in counts.iter().enumerate() {
         let start = chunk * CHUNK;

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::backend::{Buffer, Device, Queue, fallback};
 use crate::error::Result;
-use crate::kernel::rows::{Candidate, Contraction, HUB, LOCKED};
+use crate::kernel::rows::{Candidate, Contraction, HUB, LOCKED, SEAM};
 use crate::mesh::Mesh;
 use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord, StopReason};
 
@@ -22,8 +22,10 @@ use super::quantize::{Storage, quantize};
 use super::record::Recorder;
 use super::restore::restore;
 use super::surface::{Start, Surface};
+use super::triangle::in_two_steps;
+use super::triangles::Triangles;
 use super::weigh::{start_weights, weigh_start};
-use super::{Metric, Options, Placement};
+use super::{Candidates, Metric, Options, Placement};
 
 /// Live faces below which a GPU hands over to the CPU: a round there costs more than its work.
 const HANDOVER_FACES: usize = 20_000;
@@ -41,6 +43,8 @@ const LEAST_SHARE: f64 = 0.2;
 const PLANE_SHARE: f64 = 0.15;
 /// Candidates for every contraction still needed.
 const CANDIDATES_EACH: f64 = 1.5;
+/// The same of triangles, each of which has a corner in common with a dozen others.
+const TRIANGLES_EACH: f64 = 4.0;
 /// A round that contracts less than this share of its candidates widens the gate of the next.
 const MEAGER: f64 = 0.05;
 /// A gate this many times wider than usual lets every pair through.
@@ -51,12 +55,15 @@ struct Evaluator {
     /// The GPU's copy; `None` on the host.
     copy: Option<(Surface, Buffer<Contraction>)>,
     evaluation: Evaluation,
+    /// Where triangles are contracted.
+    triangles: Option<Triangles>,
 }
 
 impl Evaluator {
     fn on_host(mut queue: Queue, host: &Surface, options: &Options, has_border: bool) -> Result<Self> {
         let evaluation = Evaluation::new(&mut queue, host, options, has_border)?;
-        Ok(Self { queue, copy: None, evaluation })
+        let triangles = Triangles::new(&mut queue, host, options)?;
+        Ok(Self { queue, copy: None, evaluation, triangles })
     }
 
     fn on_gpu(
@@ -73,8 +80,9 @@ impl Evaluator {
         weigh_start(&mut queue, &mut surface, weights)?;
         quantize(&mut queue, &mut surface, storage)?;
         let evaluation = Evaluation::new(&mut queue, &surface, options, has_border)?;
+        let triangles = Triangles::new(&mut queue, &surface, options)?;
         let contractions = queue.buffer(surface.vertex_count / 2 + 1)?;
-        Ok(Self { queue, copy: Some((surface, contractions)), evaluation })
+        Ok(Self { queue, copy: Some((surface, contractions)), evaluation, triangles })
     }
 
     fn is_gpu(&self) -> bool {
@@ -83,10 +91,25 @@ impl Evaluator {
 
     fn evaluate(&mut self, host: &Surface, round: Round<'_>, candidates: &mut Vec<Candidate>) -> Result<usize> {
         let surface = self.copy.as_ref().map_or(host, |(surface, _)| surface);
+        if let (Candidates::Triangles, Some(triangles)) = (round.of, &mut self.triangles) {
+            return triangles.run(&mut self.queue, surface, round.gate, candidates);
+        }
         self.evaluation.run(&mut self.queue, surface, round, candidates)
     }
 
-    /// Applies a round's contractions to the GPU's copy.
+    /// Applies a round's contractions to the GPU's copy, which had so many vertices and faces.
+    fn follow_round(&mut self, committed: &Committed, of: Candidates, [vertices, faces]: [usize; 2]) -> Result<()> {
+        let Committed { contractions, faces_removed, by_first_steps, .. } = committed;
+        let vertices_left = vertices - contractions.len();
+        if of == Candidates::Triangles && self.is_gpu() {
+            let [first, second] = in_two_steps(contractions);
+            self.follow(&first, vertices_left + second.len(), faces - by_first_steps)?;
+            return self.follow(&second, vertices_left, faces - faces_removed);
+        }
+        self.follow(contractions, vertices_left, faces - faces_removed)
+    }
+
+    /// Applies contractions to the GPU's copy.
     fn follow(&mut self, contractions: &[Contraction], vertices_left: usize, faces_left: usize) -> Result<()> {
         let Some((surface, list)) = &mut self.copy else { return Ok(()) };
         self.queue.write(list, contractions)?;
@@ -118,6 +141,10 @@ pub fn run(
             break StopReason::FacesReached;
         }
         let (pairs, committed) = run.round(target)?;
+        if committed.contractions.is_empty() && run.widening >= FULL && run.of == Candidates::Triangles {
+            (run.of, run.widening) = (Candidates::Pairs, 1.0);
+            continue;
+        }
         if committed.contractions.is_empty() && run.widening >= FULL {
             let limited = committed.blocked.error > 0;
             run.count_locked();
@@ -143,6 +170,8 @@ struct Run<'a> {
     evaluator: Evaluator,
     committer: Committer,
     rules: Rules,
+    /// What rounds contract from here on.
+    of: Candidates,
     joins: Joins,
     /// The original and what became of its vertices, for the fit.
     history: Option<(Start, History)>,
@@ -216,6 +245,7 @@ impl<'a> Run<'a> {
             device,
             committer: Committer::new(rules),
             rules,
+            of: options.candidates,
             joins,
             history,
             recorder: None,
@@ -242,6 +272,9 @@ impl<'a> Run<'a> {
         if self.evaluator.is_gpu() && faces < self.handover_faces {
             self.take_over()?;
         }
+        if faces - target < self.of.most_faces() {
+            self.of = Candidates::Pairs;
+        }
         let before = self.evaluator.queue.time_moving();
         let pairs = self.evaluate(self.gate(faces - target))?;
         let moved = self.evaluator.queue.time_moving().saturating_sub(before).as_secs_f64();
@@ -250,12 +283,12 @@ impl<'a> Run<'a> {
         let candidates = self.candidates.len();
         let (committed, spent) = self.commit(faces - target);
         let committed_at = clock.elapsed().as_secs_f64();
-        let vertices_left = self.host.vertex_count - committed.contractions.len();
         let faces_left = faces - committed.faces_removed;
         let mut moved_up = 0.0;
         if !committed.contractions.is_empty() {
             let before = self.evaluator.queue.time_moving();
-            if let Err(reason) = self.evaluator.follow(&committed.contractions, vertices_left, faces_left) {
+            let counts = [self.host.vertex_count, faces];
+            if let Err(reason) = self.evaluator.follow_round(&committed, self.of, counts) {
                 self.warnings.push(fallback(&reason));
                 self.evaluator.copy = None;
             }
@@ -298,12 +331,12 @@ impl<'a> Run<'a> {
         // With every pair let through and nothing contracted, there is no later round to wait for.
         let may_wait = self.widening < FULL;
         let may_overshoot = self.widening >= FULL || !self.prepared.has_border;
-        let quota = Quota { faces: to_remove, may_overshoot };
+        let quota = Quota { faces: to_remove, of: self.of, may_overshoot };
         let (carried, joins) = (&mut self.prepared.carried, self.joins.pairs());
         let before = self.recorder.as_ref().map(|_| carried.origin.clone());
         let done = self.committer.commit(&mut self.host, carried, &mut self.candidates, joins, quota, may_wait);
-        if let (Some(recorder), Some(before)) = (&mut self.recorder, before) {
-            recorder.record(&done.0, &before, carried);
+        if let (Some(recorder), Some(mut before)) = (&mut self.recorder, before) {
+            recorder.record(&done.0, &mut before, carried);
         }
         done
     }
@@ -311,29 +344,30 @@ impl<'a> Run<'a> {
     /// Adds to the last round's refusals the edges that were no pairs: between locked vertices, and at hubs.
     fn count_locked(&mut self) {
         let positions = self.host.positions.host();
-        let is_held = |[a, b]: [u32; 2]| {
-            let (a, b) = (positions[a as usize].flags, positions[b as usize].flags);
-            a & b & LOCKED != 0 || (a | b) & HUB != 0
-        };
+        let flags = |side: [u32; 2]| side.map(|v| positions[v as usize].flags);
+        let is_seam = |&[a, b]: &[u32; 2]| a & b & SEAM != 0;
+        let is_held = |&[a, b]: &[u32; 2]| a & b & LOCKED != 0 || (a | b) & HUB != 0;
         let faces = &self.host.faces.host()[..self.host.face_count];
-        let sides = faces.iter().map(|f| [[f.a, f.b], [f.b, f.c], [f.c, f.a]].map(&is_held));
-        let held: usize = sides.map(|sides| sides.into_iter().filter(|&held| held).count()).sum();
+        let sides = || faces.iter().flat_map(|f| [[f.a, f.b], [f.b, f.c], [f.c, f.a]].map(flags));
+        let (held, seams) = (sides().filter(is_held).count(), sides().filter(is_seam).count());
         if let Some(round) = self.rounds.last_mut() {
             // An edge is a side of two faces.
-            round.blocked.lock = held.div_ceil(2) as u64;
+            round.blocked.lock = (held - seams).div_ceil(2) as u64;
+            round.blocked.seam = seams.div_ceil(2) as u64;
         }
     }
 
     /// Fills the candidates; a device that fails gives way to the host.
     fn evaluate(&mut self, gate: Gate) -> Result<usize> {
         self.candidates.clear();
-        let round = Round { joins: self.joins.pairs(), gate, weights: &mut self.prepared.carried.weights };
+        let of = self.of;
+        let round = Round { of, joins: self.joins.pairs(), gate, weights: &mut self.prepared.carried.weights };
         match self.evaluator.evaluate(&self.host, round, &mut self.candidates) {
             Err(reason) if self.evaluator.is_gpu() => {
                 self.warnings.push(fallback(&reason));
                 self.take_over()?;
                 self.candidates.clear();
-                let round = Round { joins: self.joins.pairs(), gate, weights: &mut self.prepared.carried.weights };
+                let round = Round { of, joins: self.joins.pairs(), gate, weights: &mut self.prepared.carried.weights };
                 self.evaluator.evaluate(&self.host, round, &mut self.candidates)
             }
             result => result,
@@ -356,12 +390,12 @@ impl<'a> Run<'a> {
             Metric::Volume => VOLUME_SHARE * (self.host.face_count as f64 / WIDE_FACES).clamp(LEAST_SHARE, 1.0),
             Metric::Plane => PLANE_SHARE,
         };
-        // An interior contraction removes two faces.
-        let needed = faces_to_remove.div_ceil(2) as f64;
-        Gate {
-            share: (share * self.widening).min(1.0),
-            most: (CANDIDATES_EACH * needed * self.widening).ceil() as usize,
-        }
+        let needed = faces_to_remove.div_ceil(self.of.most_faces()) as f64;
+        let each = match self.of {
+            Candidates::Pairs => CANDIDATES_EACH,
+            Candidates::Triangles => TRIANGLES_EACH,
+        };
+        Gate { share: (share * self.widening).min(1.0), most: (each * needed * self.widening).ceil() as usize }
     }
 
     /// Widens the gate after a round that mostly met refusals, narrows it again after a good one.

@@ -21,7 +21,7 @@ use super::listing::Listing;
 use super::scan::Scan;
 use super::surface::{LARGE_VERTICES, Surface};
 use super::weigh::RoundWeights;
-use super::{Metric, Options};
+use super::{Candidates, Metric, Options};
 
 /// The buffers of a round's evaluation on one device.
 #[derive(Debug)]
@@ -62,6 +62,7 @@ pub struct Gate {
 /// What the host tells of a round.
 #[derive(Debug)]
 pub struct Round<'a> {
+    pub of: Candidates,
     /// Pairs without an edge, which the host alone evaluates.
     pub joins: &'a [[u32; 2]],
     pub gate: Gate,
@@ -103,7 +104,7 @@ impl Evaluation {
         &mut self,
         queue: &mut Queue,
         surface: &Surface,
-        Round { joins, gate, weights }: Round<'_>,
+        Round { joins, gate, weights, .. }: Round<'_>,
         candidates: &mut Vec<Candidate>,
     ) -> Result<usize> {
         self.sums(queue, surface)?;
@@ -322,14 +323,15 @@ fn most_blocks(vertices: usize, pairs: usize) -> usize {
 }
 
 /// Replaces a buffer that cannot hold `len` rows; what it held is lost.
-fn grow<T: Row>(queue: &Queue, buffer: &mut Buffer<T>, len: usize) -> Result<()> {
+pub fn grow<T: Row>(queue: &Queue, buffer: &mut Buffer<T>, len: usize) -> Result<()> {
     if buffer.len() < len {
         *buffer = queue.buffer(len)?;
     }
     Ok(())
 }
 
-fn wanted(gate: Gate, pairs: usize) -> usize {
+/// How many pairs a gate wants of so many.
+pub fn wanted(gate: Gate, pairs: usize) -> usize {
     ((gate.share * pairs as f64).ceil() as usize).min(gate.most)
 }
 

@@ -2,7 +2,7 @@
 
 use crate::kernel::contract_quadrics::contracted;
 use crate::kernel::plane_costs::PLANE_REGULARIZATION;
-use crate::kernel::rows::{BORDER, JOINED, LOCKED, PlaneQuadric};
+use crate::kernel::rows::{BORDER, JOINED, LOCKED, PlaneQuadric, SEAM};
 use crate::kernel::volume_costs::{BORDER_FACTOR, VOLUME_REGULARIZATION};
 use crate::kernel::weigh_quadrics::weighed;
 use crate::math::DVec3;
@@ -11,6 +11,7 @@ use super::filter::{Rejection, ShapeLimits, link_condition, shapes_hold};
 use super::patch::{Patch, Placed};
 use super::placement::Quadric;
 use super::star::Star;
+use super::texture::TextureFilter;
 use super::{Metric, Options, Placement};
 
 /// Least height of a changed face over its length. Thinner faces have normals of rounding noise, which the next
@@ -26,14 +27,14 @@ const NEGLIGIBLE: f64 = 1e-12;
 #[derive(Debug, Clone, Copy)]
 pub struct Rules {
     metric: Metric,
-    placement: Placement,
+    pub placement: Placement,
     border_weight: f64,
-    regularization: f64,
+    pub regularization: f64,
     pub limits: ShapeLimits,
     /// Whether pairs may join parts.
     pub joins: bool,
     /// Greatest estimated deviation, in the normalized frame.
-    max_deviation: f64,
+    pub max_deviation: f64,
 }
 
 impl Rules {
@@ -76,8 +77,9 @@ pub struct Accepted {
 /// Examines candidates, with scratch that outlives each.
 #[derive(Debug)]
 pub struct Examiner {
-    rules: Rules,
+    pub rules: Rules,
     star: Star,
+    pub texture: TextureFilter,
     /// Whether a pair that became dear may wait for another round.
     may_wait: bool,
 }
@@ -85,7 +87,7 @@ pub struct Examiner {
 impl Examiner {
     /// Of a round in which a pair that became dear waits for another or, if it may not, is contracted.
     pub fn new(rules: Rules, may_wait: bool) -> Self {
-        Self { rules, star: Star::default(), may_wait }
+        Self { rules, star: Star::default(), texture: TextureFilter::default(), may_wait }
     }
 
     /// The contraction of `u` and `w`, both free and in the patch, which cost `cost` as the round began.
@@ -151,14 +153,16 @@ impl Examiner {
         if f64::from(deviation) > self.rules.max_deviation {
             return Err(Rejection::Error);
         }
+        let mapped = self.texture.place(patch, &[u, w], at)?;
         let t = match at {
             _ if at == pu.xyz() => 0.0,
             _ if at == pw.xyz() => 1.0,
             // Strictly inside: only a placement exactly at an end takes that end's own rows.
             _ => (((x + h).dot(h) / (2.0 * h.length_squared())) as f32).clamp(f32::EPSILON, 1.0 - f32::EPSILON),
         };
-        let flags = if self.star.shared.is_empty() { JOINED } else { 0 };
-        let placed = Placed { x: at, t, quadric: accumulated, drift, flags };
+        let tears = mapped.is_some_and(|mapped| mapped.tears);
+        let flags = if self.star.shared.is_empty() { JOINED } else { 0 } | if tears { SEAM | LOCKED } else { 0 };
+        let placed = Placed { x: at, t, quadric: accumulated, drift, mapped, flags };
         let faces_removed = self.star.shared.len() + cancelled.len();
         Ok(Accepted { placed, deviation, faces_removed, cancelled })
     }
@@ -197,6 +201,6 @@ impl Examiner {
 }
 
 /// The root of the weighted mean squared distance of a quadric's own vertex to its planes.
-fn deviation(quadric: &PlaneQuadric) -> f32 {
+pub fn deviation(quadric: &PlaneQuadric) -> f32 {
     if quadric.weight > 0.0 { (quadric.c.max(0.0) / quadric.weight).sqrt() } else { 0.0 }
 }

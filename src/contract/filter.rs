@@ -17,6 +17,8 @@ pub enum Rejection {
     Flip,
     /// A face would become a sliver.
     Aspect,
+    /// The texture would fold or tear.
+    Texture,
     /// The error limit.
     Error,
     /// No longer as cheap as when the round began: it waits for the next one and blocks nothing.
@@ -31,6 +33,7 @@ impl Blocked {
             Rejection::Link => self.link += 1,
             Rejection::Flip => self.flip += 1,
             Rejection::Aspect => self.aspect += 1,
+            Rejection::Texture => self.texture += 1,
             Rejection::Error => self.error += 1,
             Rejection::Outdated => {}
         }
@@ -38,13 +41,14 @@ impl Blocked {
 
     /// Adds the counts of another part of the round.
     pub fn add(&mut self, other: Self) {
-        let Self { border, lock, seam, link, flip, aspect, error } = other;
+        let Self { border, lock, seam, link, flip, aspect, texture, error } = other;
         self.border += border;
         self.lock += lock;
         self.seam += seam;
         self.link += link;
         self.flip += flip;
         self.aspect += aspect;
+        self.texture += texture;
         self.error += error;
     }
 }
@@ -109,25 +113,29 @@ const NO_AREA_SQ: f64 = 1e-24;
 
 /// Whether every surviving face keeps its side and its shape when the ends move to `x`, about the pair's midpoint.
 pub fn shapes_hold(star: &Star, x: DVec3, limits: ShapeLimits) -> Result<(), Rejection> {
-    for (faces, p0) in [(&star.first, -star.h), (&star.second, star.h)] {
-        for face in faces {
-            let [p1, p2] = face.points;
-            let (before, after) = (face.normal, (p1 - x).cross(p2 - x));
-            let before_sq = before.length_squared();
-            if before_sq <= NO_AREA_SQ {
-                continue;
-            }
-            let (dot, after_sq) = (before.dot(after), after.length_squared());
-            let turns =
-                dot.is_nan() || dot <= 0.0 || dot * dot <= limits.min_cos * limits.min_cos * before_sq * after_sq;
-            if turns {
-                return Err(Rejection::Flip);
-            }
-            let sides_sq = |p: DVec3| (p1 - p).length_squared() + (p2 - p).length_squared();
-            let least = limits.min_height * sides_sq(x);
-            if after_sq < least * least && after_sq.sqrt() / sides_sq(x) < before_sq.sqrt() / sides_sq(p0) {
-                return Err(Rejection::Aspect);
-            }
+    faces_hold(&star.first, -star.h, x, limits)?;
+    faces_hold(&star.second, star.h, x, limits)
+}
+
+/// The same for the faces of one end, which moves from `p0` to `x`.
+#[inline(always)]
+pub fn faces_hold(faces: &[StarFace], p0: DVec3, x: DVec3, limits: ShapeLimits) -> Result<(), Rejection> {
+    for face in faces {
+        let [p1, p2] = face.points;
+        let (before, after) = (face.normal, (p1 - x).cross(p2 - x));
+        let before_sq = before.length_squared();
+        if before_sq <= NO_AREA_SQ {
+            continue;
+        }
+        let (dot, after_sq) = (before.dot(after), after.length_squared());
+        let turns = dot.is_nan() || dot <= 0.0 || dot * dot <= limits.min_cos * limits.min_cos * before_sq * after_sq;
+        if turns {
+            return Err(Rejection::Flip);
+        }
+        let sides_sq = |p: DVec3| (p1 - p).length_squared() + (p2 - p).length_squared();
+        let least = limits.min_height * sides_sq(x);
+        if after_sq < least * least && after_sq.sqrt() / sides_sq(x) < before_sq.sqrt() / sides_sq(p0) {
+            return Err(Rejection::Aspect);
         }
     }
     Ok(())

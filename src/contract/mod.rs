@@ -10,6 +10,7 @@
 //!   characteristic, borders and parts are kept. [`crate::mesh::validate()`] checks a result.
 
 mod carry;
+mod charts;
 mod commit;
 mod compact;
 mod deal;
@@ -34,6 +35,10 @@ mod scan;
 mod select;
 mod star;
 mod surface;
+mod texture;
+mod triangle;
+mod triangles;
+mod uv_kernel;
 mod weigh;
 mod weighting;
 
@@ -57,6 +62,27 @@ pub enum Metric {
     Volume,
     /// Squared distances to the planes of the original, accumulated \[GH97\].
     Plane,
+}
+
+/// What is contracted \[Wu12\].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Candidates {
+    /// Two vertices become one.
+    #[default]
+    Pairs,
+    /// The three corners of a face become one vertex, by the [`Plane`](Metric::Plane) metric: four faces at once, with fewer
+    /// choices. The last faces before a target, and what no triangle reaches, are left to pairs.
+    Triangles,
+}
+
+impl Candidates {
+    /// Faces that a contraction removes at most.
+    fn most_faces(self) -> usize {
+        match self {
+            Self::Pairs => 2,
+            Self::Triangles => 4,
+        }
+    }
 }
 
 /// Where the vertex of a contraction may go \[Wu12\].
@@ -85,11 +111,24 @@ impl Placement {
     }
 }
 
+/// What becomes of texture coordinates \[Wu12\].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Texture {
+    /// They follow the surface: those of a new vertex are those of the nearest point of the surface before, and no face
+    /// turns over in the texture. Vertices on seams stay; others may contract onto them.
+    Keep,
+    /// They are left out, and with them what seams hold.
+    #[default]
+    Drop,
+}
+
 /// Options of pair contraction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// The metric.
     pub metric: Metric,
+    /// What is contracted.
+    pub candidates: Candidates,
     /// The placement policy.
     pub placement: Placement,
     /// What every vertex counts. A fit after the rounds does not know it.
@@ -115,6 +154,8 @@ pub struct Options {
     pub flips: Flips,
     /// Drop components whose bounding box's diagonal is below this fraction of the mesh's first.
     pub prune: f64,
+    /// What becomes of texture coordinates. A log does not hold them: with one they can only be dropped.
+    pub texture: Texture,
     /// Whether to keep a log of the contractions: [`Outcome::log`]. Not together with a fit, whose moves are no
     /// contractions.
     pub log: bool,
@@ -124,6 +165,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             metric: Metric::Volume,
+            candidates: Candidates::Pairs,
             placement: Placement::Optimal,
             weighting: Weighting::Uniform,
             quadrics: Quadrics::default(),
@@ -135,6 +177,7 @@ impl Default for Options {
             fit: 0,
             flips: Flips::default(),
             prune: 0.0,
+            texture: Texture::default(),
             log: false,
         }
     }
@@ -172,6 +215,20 @@ impl Options {
         self.join_within > 0.0
     }
 
+    fn check_triangles(&self) -> Result<()> {
+        let found_anew = matches!(self.weighting, Weighting::Feature(Feature { update: Update::Recompute, .. }));
+        let refused = [
+            (self.metric == Metric::Volume, "the metric 'volume': give 'plane'"),
+            (self.placement == Placement::Segment, "a placement on a segment: a triangle has three"),
+            (self.joins(), "a join distance: parts join by pairs"),
+            (found_anew, "weights that are found anew in every round"),
+        ];
+        match refused.into_iter().find(|(is_given, _)| *is_given) {
+            Some((_, what)) => Err(Error::Parameter(format!("triangles as candidates do not go with {what}"))),
+            None => Ok(()),
+        }
+    }
+
     fn check(&self) -> Result<()> {
         self.quadrics.check(self.metric == Metric::Plane)?;
         let positive = |x: f32| x >= 0.0 && x.is_finite();
@@ -189,6 +246,9 @@ impl Options {
             return Err(Error::Parameter(
                 "a fit needs surfaces, and joined parts are none: leave out one of both".into(),
             ));
+        }
+        if self.candidates == Candidates::Triangles {
+            self.check_triangles()?;
         }
         if !(0.0..=1.0).contains(&self.prune) {
             return Err(Error::Parameter(format!("the prune limit is {}, not in 0 … 1", self.prune)));

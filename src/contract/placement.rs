@@ -171,6 +171,12 @@ impl Quadric {
     /// The least point for a pair from −h to h: on the constraint, near the midpoint; otherwise the best of the ends
     /// and the midpoint.
     pub fn least(&self, h: DVec3, regularization: f64) -> DVec3 {
+        self.least_near(&[DVec3::ZERO, -h, h], h.length_squared(), regularization)
+    }
+
+    /// The least point within a few times the radius whose square is given, on the constraint; otherwise the best of
+    /// `points`, the first of which is the middle.
+    pub fn least_near(&self, points: &[DVec3], radius_sq: f64, regularization: f64) -> DVec3 {
         let trace = self.a.trace();
         if trace.is_nan() || trace <= 0.0 {
             return DVec3::ZERO;
@@ -182,7 +188,7 @@ impl Quadric {
             x += z * ((self.d - self.n.dot(x)) / self.n.dot(z));
         }
         let reach = f64::from(REACH);
-        if x.length_squared() <= reach * reach * h.length_squared() { x } else { self.least_of(&[DVec3::ZERO, -h, h]) }
+        if x.length_squared() <= reach * reach * radius_sq { x } else { self.least_of(points) }
     }
 
     /// The least point between −h and h.

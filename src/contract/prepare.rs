@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::kernel::contract_vertices::VERTEX;
-use crate::kernel::rows::{BORDER, Face, JOINED, LOCKED, Position, with_hub};
+use crate::kernel::rows::{BORDER, Face, JOINED, LOCKED, Position, SEAM, with_hub};
 use crate::math::{DVec3, Vec3};
 use crate::mesh::adjacency::{EdgeUse, Rings};
 use crate::mesh::arrange::Arranged;
@@ -17,8 +17,9 @@ use crate::mesh::weld::{Welded, joined_attributes};
 use crate::mesh::{self, Mesh};
 
 use super::carry::{Carried, TURNED};
+use super::charts::Charts;
 use super::surface::Start;
-use super::{Metric, Options};
+use super::{Metric, Options, Texture};
 
 /// Vertices that a thread places at a time.
 const ROWS: usize = 1 << 12;
@@ -64,6 +65,10 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     if let Some(tolerance) = options.weld.filter(|tolerance| !(*tolerance >= 0.0 && tolerance.is_finite())) {
         return Err(Error::Parameter(format!("the weld distance is {tolerance}: give 0 or more")));
     }
+    let textured = mesh.texcoords.is_some();
+    if textured && options.texture == Texture::Keep && options.log {
+        return Err(Error::Parameter("a log holds no texture coordinates: drop them, or leave out the log".into()));
+    }
     let clock = std::time::Instant::now();
     let (arranged, attributes, warnings) = arrange(mesh, options)?;
     let weld_secs = clock.elapsed().as_secs_f64();
@@ -79,6 +84,7 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
             origin: vertex_source,
             normals: attributes.0,
             colors: attributes.1,
+            charts: None,
             drift: Vec::new(),
             weights,
             face_origin: face_source,
@@ -89,7 +95,8 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
         weld_secs,
     };
     let fans = prepared.orient(&mut faces);
-    prepared.place(&mesh.positions, &faces, &fans, options);
+    let seams = prepared.chart(mesh, &faces, options.texture);
+    prepared.place(&mesh.positions, &faces, &fans, &seams, options);
     prepared.faces = faces.into_iter().map(|[a, b, c]| Face { a, b, c }).collect();
     Ok(prepared)
 }
@@ -131,8 +138,8 @@ fn arrange(mesh: &Mesh, options: &Options) -> Result<(Arranged, Attributes, Vec<
     }
     let warnings = arranged.dropped().into_iter().chain([(pruned, "small parts dropped")]);
     let warnings = warnings.filter(|&(count, _)| count > 0).map(|(count, what)| format!("{count} {what}"));
-    let dropped = "texture coordinates are dropped: they are not carried through contractions yet";
-    let dropped = mesh.texcoords.is_some().then(|| dropped.into());
+    let drops = mesh.texcoords.is_some() && options.texture == Texture::Drop;
+    let dropped = drops.then(|| "texture coordinates are dropped: the option 'texture' keeps them".into());
     Ok((arranged, attributes, warnings.chain(dropped).collect()))
 }
 
@@ -157,8 +164,21 @@ impl Prepared {
         fans(faces, &self.rings)
     }
 
+    /// Takes up the texture coordinates that are kept; returns which vertices are on their seams, or nothing.
+    fn chart(&mut self, mesh: &Mesh, faces: &[[u32; 3]], texture: Texture) -> Vec<bool> {
+        let Some(texcoords) = mesh.texcoords.as_ref().filter(|_| texture == Texture::Keep) else { return Vec::new() };
+        let corners = |&origin: &u32| {
+            let [a, b, c] = texcoords[(origin & !TURNED) as usize];
+            if origin & TURNED == 0 { [a, b, c] } else { [a, c, b] }
+        };
+        let corners = self.carried.face_origin.par_iter().with_min_len(ROWS).map(corners).collect();
+        let (charts, seams) = Charts::new(faces, &self.rings, corners);
+        self.carried.charts = Some(charts);
+        seams
+    }
+
     /// Fills in the rows of the vertices, with their flags.
-    fn place(&mut self, input: &[DVec3], faces: &[[u32; 3]], fans: &[Fan], options: &Options) {
+    fn place(&mut self, input: &[DVec3], faces: &[[u32; 3]], fans: &[Fan], seams: &[bool], options: &Options) {
         let Self { frame, rings, carried, .. } = &*self;
         let row = |uses: &mut Vec<EdgeUse>, (vertex, (&origin, &fan)): (usize, (&u32, &Fan))| {
             let on_border = match fan {
@@ -169,8 +189,11 @@ impl Prepared {
             let is_complex = fan == Fan::Complex;
             let locked = (is_complex && !options.joins()) || (on_border && options.lock_border);
             let joined = is_complex && options.joins();
-            let flags =
-                if on_border { BORDER } else { 0 } | if locked { LOCKED } else { 0 } | if joined { JOINED } else { 0 };
+            let on_seam = seams.get(vertex).is_some_and(|&on_seam| on_seam);
+            let flags = if on_border { BORDER } else { 0 }
+                | if locked { LOCKED } else { 0 }
+                | if joined { JOINED } else { 0 }
+                | if on_seam { SEAM | LOCKED } else { 0 };
             let hub = with_hub(flags, rings.ring(vertex as u32).len() as u32);
             Position::new(frame.to_rows(input[origin as usize]), hub)
         };

@@ -26,8 +26,8 @@ impl<'a> Recorder<'a> {
         Self { input, frame: *frame, log: CollapseLog::new(input, lowest.as_deref(), &carried.origin, faces) }
     }
 
-    /// Notes a round before it is compacted: `before` are the origins as it began.
-    pub fn record(&mut self, committed: &Committed, before: &[u32], carried: &Carried) {
+    /// Notes a round before it is compacted: `before` are the origins as it began, which follow it.
+    pub fn record(&mut self, committed: &Committed, before: &mut [u32], carried: &Carried) {
         // Both in order: the faces of a contraction follow those of the ones before it.
         let mut cancelled = committed.cancelled.iter().peekable();
         for &Contraction { keep, gone, x, y, z, flags } in &committed.contractions {
@@ -35,6 +35,8 @@ impl<'a> Recorder<'a> {
             let origin = carried.origin[keep as usize];
             let [own, other] = [keep, gone].map(|v| before[v as usize] & !MOVED_FROM);
             let (kept, lost) = if origin & !MOVED_FROM == own { (own, other) } else { (other, own) };
+            // Of a triangle, the vertex goes on to its second contraction under the name that it has by then.
+            before[keep as usize] = kept;
             let position = model_position(self.input, self.frame, origin, Position { x, y, z, flags });
             let contraction = progressive::Contraction { keep: kept, gone: lost, position };
             let normal = carried.normals.as_ref().map(|rows| rows[keep as usize]);

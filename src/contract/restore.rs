@@ -9,6 +9,7 @@ use crate::mesh::frame::Frame;
 use crate::simplify::MOVED;
 
 use super::carry::{Carried, MOVED_FROM, TURNED};
+use super::charts::Charts;
 use super::join::referenced;
 
 /// Rows that a thread moves at a time.
@@ -25,7 +26,7 @@ pub fn restore(
     faces: &[Face],
     carried: Carried,
 ) -> (Mesh, Vec<u32>) {
-    let Carried { origin, normals, colors, face_origin, .. } = carried;
+    let Carried { origin, normals, colors, charts, face_origin, .. } = carried;
     let mut vertex_order = by_origin(&origin, MOVED_FROM, input.positions.len());
     let has_face = referenced(faces, positions.len());
     vertex_order.retain(|&v| has_face[v as usize]);
@@ -37,12 +38,20 @@ pub fn restore(
         let [a, b, c] = faces[f as usize].corners().map(|v| new_vertex[v as usize]);
         if face_origin[f as usize] & TURNED == 0 { [a, b, c] } else { [a, c, b] }
     };
+    let face_order = by_origin(&face_origin, TURNED, input.faces.len());
+    let texcoords = |charts: &Charts| {
+        let row = |&f: &u32| {
+            let [a, b, c] = charts.of_face(f as usize, faces[f as usize]);
+            if face_origin[f as usize] & TURNED == 0 { [a, b, c] } else { [a, c, b] }
+        };
+        face_order.par_iter().with_min_len(ROWS).map(row).collect()
+    };
     let mesh = Mesh {
         positions: vertex_order.par_iter().with_min_len(ROWS).map(at).collect(),
-        faces: by_origin(&face_origin, TURNED, input.faces.len()).par_iter().with_min_len(ROWS).map(corners).collect(),
+        faces: face_order.par_iter().with_min_len(ROWS).map(corners).collect(),
         normals: normals.map(|rows| take(&rows, &vertex_order)),
         colors: colors.map(|rows| take(&rows, &vertex_order)),
-        texcoords: None,
+        texcoords: charts.as_ref().map(texcoords),
     };
     let origin = take(&origin, &vertex_order);
     (mesh, origin.into_iter().map(|origin| if origin & MOVED_FROM == 0 { origin } else { MOVED }).collect())
@@ -86,6 +95,7 @@ mod tests {
             origin: vec![3 | MOVED_FROM, 2, 0, 1],
             normals: Some(vec![Vec3::NEG_X, Vec3::Z, Vec3::X, Vec3::Y]),
             colors: None,
+            charts: None,
             drift: Vec::new(),
             weights: Vec::new(),
             face_origin: vec![1 | TURNED, 0],

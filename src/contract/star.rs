@@ -27,7 +27,7 @@ pub struct StarFace {
 
 impl StarFace {
     #[inline(always)]
-    fn has(&self, vertex: u32) -> bool {
+    pub fn has(&self, vertex: u32) -> bool {
         (self.others[0] == vertex) | (self.others[1] == vertex)
     }
 }
@@ -133,7 +133,7 @@ impl Star {
 
 /// Face `f` turned so that `end`, which stands at `at`, comes first; `None` for one that died this round.
 #[inline(always)]
-fn located(f: u32, end: u32, at: DVec3, middle: DVec3, patch: &Patch<'_>) -> Result<Option<StarFace>, Outside> {
+pub fn located(f: u32, end: u32, at: DVec3, middle: DVec3, patch: &Patch<'_>) -> Result<Option<StarFace>, Outside> {
     let [a, b, c] = patch.connectivity.faces[f as usize].corners();
     let after = if a == end {
         [b, c]

@@ -196,6 +196,10 @@ impl Surface {
     /// [`Surface::compact`] on the host, with what goes along.
     pub fn compact_on_host(&mut self, queue: &Queue, carried: &mut Carried, faces_left: usize) -> Result<()> {
         let (old_count, vertices) = (self.vertex_count, ..self.vertex_count);
+        if let Some(charts) = &mut carried.charts {
+            let faces = &self.faces.host()[..self.face_count];
+            charts.settle(faces, self.roles.host(), self.positions.host());
+        }
         let new_vertex = &mut self.new_vertex.host_mut()[..=old_count];
         let roles = &mut self.roles.host_mut()[vertices];
         compact::number(roles, new_vertex);

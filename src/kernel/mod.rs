@@ -59,6 +59,7 @@ pub mod scan_add;
 pub mod scan_blocks;
 pub(crate) mod split;
 pub mod stars;
+pub mod triangle_costs;
 pub mod volume_costs;
 pub mod volume_sums;
 pub mod weigh_keys;

@@ -21,6 +21,10 @@ pub const NO_AREA: f32 = 1e-30;
 pub const NO_WEIGHT: f32 = 1e-11;
 /// Greatest cost: infinity does not exist in WGSL.
 pub const GREATEST: f32 = 3.0e38;
+/// A third, rounded.
+pub const THIRD: f32 = 1.0 / 3.0;
+/// The key of what is no candidate: above that of every cost.
+pub const NO_KEY: u32 = 0x7f80_0000;
 /// A placement may be anywhere near.
 pub const ANYWHERE: u32 = 0;
 /// A placement lies between the ends.
@@ -40,6 +44,8 @@ pub const CONSTANTS: &[(&str, Constant)] = &[
     ("ON_SEGMENT", Constant::U32(ON_SEGMENT)),
     ("AT_THREE", Constant::U32(AT_THREE)),
     ("AT_ENDS", Constant::U32(AT_ENDS)),
+    ("NO_KEY", Constant::U32(NO_KEY)),
+    ("THIRD", Constant::F32(THIRD)),
     ("NO_FACE", Constant::U32(NO_FACE)),
     ("HUB", Constant::U32(HUB)),
     ("BORDER", Constant::U32(BORDER)),

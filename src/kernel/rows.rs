@@ -14,6 +14,8 @@ pub const LOCKED: u32 = 2;
 pub const HUB: u32 = 4;
 /// Parts met in a vertex: pairs there may change the topology. Only the host looks at it.
 pub const JOINED: u32 = 8;
+/// A vertex is on a seam of the texture, and locked for it. Only the host looks at it.
+pub const SEAM: u32 = 16;
 /// Faces around a vertex past which it is a hub: work at a vertex grows with its ring, and a ring of thousands shrinks by
 /// the pairs on its rim. Real meshes stay below 100.
 pub const HUB_FACES: u32 = 512;
@@ -42,7 +44,7 @@ pub struct Position {
     pub y: f32,
     /// Coordinate along the third axis.
     pub z: f32,
-    /// [`BORDER`], [`LOCKED`], [`HUB`] and [`JOINED`].
+    /// [`BORDER`], [`LOCKED`], [`HUB`], [`JOINED`] and [`SEAM`].
     pub flags: u32,
 }
 

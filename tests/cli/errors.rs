@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::{Dir, Ran, TETRAHEDRON};
+use crate::{Dir, Ran, TETRAHEDRON, TEXTURED};
 
 fn ply(vertices: &str, body: &str) -> String {
     format!(
@@ -15,6 +15,7 @@ fn ply(vertices: &str, body: &str) -> String {
 fn wrong_arguments_are_usage_errors() {
     let dir = Dir::new();
     dir.file("in.obj", TETRAHEDRON);
+    dir.file("textured.obj", TEXTURED);
     for (line, part) in [
         ("simplify in.obj out.obj --frobnicate", "--frobnicate"),
         ("simplify in.obj", "<OUT>"),
@@ -31,6 +32,11 @@ fn wrong_arguments_are_usage_errors() {
         ("simplify in.obj out.obj -f 4 --memory-limit 8XB", "8GiB"),
         ("simplify in.obj out.obj", "no target"),
         ("simplify in.obj out.obj -f 4 -g gpu:x", "gpu:N"),
+        ("simplify in.obj out.obj -f 4 --texture no", "possible values: keep, drop"),
+        ("simplify in.obj out.obj -f 4 --candidates faces", "possible values: pairs, triangles"),
+        ("simplify in.obj out.obj -f 4 --candidates triangles --metric volume", "give 'plane'"),
+        ("simplify in.obj out.obj -f 4 --candidates triangles --placement segment", "a triangle has three"),
+        ("simplify textured.obj out.obj -f 1 --texture keep --write-log a.log", "a log holds no texture coordinates"),
         ("simplify in.obj out.obj --method cluster --grid 0", "from 1 to 2097152"),
         ("simplify in.obj out.obj --method cluster --grid 9 -f 4", "--grid and another target"),
         ("simplify in.obj out.obj --method cluster -f 4 --lock-border", "no options of shape but --representative"),
@@ -54,7 +60,7 @@ fn wrong_arguments_are_usage_errors() {
     ] {
         dir.run(line).fails(2, &[part]);
     }
-    assert_eq!(dir.files(), ["in.obj"]);
+    assert_eq!(dir.files(), ["in.obj", "textured.obj"]);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::{Dir, TETRAHEDRON};
+use crate::{Dir, TETRAHEDRON, TEXTURED};
 
 #[test]
 fn nothing_but_data_goes_to_standard_output() {
@@ -69,7 +69,7 @@ fn json_has_its_fields() {
         "write",
     ];
     assert_eq!(keys(&record["seconds"]), seconds);
-    assert_eq!(keys(&record["blocked"]), ["aspect", "border", "error", "flip", "link", "lock", "seam"]);
+    assert_eq!(keys(&record["blocked"]), ["aspect", "border", "error", "flip", "link", "lock", "seam", "texture"]);
     assert_eq!(keys(&record["error"]), ["estimate", "estimate_relative", "measured"]);
     let input = record["faces_in"].as_f64().expect("a count");
     for (field, value) in [
@@ -207,4 +207,27 @@ fn clustering_tells_its_cells() {
     assert_eq!((&by_error["stop_reason"], &by_error["reached"]), (&"error_reached".into(), &true.into()));
     let contracted = dir.run("simplify sample:statue@5k out.ply -g cpu -w -f 500 --json").succeeds().json();
     assert_eq!(contracted["cell_size"], Value::Null);
+}
+
+#[test]
+fn textures_are_kept_where_asked_for() {
+    let dir = Dir::new();
+    dir.file("in.obj", TEXTURED);
+    let coordinates = |options: &str| {
+        let ran = dir.run(&format!("simplify in.obj out.obj -f 7 -g cpu -w --json {options}")).succeeds();
+        let text = fs::read_to_string(dir.path("out.obj")).expect("text");
+        (text.lines().any(|line| line.starts_with("vt ")), ran.err.contains("'texture' keeps them"))
+    };
+    assert_eq!(coordinates("--texture keep"), (true, false));
+    assert_eq!(coordinates(""), (false, true));
+    assert_eq!(coordinates("--texture drop"), (false, true));
+}
+
+#[test]
+fn triangles_take_the_metric_that_they_need() {
+    let dir = Dir::new();
+    let line = "simplify sample:statue@5k out.ply -f 500 -g cpu -w --json --candidates";
+    let triangles = dir.run(&format!("{line} triangles")).succeeds().json();
+    assert_eq!((&triangles["metric"], &triangles["faces_out"]), (&"plane".into(), &500.into()));
+    assert_eq!(dir.run(&format!("{line} pairs")).succeeds().json()["metric"], "volume");
 }

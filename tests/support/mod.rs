@@ -11,3 +11,4 @@ pub mod independent;
 pub mod models;
 pub mod quadric;
 pub mod shapes;
+pub mod texture;

@@ -17,7 +17,8 @@ pub use compare::{Compare, Up};
 pub use removal::{Fill, Removal};
 pub use replay::Replay;
 pub use simplify::{
-    FlipBy, Method, Metric, Placement, Progress, QuadricFormat, QuadricFrame, Representative, Shape, Simplify, Target,
+    Candidates, FlipBy, Method, Metric, Placement, Progress, QuadricFormat, QuadricFrame, Representative, Shape,
+    Simplify, Target, Texture,
 };
 pub use weights::{FeatureMode, FeatureUpdate, Weights};
 

@@ -117,7 +117,7 @@ pub struct Shape {
     ///
     /// What a contraction costs: with 'volume' the volume that it sweeps over the current faces, which is the more
     /// accurate; with 'plane' the squared distances to the planes of the original, accumulated over the run. Without the
-    /// option 'volume', and 'plane' with --method feature or average.
+    /// option 'volume', and 'plane' with --method feature or average or --candidates triangles.
     #[arg(long, value_name = "NAME", value_enum, hide_possible_values = true)]
     pub metric: Option<Metric>,
 
@@ -167,6 +167,14 @@ pub struct Shape {
     #[arg(long, value_name = "NAME", value_enum, hide_possible_values = true)]
     pub placement: Option<Placement>,
 
+    /// Contract pairs or triangles
+    ///
+    /// What becomes one vertex: with 'pairs' the two ends of an edge; with 'triangles' the three corners of a face, by the
+    /// metric 'plane': up to four faces at once, at a deviation that is larger by a quarter on scans and several times as
+    /// large on CAD parts. The last faces before the target are contracted by pairs all the same.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Candidates::Pairs, hide_possible_values = true)]
+    pub candidates: Candidates,
+
     /// Largest turn of a face in one contraction
     ///
     /// Refuses a contraction that turns a face's normal by more than this, in degrees above 0 and up to 90. Without the option that is
@@ -188,7 +196,7 @@ pub struct Shape {
     #[arg(long, value_name = "N", default_value = "off", value_parser = values::sweeps)]
     pub flips: u32,
 
-    /// Flip by distance, bend or shape
+    /// Distance, bend or shape
     ///
     /// What flips are to lessen: with 'distance' the squared distances of samples of the input; with 'bend' the bends of
     /// edges; with 'shape' obtuse angles where the result is flat.
@@ -208,6 +216,14 @@ pub struct Shape {
     /// Joins vertices at most this far apart before anything else, in model units: 0 joins equal positions, 'off' nothing.
     #[arg(long, value_name = "D", default_value = "0", value_parser = values::weld)]
     pub weld: Weld,
+
+    /// Texture coordinates: keep or drop
+    ///
+    /// Whether texture coordinates stay: with 'keep' they follow the surface and no face turns over in the texture; vertices
+    /// on its seams stay where they are, which may end a run above its target. With 'drop' they are left out. Without the
+    /// option they are dropped. Not together with --write-log, for a log does not hold them.
+    #[arg(long, value_name = "WHAT", value_enum, hide_possible_values = true)]
+    pub texture: Option<Texture>,
 
     /// Drop parts smaller than this of the diagonal
     ///
@@ -334,6 +350,14 @@ pub enum Metric {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Candidates {
+    /// Two vertices
+    Pairs,
+    /// The corners of a face
+    Triangles,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Placement {
     /// Where the cost is least
     Optimal,
@@ -369,6 +393,14 @@ pub enum QuadricFrame {
     Normalized,
     /// In the model's own
     Raw,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Texture {
+    /// They follow the surface
+    Keep,
+    /// They are left out
+    Drop,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -5,17 +5,19 @@ use coarsen::backend::{Buffer, Queue};
 use coarsen::kernel::count_pairs::CountPairs;
 use coarsen::kernel::face_normals::FaceNormals;
 use coarsen::kernel::gather_pairs::GatherPairs;
+use coarsen::kernel::pair_quadric::{ANYWHERE, AT_ENDS, AT_THREE};
 use coarsen::kernel::pairs::{PAIR_BLOCK, half_edge_corners};
 use coarsen::kernel::plane_costs::PlaneCosts;
 use coarsen::kernel::plane_sums::PlaneSums;
-use coarsen::kernel::rows::{Face, LOCKED, Position};
+use coarsen::kernel::rows::{Face, HUB, LOCKED, Position};
+use coarsen::kernel::triangle_costs::TriangleCosts;
 use coarsen::kernel::volume_costs::{BORDER_FACTOR, VolumeCosts};
 use coarsen::kernel::volume_sums::VolumeSums;
 
 use super::inputs::{Round, flip, rounds, scanned};
 use super::{Seen, Trial};
 
-pub const TRIALS: [Trial; 7] = [
+pub const TRIALS: [Trial; 8] = [
     Trial { name: "count_pairs", run: count_pairs },
     Trial { name: "gather_pairs", run: gather_pairs },
     Trial { name: "face_normals", run: face_normals },
@@ -23,6 +25,7 @@ pub const TRIALS: [Trial; 7] = [
     Trial { name: "volume_costs", run: volume_costs },
     Trial { name: "plane_sums", run: plane_sums },
     Trial { name: "plane_costs", run: plane_costs },
+    Trial { name: "triangle_costs", run: triangle_costs },
 ];
 
 /// The live mesh on a queue's device.
@@ -201,6 +204,29 @@ fn plane_costs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()
         for placement in 0..4 {
             let keys = &mut queue.buffer(round.pairs.len())?;
             seen.run(queue, PlaneCosts { positions, faces, quadrics, pairs, pair_count, placement, keys })?;
+            seen.output(queue, "keys", keys)?;
+        }
+    }
+    Ok(())
+}
+
+fn triangle_costs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
+    for (round, perturbed) in rounds(perturbed) {
+        seen.input(round.name);
+        let mut quadrics = round.quadrics.clone();
+        let is_free = |v: u32| round.positions[v as usize].flags & (LOCKED | HUB) == 0;
+        let free = round.faces.iter().find(|face| face.is_live() && face.corners().into_iter().all(is_free));
+        let corner = free.map_or(0, |face| face.a as usize);
+        flip(&mut quadrics[corner].c, perturbed);
+        let positions = &queue.buffer_from(round.positions.clone())?;
+        let faces = &queue.buffer_from(round.faces.clone())?;
+        let quadrics = &queue.buffer_from(quadrics)?;
+        let face_count = round.faces.len() as u32;
+        for placement in [ANYWHERE, AT_THREE, AT_ENDS] {
+            let triangles = &mut queue.buffer(round.faces.len())?;
+            let keys = &mut queue.buffer(round.faces.len())?;
+            seen.run(queue, TriangleCosts { positions, faces, quadrics, face_count, placement, triangles, keys })?;
+            seen.output(queue, "triangles", triangles)?;
             seen.output(queue, "keys", keys)?;
         }
     }

@@ -1,0 +1,111 @@
+//! The method and its options, from the arguments of `simplify`.
+
+use coarsen::contract::{Feature, Weighting};
+use coarsen::polish::{Flips, Objective};
+use coarsen::{Method, cluster, contract};
+
+use super::Exit;
+use super::failure::refuse;
+use super::values::Weld;
+use super::{args, quadrics, removal};
+
+/// The method that the arguments name, with its options; features are found by `feature`.
+///
+/// # Errors
+/// Options of another method.
+pub fn method(args: &args::Simplify, feature: Feature) -> anyhow::Result<Method> {
+    let args::Simplify { shape, target, .. } = args;
+    let contract = contract(shape, feature);
+    let log = args.writing.write_log.is_some();
+    if shape.method != args::Method::Cluster && (target.grid.is_some() || shape.representative.is_some()) {
+        return Err(refuse(Exit::Usage, "--grid and --representative are for --method cluster"));
+    }
+    if shape.method != args::Method::Removal && removal::is_asked(&args.removal) {
+        return Err(refuse(Exit::Usage, "--fill and --feature-angle are for --method removal"));
+    }
+    match shape.method {
+        args::Method::Contract | args::Method::Feature | args::Method::Average => {
+            Ok(Method::Contract(contract::Options { log, ..contract }))
+        }
+        args::Method::Cluster | args::Method::Removal if log => {
+            Err(refuse(Exit::Usage, "--write-log is for --method contract: nothing else contracts"))
+        }
+        args::Method::Removal => removal::options(&args.removal, &contract).map(Method::Removal),
+        args::Method::Cluster => {
+            let flips = contract.flips;
+            if contract != (contract::Options { flips, ..contract::Options::default() }) {
+                let message =
+                    "--method cluster has no options of shape but --representative and --flips: leave the others away";
+                return Err(refuse(Exit::Usage, message));
+            }
+            Ok(Method::Cluster(cluster::Options {
+                flips,
+                grid: target.grid,
+                representative: match shape.representative {
+                    Some(args::Representative::Quadric) | None => cluster::Representative::Quadric,
+                    Some(args::Representative::Mean) => cluster::Representative::Mean,
+                    Some(args::Representative::Input) => cluster::Representative::Input,
+                },
+            }))
+        }
+    }
+}
+
+fn flips(shape: &args::Shape) -> Flips {
+    let objective = match shape.flip_by {
+        args::FlipBy::Distance => Objective::Distance,
+        args::FlipBy::Bend => Objective::Bend,
+        args::FlipBy::Shape => Objective::Shape,
+    };
+    Flips { sweeps: shape.flips, objective }
+}
+
+fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
+    let candidates = match shape.candidates {
+        args::Candidates::Pairs => contract::Candidates::Pairs,
+        args::Candidates::Triangles => contract::Candidates::Triangles,
+    };
+    let defaults = match shape.method {
+        args::Method::Contract | args::Method::Cluster | args::Method::Removal
+            if shape.candidates == args::Candidates::Triangles =>
+        {
+            contract::Options { metric: contract::Metric::Plane, ..contract::Options::default() }
+        }
+        args::Method::Contract | args::Method::Cluster | args::Method::Removal => contract::Options::default(),
+        args::Method::Feature => {
+            contract::Options { weighting: Weighting::Feature(feature), ..contract::Options::feature_weighted() }
+        }
+        args::Method::Average => contract::Options::averaged(),
+    };
+    contract::Options {
+        metric: shape.metric.map_or(defaults.metric, |metric| match metric {
+            args::Metric::Volume => contract::Metric::Volume,
+            args::Metric::Plane => contract::Metric::Plane,
+        }),
+        candidates,
+        placement: shape.placement.map_or(defaults.placement, |placement| match placement {
+            args::Placement::Optimal => contract::Placement::Optimal,
+            args::Placement::Segment => contract::Placement::Segment,
+            args::Placement::EndpointOrMiddle => contract::Placement::EndpointOrMiddle,
+            args::Placement::Endpoint => contract::Placement::Endpoint,
+        }),
+        weighting: defaults.weighting,
+        quadrics: quadrics::stored(shape, defaults.quadrics),
+        border_weight: shape.border_weight,
+        lock_border: shape.lock_border,
+        max_flip_rad: shape.max_flip.unwrap_or(defaults.max_flip_rad),
+        join_within: shape.join_within,
+        weld: match shape.weld {
+            Weld::Off => None,
+            Weld::Within(distance) => Some(distance),
+        },
+        fit: shape.fit,
+        flips: flips(shape),
+        prune: shape.prune.unwrap_or(defaults.prune),
+        texture: shape.texture.map_or(defaults.texture, |texture| match texture {
+            args::Texture::Keep => contract::Texture::Keep,
+            args::Texture::Drop => contract::Texture::Drop,
+        }),
+        log: false,
+    }
+}
