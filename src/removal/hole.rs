@@ -60,7 +60,7 @@ impl Hole {
             }
         }
         let closes = at.is_some() && at == first;
-        if self.faces.len() != faces.len() || closes == self.is_open {
+        if faces.is_empty() || self.faces.len() != faces.len() || closes == self.is_open {
             return false;
         }
         let origin = stars.positions[vertex as usize].xyz().as_dvec3();

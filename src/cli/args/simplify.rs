@@ -196,7 +196,7 @@ pub struct Shape {
     #[arg(long, value_name = "N", default_value = "off", value_parser = values::sweeps)]
     pub flips: u32,
 
-    /// Distance, bend or shape
+    /// By distance, bend or shape
     ///
     /// What flips are to lessen: with 'distance' the squared distances of samples of the input; with 'bend' the bends of
     /// edges; with 'shape' obtuse angles where the result is flat.
