@@ -1,17 +1,24 @@
-// How many pairs the vertices of every block list. Twin: src/kernel/count_pairs.rs
+// How many pairs the vertices of every block list. Twin: src/kernel/count_pairs.rs, by contract.
+//
+// By faces, each of which knows the pairs of its half-edges but for those of borders: additions of integers, whose order
+// cannot be seen.
 
-fn run(block: u32) {
-    var count = 0u;
-    for (var u = block * PAIR_BLOCK; u < min((block + 1u) * PAIR_BLOCK, params.count); u++) {
-        if (load_positions(u).flags & HUB) != 0u {
-            continue;
-        }
-        let end = load_ring_starts(u + 1u);
-        for (var i = load_ring_starts(u); i < end; i++) {
-            let own = spoke(load_faces(load_ring_faces(i)), u);
-            count += select(0u, 1u, lists(u, own.next));
-            count += select(0u, 1u, lists_border(u, own.last));
-        }
+// Counts the pair of the half-edge from p to q, unless the half-edge from q to p stands for it.
+fn count(p: u32, at_p: u32, q: u32, at_q: u32) {
+    if is_held(at_p, at_q) {
+        return;
     }
-    store_counts(block, count);
+    if p < q || (HAS_BORDER && (at_q & BORDER) != 0u && face_to(p, q) == NO_FACE) {
+        add_counts(min(p, q) / PAIR_BLOCK, 1u);
+    }
+}
+
+fn run(i: u32) {
+    let face = load_faces(i);
+    let at_a = flags_at(face.a);
+    let at_b = flags_at(face.b);
+    let at_c = flags_at(face.c);
+    count(face.a, at_a, face.b, at_b);
+    count(face.b, at_b, face.c, at_c);
+    count(face.c, at_c, face.a, at_a);
 }

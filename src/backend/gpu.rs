@@ -4,15 +4,16 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
 use super::gpu_adapters::{choose, describe};
-use super::gpu_buffer::{GpuBuffer, Meter};
+use super::gpu_buffer::{GpuBuffer, Meter, stride};
+use super::gpu_clock::{Clock, KernelTime};
 use super::gpu_faults::{Faults, guard, lock, wait};
 use super::gpu_pipeline::Pipeline;
 use super::module::{Exactness, PageShape, Signature};
-use super::{GpuOptions, Selector};
+use super::{GpuOptions, Selector, Switch};
 use crate::error::{Error, Result};
 
-/// A kernel's name and its buffers' pages.
-type PipelineKey = (&'static str, Vec<PageShape>);
+/// A kernel's name, its switches and its buffers' pages.
+type PipelineKey = (&'static str, Vec<Switch>, Vec<PageShape>);
 
 /// A wgpu device with its queue.
 #[derive(Debug)]
@@ -25,6 +26,8 @@ pub struct Gpu {
     meter: Meter,
     page_rows: u32,
     exactness: Exactness,
+    /// Where kernels are timed.
+    clock: Option<Clock>,
     pipelines: Mutex<HashMap<PipelineKey, Arc<Pipeline>>>,
 }
 
@@ -37,9 +40,10 @@ impl Gpu {
         let adapter = choose(selector)?;
         let (info, own) = (adapter.get_info(), adapter.limits());
         let limits = limits(&own);
+        let is_timed = options.time_kernels && adapter.features().contains(Clock::FEATURES);
         let request = adapter.request_device(&wgpu::DeviceDescriptor {
             label: None,
-            required_features: wgpu::Features::empty(),
+            required_features: if is_timed { Clock::FEATURES } else { wgpu::Features::empty() },
             required_limits: limits.clone(),
             experimental_features: wgpu::ExperimentalFeatures::disabled(),
             memory_hints: wgpu::MemoryHints::Performance,
@@ -51,6 +55,7 @@ impl Gpu {
         let is_software = info.device_type == wgpu::DeviceType::Cpu;
         let exactness = if is_software { Exactness::Plain } else { Exactness::Guarded };
         Ok(Self {
+            clock: is_timed.then(|| Clock::new(&queue)),
             device,
             queue,
             info,
@@ -71,6 +76,26 @@ impl Gpu {
     /// Bytes of buffers that live now.
     pub fn allocated(&self) -> u64 {
         self.meter.used()
+    }
+
+    /// How long every kernel ran, where they are timed.
+    pub fn kernel_times(&self) -> Vec<KernelTime> {
+        let Some(clock) = &self.clock else { return Vec::new() };
+        // What a lost device read before is told still.
+        let _ = self.wait(None);
+        clock.times()
+    }
+
+    /// Forgets how long they ran.
+    pub fn forget_kernel_times(&self) {
+        if let Some(clock) = &self.clock {
+            let _ = self.wait(None);
+            clock.forget();
+        }
+    }
+
+    pub(super) fn clock(&self) -> Option<&Clock> {
+        self.clock.as_ref()
     }
 
     /// How its kernels keep their arithmetic exact.
@@ -110,9 +135,10 @@ impl Gpu {
         wait(&self.device, &self.faults, submission)
     }
 
-    /// A zeroed buffer.
-    pub(super) fn buffer(&self, rows: usize, stride: usize) -> Result<GpuBuffer> {
-        let (bytes, shift) = (rows as u64 * stride as u64, self.page_shift(stride));
+    /// A zeroed buffer for rows that have so many bytes on the host.
+    pub(super) fn buffer(&self, rows: usize, row_bytes: usize) -> Result<GpuBuffer> {
+        let stride = stride(row_bytes);
+        let (bytes, shift) = (rows as u64 * stride, self.page_shift(stride));
         let (pages, bound) = ((rows as u64).div_ceil(1 << shift), self.max_pages());
         if pages > u64::from(bound) {
             return Err(Error::Limit(format!(
@@ -122,7 +148,7 @@ impl Gpu {
         }
         let lease = self.meter.lease(bytes)?;
         self.guard(&format!("cannot allocate {bytes} bytes"), || {
-            GpuBuffer::new(&self.device, rows, stride, shift, lease)
+            GpuBuffer::new(&self.device, rows, row_bytes, shift, lease)
         })
     }
 
@@ -133,15 +159,15 @@ impl Gpu {
     }
 
     /// The binary logarithm of the most rows that one binding holds.
-    fn page_shift(&self, stride: usize) -> u32 {
+    fn page_shift(&self, stride: u64) -> u32 {
         let bytes = self.limits.max_storage_buffer_binding_size.min(self.limits.max_buffer_size);
-        let rows = (bytes / stride as u64).clamp(1, u64::from(self.page_rows));
+        let rows = (bytes / stride).clamp(1, u64::from(self.page_rows));
         rows.ilog2()
     }
 
     /// The pipeline of a kernel whose buffers have these pages, built on first use.
     pub(super) fn pipeline(&self, signature: &Signature<'_>, pages: &[PageShape]) -> Result<Arc<Pipeline>> {
-        let key = (signature.name, pages.to_vec());
+        let key = (signature.name, signature.switches.clone(), pages.to_vec());
         if let Some(pipeline) = lock(&self.pipelines).get(&key) {
             return Ok(Arc::clone(pipeline));
         }

@@ -11,6 +11,8 @@ use crate::error::{Error, Result};
 /// A compiled kernel, for one way of cutting its buffers into pages.
 #[derive(Debug)]
 pub struct Pipeline {
+    /// The kernel's name.
+    pub name: &'static str,
     /// What a pass sets.
     pub pipeline: wgpu::ComputePipeline,
     layout: wgpu::BindGroupLayout,
@@ -56,7 +58,7 @@ impl Pipeline {
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 cache: None,
             });
-            Self { pipeline, layout, uniform_bytes }
+            Self { name: signature.name, pipeline, layout, uniform_bytes }
         })
     }
 

@@ -2,7 +2,9 @@
 
 use std::fmt::Write;
 
-use super::{Access, Binding, Constant, Kernel};
+use super::buffer::Member;
+use super::gpu_buffer::stride;
+use super::{Access, Binding, Constant, Kernel, Switch};
 
 /// The sources that every module begins with, of `shaders/shared/*.wgsl`.
 const SHARED: &[&str] =
@@ -91,6 +93,8 @@ pub struct Signature<'a> {
     pub bindings: Vec<Binding<'a>>,
     /// [`Kernel::CONSTANTS`].
     pub constants: &'static [(&'static str, Constant)],
+    /// [`Kernel::switches`].
+    pub switches: Vec<Switch>,
     /// [`Kernel::SHARED`].
     pub shared: &'static [&'static str],
     /// [`Kernel::SOURCE`].
@@ -107,6 +111,7 @@ impl<'a> Signature<'a> {
             params: K::PARAMS,
             bindings: kernel.bindings(),
             constants: K::CONSTANTS,
+            switches: kernel.switches(),
             shared: K::SHARED,
             source: K::SOURCE,
             workgroup: K::WORKGROUP,
@@ -141,6 +146,7 @@ fn write_declarations(text: &mut String, signature: &Signature<'_>, pages: &[Pag
         // Rust prints the fewest digits that read back as the same number, here as in WGSL.
         Constant::F32(value) => format!("const {name}: f32 = {value:?}f;"),
     }));
+    lines.extend(signature.switches.iter().map(|(name, value)| format!("const {name}: bool = {value};")));
     lines.push("struct Params {".into());
     lines.extend(signature.params.iter().chain(&HIDDEN).map(|(name, scalar)| format!("    {name}: {scalar},")));
     lines.extend(["}".into(), "@group(0) @binding(0) var<uniform> params: Params;".into()]);
@@ -148,8 +154,8 @@ fn write_declarations(text: &mut String, signature: &Signature<'_>, pages: &[Pag
     for (binding, &shape) in signature.bindings.iter().zip(pages) {
         let Binding { name, row, access, .. } = binding;
         let (space, element) = match access {
-            Access::Read => ("read", (*row).to_string()),
-            Access::Write => ("read_write", (*row).to_string()),
+            Access::Read => ("read", element(binding)),
+            Access::Write => ("read_write", element(binding)),
             Access::Add => ("read_write", format!("atomic<{row}>")),
         };
         for page in 0..shape.count {
@@ -168,11 +174,11 @@ fn write_declarations(text: &mut String, signature: &Signature<'_>, pages: &[Pag
 fn accessors(binding: &Binding<'_>, shape: PageShape) -> Vec<String> {
     let Binding { name, row, .. } = binding;
     let load = || {
-        let body = in_page(name, shape, |element| format!("return {element};"));
+        let body = in_page(name, shape, |element| unpacked(binding, &element));
         format!("fn load_{name}(i: u32) -> {row} {{ {body} }}")
     };
     let store = || {
-        let body = in_page(name, shape, |element| format!("{element} = row;"));
+        let body = in_page(name, shape, |element| format!("{element} = {};", packed(binding)));
         format!("fn store_{name}(i: u32, row: {row}) {{ {body} }}")
     };
     let add = || {
@@ -183,6 +189,61 @@ fn accessors(binding: &Binding<'_>, shape: PageShape) -> Vec<String> {
         Access::Read => vec![load()],
         Access::Write => vec![load(), store()],
         Access::Add => vec![add()],
+    }
+}
+
+/// The names of a vector's words.
+const WORDS: [&str; 4] = ["x", "y", "z", "w"];
+
+/// The type of an element of a page: a row that is a struct is packed in vectors.
+fn element(binding: &Binding<'_>) -> String {
+    let words = stride(binding.stride) / 4;
+    match (binding.members.len(), words) {
+        (0, _) => binding.row.into(),
+        (_, 1) => "u32".into(),
+        (_, 2 | 4) => format!("vec{words}u"),
+        _ => format!("array<vec4u, {}>", words / 4),
+    }
+}
+
+/// Returns the row that is in an element.
+fn unpacked(binding: &Binding<'_>, element: &str) -> String {
+    if binding.members.is_empty() {
+        return format!("return {element};");
+    }
+    let word = |i: usize| match binding.members.len() {
+        1 => "packed".into(),
+        2..=4 => format!("packed.{}", WORDS[i]),
+        _ => format!("packed[{}].{}", i / 4, WORDS[i % 4]),
+    };
+    let members = binding.members.iter().enumerate().map(|(i, member)| match member.scalar {
+        "f32" => format!("bitcast<f32>({})", word(i)),
+        _ => word(i),
+    });
+    format!("let packed = {element}; return {}({});", binding.row, members.collect::<Vec<_>>().join(", "))
+}
+
+/// `row` as an element holds it.
+fn packed(binding: &Binding<'_>) -> String {
+    if binding.members.is_empty() {
+        return "row".into();
+    }
+    let mut words: Vec<String> = binding
+        .members
+        .iter()
+        .map(|Member { name, scalar, .. }| match *scalar {
+            "f32" => format!("bitcast<u32>(row.{name})"),
+            _ => format!("row.{name}"),
+        })
+        .collect();
+    words.resize(stride(binding.stride) as usize / 4, "0u".into());
+    match words.len() {
+        1 => words.remove(0),
+        count @ (2 | 4) => format!("vec{count}u({})", words.join(", ")),
+        _ => {
+            let vectors: Vec<String> = words.chunks(4).map(|words| format!("vec4u({})", words.join(", "))).collect();
+            format!("array({})", vectors.join(", "))
+        }
     }
 }
 
