@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::gpu::Gpu;
 use super::gpu_clock::KernelTime;
 use super::gpu_recorder::Recorder;
-use super::module::Exactness;
+use super::module::{Exactness, Packing};
 use super::queue::Queue;
 use crate::error::{Error, Result};
 
@@ -37,6 +37,8 @@ pub struct GpuOptions {
     pub page_rows: Option<u32>,
     /// How kernels keep their arithmetic exact; `None` guards it, except on software that passes the self-test without.
     pub exactness: Option<Exactness>,
+    /// What rows are loaded by; `None` takes what suits the adapter. One that cannot load pairs loads words.
+    pub packing: Option<Packing>,
     /// Whether to time every kernel, for [`Device::kernel_times`]; not every adapter can.
     pub time_kernels: bool,
     /// Whether a copy of a surface follows the host's by replaying its contractions, or is sent anew; `None` sends it to

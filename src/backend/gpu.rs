@@ -8,9 +8,12 @@ use super::gpu_buffer::{GpuBuffer, Meter, stride};
 use super::gpu_clock::{Clock, KernelTime};
 use super::gpu_faults::{Faults, guard, lock, wait};
 use super::gpu_pipeline::Pipeline;
-use super::module::{Exactness, PageShape, Signature};
+use super::module::{Dialect, Exactness, Packing, PageShape, Signature};
 use super::{GpuOptions, Selector, Switch};
 use crate::error::{Error, Result};
+
+/// What loads of [`Packing::Pairs`] need.
+const PAIRS: wgpu::Features = wgpu::Features::SHADER_INT64;
 
 /// A kernel's name, its switches and its buffers' pages.
 type PipelineKey = (&'static str, Vec<Switch>, Vec<PageShape>);
@@ -25,7 +28,7 @@ pub struct Gpu {
     faults: Faults,
     meter: Meter,
     page_rows: u32,
-    exactness: Exactness,
+    dialect: Dialect,
     /// Where kernels are timed.
     clock: Option<Clock>,
     pipelines: Mutex<HashMap<PipelineKey, Arc<Pipeline>>>,
@@ -40,10 +43,14 @@ impl Gpu {
         let adapter = choose(selector)?;
         let (info, own) = (adapter.get_info(), adapter.limits());
         let limits = limits(&own);
-        let is_timed = options.time_kernels && adapter.features().contains(Clock::FEATURES);
+        let is_software = info.device_type == wgpu::DeviceType::Cpu;
+        let has = |features| adapter.features().contains(features);
+        let is_timed = options.time_kernels && has(Clock::FEATURES);
+        let packs_pairs = options.packing.map_or(is_software, |packing| packing == Packing::Pairs) && has(PAIRS);
+        let needed = |is_needed, features| if is_needed { features } else { wgpu::Features::empty() };
         let request = adapter.request_device(&wgpu::DeviceDescriptor {
             label: None,
-            required_features: if is_timed { Clock::FEATURES } else { wgpu::Features::empty() },
+            required_features: needed(is_timed, Clock::FEATURES) | needed(packs_pairs, PAIRS),
             required_limits: limits.clone(),
             experimental_features: wgpu::ExperimentalFeatures::disabled(),
             memory_hints: wgpu::MemoryHints::Performance,
@@ -52,8 +59,11 @@ impl Gpu {
         let (device, queue) =
             pollster::block_on(request).map_err(|e| Error::Device(format!("cannot open {}: {e}", info.name)))?;
         let faults = Faults::of(&device);
-        let is_software = info.device_type == wgpu::DeviceType::Cpu;
         let exactness = if is_software { Exactness::Plain } else { Exactness::Guarded };
+        let dialect = Dialect {
+            exactness: options.exactness.unwrap_or(exactness),
+            packing: if packs_pairs { Packing::Pairs } else { Packing::Words },
+        };
         Ok(Self {
             clock: is_timed.then(|| Clock::new(&queue)),
             device,
@@ -63,7 +73,7 @@ impl Gpu {
             faults,
             meter: Meter::new(options.memory_limit),
             page_rows: options.page_rows.unwrap_or(u32::MAX).max(1),
-            exactness: options.exactness.unwrap_or(exactness),
+            dialect,
             pipelines: Mutex::default(),
         })
     }
@@ -98,9 +108,9 @@ impl Gpu {
         self.clock.as_ref()
     }
 
-    /// How its kernels keep their arithmetic exact.
-    pub(super) fn exactness(&self) -> Exactness {
-        self.exactness
+    /// What its kernels are written in.
+    pub(super) fn dialect(&self) -> Dialect {
+        self.dialect
     }
 
     /// Whether it is software on this machine's own processor.

@@ -34,7 +34,7 @@ impl Pipeline {
             )));
         }
         let uniform_bytes = NonZeroU64::MIN.saturating_add(signature.uniform_bytes() as u64 - 1);
-        let text = signature.compose(pages, gpu.exactness());
+        let text = signature.compose(pages, gpu.dialect());
         gpu.guard(&format!("the kernel '{}' was refused", signature.name), || {
             let device = gpu.device();
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {

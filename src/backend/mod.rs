@@ -31,7 +31,7 @@ pub use device::{Device, GpuOptions, Selector};
 pub use gpu_adapters::{AdapterReport, adapters};
 pub use gpu_clock::KernelTime;
 #[doc(hidden)]
-pub use module::{Exactness, PageShape, Signature};
+pub use module::{Dialect, Exactness, Packing, PageShape, Signature};
 pub use queue::Queue;
 
 pub(crate) use buffer::row;

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use coarsen::backend::{Access, Device, Exactness, Member, PageShape, Signature};
+use coarsen::backend::{Access, Device, Dialect, Exactness, Member, Packing, PageShape, Signature};
 
 use crate::trials::{Seen, trials};
 
@@ -34,15 +34,15 @@ fn complaints(look: impl Fn(&Signature<'_>, usize) -> Vec<String> + Copy + 'stat
     collected.take()
 }
 
-/// The module with all switches off, without guards, and with all on, guarded.
+/// The module with all switches off, without guards and loading pairs, and with all on, guarded and loading words.
 fn modules(signature: &Signature<'_>, pages: u32) -> Result<[naga::Module; 2], String> {
     let shapes = vec![PageShape { count: pages, shift: 12 }; signature.bindings.len()];
-    let parse = |on, exactness| {
+    let parse = |on, exactness, packing| {
         let switches = signature.switches.iter().map(|(name, _)| (*name, on)).collect();
-        let text = Signature { switches, ..signature.clone() }.compose(&shapes, exactness);
+        let text = Signature { switches, ..signature.clone() }.compose(&shapes, Dialect { exactness, packing });
         naga::front::wgsl::parse_str(&text).map_err(|error| error.emit_to_string_with_path(&text, signature.name))
     };
-    Ok([parse(false, Exactness::Plain)?, parse(true, Exactness::Guarded)?])
+    Ok([parse(false, Exactness::Plain, Packing::Pairs)?, parse(true, Exactness::Guarded, Packing::Words)?])
 }
 
 /// The files of `src/kernel` that are no kernel's twin, beside those of shared sources.
@@ -81,9 +81,10 @@ fn shared_sources_are_paired() {
 fn valid() {
     let failures = complaints(|signature, _| {
         let validate = |pages| {
-            modules(signature, pages)?.iter().try_for_each(|module| {
+            let needs = [naga::valid::Capabilities::SHADER_INT64, naga::valid::Capabilities::empty()];
+            modules(signature, pages)?.iter().zip(needs).try_for_each(|(module, capabilities)| {
                 let flags = naga::valid::ValidationFlags::all();
-                naga::valid::Validator::new(flags, naga::valid::Capabilities::empty())
+                naga::valid::Validator::new(flags, capabilities)
                     .validate(module)
                     .map_err(|error| format!("{pages} pages: {error:?}"))
                     .map(drop)
