@@ -239,7 +239,7 @@ fn unpacked(binding: &Binding<'_>, element: &str, packing: Packing) -> String {
         Packing::Words => format!("{}.{}", vector(i), ELEMENTS[i % 4]),
         Packing::Pairs => {
             let pair = if words == 2 { "packed".into() } else { format!("{}.{}", vector(i), ELEMENTS[i % 4 / 2]) };
-            if i % 2 == 0 { format!("u32({pair})") } else { format!("u32({pair} >> 32u)") }
+            if i.is_multiple_of(2) { format!("u32({pair})") } else { format!("u32({pair} >> 32u)") }
         }
     };
     let members = binding.members.iter().enumerate().map(|(i, member)| match member.scalar {
