@@ -7,8 +7,8 @@ mod support;
 
 use std::ops::ControlFlow;
 
-use coarsen::backend::{Device, Exactness, GpuOptions, Selector};
-use coarsen::contract::{Metric, Options, Placement};
+use coarsen::backend::{Device, Exactness, GpuOptions, Packing, Selector};
+use coarsen::contract::{Feature, Metric, Options, Placement, Update, Weighting};
 use coarsen::mesh::{SAMPLES, sample, shapes};
 use coarsen::simplify::{Progress, RoundRecord};
 use coarsen::{Budget, Mesh, Method, Outcome, formats, simplify};
@@ -166,7 +166,8 @@ fn a_device_repeats_itself() {
 
 #[test]
 fn guards_of_the_arithmetic_do_not_change_the_bytes() {
-    let guarded = GpuOptions { exactness: Some(Exactness::Guarded), ..many_rounds(true) };
+    let packing = Some(Packing::Words);
+    let guarded = GpuOptions { exactness: Some(Exactness::Guarded), packing, ..many_rounds(true) };
     let Some(device) = gpu(&guarded) else { return };
     let mesh = sample("statue", Some(SAMPLE_FACES)).expect("a sample");
     for metric in METRICS {
@@ -206,6 +207,32 @@ fn options_do_not_part_the_devices() {
                 let outcome = contract_on(&device, mesh, options, *budget);
                 assert_same(&format!("{name} {options:?} {budget:?}"), &reference, &outcome);
                 assert!(outcome.rounds[0].on_gpu, "{name}");
+            }
+        }
+    }
+}
+
+/// Weights that the quadrics hold, that the host carries and that are found in every round, on a copy of either kind.
+#[test]
+fn weights_do_not_part_the_devices() {
+    let mut terrain = sample("terrain", Some(30_000)).expect("a sample");
+    terrain.faces.iter_mut().step_by(11).for_each(|face| face.swap(1, 2));
+    let given: Vec<f32> = (0..terrain.positions.len()).map(|v| 1.0 + (v % 7) as f32).collect();
+    let weightings = [
+        Weighting::Feature(Feature::default()),
+        Weighting::Feature(Feature { update: Update::Recompute, ..Feature::default() }),
+        Weighting::Given(given.into()),
+    ];
+    for replays in [true, false] {
+        let Some(device) = gpu(&many_rounds(replays)) else { return };
+        for metric in METRICS {
+            for (i, weighting) in weightings.iter().enumerate() {
+                let options = Options { weighting: weighting.clone(), ..options(metric) };
+                let reference = contract(&terrain, &options, Budget::keep(0.1));
+                let outcome = contract_on(&device, &terrain, &options, Budget::keep(0.1));
+                let name = format!("{metric:?}, replays {replays}, weighting {i}");
+                assert_same(&name, &reference, &outcome);
+                assert!(outcome.rounds.iter().filter(|round| round.on_gpu).count() > 2, "{name}");
             }
         }
     }
