@@ -14,9 +14,10 @@ fn main(
         atomicStore(&counts[bucket], 0u);
     }
     workgroupBarrier();
+    let pairs = load_pair_starts(params.block_count);
     for (var i = 0u; i < KEYS_EACH; i++) {
         let index = first + i * WORKGROUP;
-        if index < params.count {
+        if index < pairs {
             atomicAdd(&counts[load_keys(index) >> BUCKET_SHIFT], 1u);
         }
     }

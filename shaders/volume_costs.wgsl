@@ -99,7 +99,7 @@ fn run(i: u32) {
     let w = corners.y;
     let pair = pair_between(edge.half_edge / 3u, edge.across, u, w);
     var ends = ends_of(pair);
-    if ((pair.pu.flags | pair.pw.flags) & BORDER) != 0u {
+    if HAS_BORDER && ((pair.pu.flags | pair.pw.flags) & BORDER) != 0u {
         let e = sub3(xyz(pair.pw), xyz(pair.pu));
         var on_border = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
         if edge.across == NO_FACE {

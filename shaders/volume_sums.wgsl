@@ -41,7 +41,7 @@ fn run(i: u32) {
         sum = volume_sum(i);
     }
     store_sums(i, sum);
-    if params.has_border != 0u {
+    if HAS_BORDER {
         var border = BorderSum(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
         if (flags & (BORDER | HUB)) == BORDER {
             border = border_sum(i);

@@ -254,6 +254,18 @@ pub struct Progress {
 /// Called after every round, and after every grid that clustering tries; break to cancel.
 pub type OnProgress<'a> = dyn FnMut(Progress) -> ControlFlow<()> + Send + 'a;
 
+/// Loads what `method` runs on a GPU, so that the first mesh does not wait for kernels to be compiled. Meant to go on while
+/// the mesh is read; on the CPU there is nothing to load.
+///
+/// # Errors
+/// [`Error::Parameter`] for an option out of range. A GPU that fails is told when a mesh is simplified.
+pub fn warm_up(method: &Method, device: &Device) -> Result<()> {
+    match method {
+        Method::Contract(options) => contract::warm_up(options, device),
+        Method::Cluster(_) | Method::Removal(_) => Ok(()),
+    }
+}
+
 /// Simplifies `mesh` by `method` until `budget` is met, on `device`.
 ///
 /// The result does not depend on the device or its thread count. Running out of legal contractions is a result

@@ -7,9 +7,10 @@ mod support;
 
 use std::ops::ControlFlow;
 
-use coarsen::backend::{Device, Exactness, GpuOptions, Selector};
+use coarsen::backend::{Device, Exactness, GpuOptions, Packing, Selector};
 use coarsen::contract::{
-    Metric, Options, Placement, PlaneWeight, QuadricFormat, QuadricFrame, Quadrics, initial_quadrics,
+    Feature, Metric, Options, Placement, PlaneWeight, QuadricFormat, QuadricFrame, Quadrics, Update, Weighting,
+    initial_quadrics,
 };
 use coarsen::mesh::{SAMPLES, sample, shapes};
 use coarsen::simplify::{Progress, RoundRecord};
@@ -21,9 +22,14 @@ use support::models;
 const SAMPLE_FACES: usize = 50_000;
 const SHARES: [f64; 3] = [0.5, 0.1, 0.01];
 
+/// Many rounds on the GPU, whose copy of the surface follows by itself or is sent anew.
+fn many_rounds(replays: bool) -> GpuOptions {
+    GpuOptions { replays: Some(replays), handover_faces: Some(5_000), ..GpuOptions::default() }
+}
+
 /// Several pages on the samples, and no more bindings than the self-test has room for.
 fn small_pages() -> GpuOptions {
-    GpuOptions { page_rows: Some(1 << 15), ..GpuOptions::default() }
+    GpuOptions { page_rows: Some(1 << 15), ..many_rounds(true) }
 }
 
 /// What a caller sees: the written file, origins, and the rounds' records less the device.
@@ -90,6 +96,44 @@ fn a_gpu_returns_the_cpu_s_bytes() {
 }
 
 #[test]
+fn a_copy_that_follows_by_itself_returns_the_cpu_s_bytes() {
+    let Some(device) = gpu(&many_rounds(true)) else { return };
+    assert_as_on_the_cpu(&device);
+}
+
+#[test]
+fn a_copy_that_is_sent_anew_returns_the_cpu_s_bytes() {
+    let Some(device) = gpu(&many_rounds(false)) else { return };
+    assert_as_on_the_cpu(&device);
+}
+
+/// The CPU takes over where it was asked to.
+#[test]
+fn few_faces_are_left_to_the_cpu() {
+    let mesh = sample("statue", Some(SAMPLE_FACES)).expect("a sample");
+    for handover_faces in [1_000, 20_000] {
+        let asked = GpuOptions { handover_faces: Some(handover_faces), ..GpuOptions::default() };
+        let Some(device) = gpu(&asked) else { return };
+        let outcome = contract_on(&device, &mesh, &options(Metric::Volume), Budget::keep(0.01));
+        assert!(outcome.rounds.iter().all(|round| round.on_gpu == (round.faces >= handover_faces as u64)));
+    }
+}
+
+#[test]
+fn warming_up_changes_nothing() {
+    let Some(device) = gpu(&many_rounds(true)) else { return };
+    let mesh = sample("part", Some(20_000)).expect("a sample");
+    for metric in METRICS {
+        coarsen::warm_up(&Method::Contract(options(metric)), &device).expect("good options");
+        let reference = contract(&mesh, &options(metric), Budget::keep(0.1));
+        assert_same("warm", &reference, &contract_on(&device, &mesh, &options(metric), Budget::keep(0.1)));
+    }
+    assert_eq!(device.gpu_bytes(), 0);
+    let method = Method::Contract(Options { border_weight: -1.0, ..Options::default() });
+    assert!(coarsen::warm_up(&method, &cpu(1)).is_err() && coarsen::warm_up(&method, &device).is_err());
+}
+
+#[test]
 fn small_pages_return_the_cpu_s_bytes() {
     let Some(device) = gpu(&small_pages()) else { return };
     assert_as_on_the_cpu(&device);
@@ -125,7 +169,8 @@ fn a_device_repeats_itself() {
 
 #[test]
 fn guards_of_the_arithmetic_do_not_change_the_bytes() {
-    let guarded = GpuOptions { exactness: Some(Exactness::Guarded), ..GpuOptions::default() };
+    let packing = Some(Packing::Words);
+    let guarded = GpuOptions { exactness: Some(Exactness::Guarded), packing, ..many_rounds(true) };
     let Some(device) = gpu(&guarded) else { return };
     let mesh = sample("statue", Some(SAMPLE_FACES)).expect("a sample");
     for metric in METRICS {
@@ -141,7 +186,7 @@ fn guards_of_the_arithmetic_do_not_change_the_bytes() {
 /// Options that take other ways through the kernels.
 #[test]
 fn options_do_not_part_the_devices() {
-    let Some(device) = gpu(&GpuOptions::default()) else { return };
+    let Some(device) = gpu(&many_rounds(true)) else { return };
     let mut terrain = sample("terrain", Some(20_000)).expect("a sample");
     terrain.faces.iter_mut().step_by(11).for_each(|face| face.swap(1, 2));
     let mut holed = sample("part", Some(20_000)).expect("a sample");
@@ -197,6 +242,32 @@ fn stored_quadrics_do_not_part_the_devices() {
     }
 }
 
+/// Weights that the quadrics hold, that the host carries and that are found in every round, on a copy of either kind.
+#[test]
+fn weights_do_not_part_the_devices() {
+    let mut terrain = sample("terrain", Some(30_000)).expect("a sample");
+    terrain.faces.iter_mut().step_by(11).for_each(|face| face.swap(1, 2));
+    let given: Vec<f32> = (0..terrain.positions.len()).map(|v| 1.0 + (v % 7) as f32).collect();
+    let weightings = [
+        Weighting::Feature(Feature::default()),
+        Weighting::Feature(Feature { update: Update::Recompute, ..Feature::default() }),
+        Weighting::Given(given.into()),
+    ];
+    for replays in [true, false] {
+        let Some(device) = gpu(&many_rounds(replays)) else { return };
+        for metric in METRICS {
+            for (i, weighting) in weightings.iter().enumerate() {
+                let options = Options { weighting: weighting.clone(), ..options(metric) };
+                let reference = contract(&terrain, &options, Budget::keep(0.1));
+                let outcome = contract_on(&device, &terrain, &options, Budget::keep(0.1));
+                let name = format!("{metric:?}, replays {replays}, weighting {i}");
+                assert_same(&name, &reference, &outcome);
+                assert!(outcome.rounds.iter().filter(|round| round.on_gpu).count() > 2, "{name}");
+            }
+        }
+    }
+}
+
 /// The GPU's costs must differ where the mesh does: without this the comparisons above might compare nothing.
 #[test]
 fn a_moved_vertex_changes_the_bytes() {
@@ -228,10 +299,10 @@ fn a_device_lost_on_the_way_leaves_the_same_bytes() {
     let mesh = sample("statue", Some(SAMPLE_FACES)).expect("a sample");
     for metric in METRICS {
         let reference = contract(&mesh, &options(metric), Budget::keep(0.05));
-        for rounds in [1, 2] {
-            let Some(device) = gpu(&GpuOptions::default()) else { return };
+        for (rounds, replays) in [(1, true), (2, true), (1, false), (2, false)] {
+            let Some(device) = gpu(&many_rounds(replays)) else { return };
             let mut outcome = lose_after(&device, &mesh, metric, rounds);
-            let name = format!("{metric:?}, lost after {rounds}");
+            let name = format!("{metric:?}, lost after {rounds}, {replays}");
             assert_eq!(outcome.warnings.len(), 1, "{name}: {:?}", outcome.warnings);
             assert!(
                 outcome.warnings[0].starts_with("the CPU went on where the GPU failed: "),

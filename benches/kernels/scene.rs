@@ -8,7 +8,8 @@ use coarsen::kernel::cost_histogram::BUCKETS;
 use coarsen::kernel::encode_quadrics::word_count;
 use coarsen::kernel::quadric_format::LOCAL16;
 use coarsen::kernel::rows::{
-    BorderSum, Candidate, Contraction, Corners, Edge, Face, Normal, PlaneQuadric, Position, QuadricBound, VolumeSum,
+    BorderSum, Candidate, Contraction, Corners, Edge, Face, Normal, PlaneQuadric, Position, QuadricBound, Threshold,
+    VolumeSum,
 };
 use coarsen::kernel::scan_blocks::SCAN_BLOCK;
 use coarsen::mesh::{Rings, sample};
@@ -27,8 +28,6 @@ macro_rules! scene {
             pub vertex_count: u32,
             pub face_count: u32,
             pub pair_count: u32,
-            /// The median key.
-            pub threshold: u32,
             pub contraction_count: u32,
             $($(#[$attribute])* pub $buffer: Buffer<$row>),+
         }
@@ -36,7 +35,7 @@ macro_rules! scene {
         impl Scene {
             /// The same on the device of `queue`; this one is on the host.
             pub fn copy(&self, queue: &mut Queue) -> Self {
-                Self { $($buffer: upload(queue, self.$buffer.host().to_vec()),)+ vertex_count: self.vertex_count, face_count: self.face_count, pair_count: self.pair_count, threshold: self.threshold, contraction_count: self.contraction_count }
+                Self { $($buffer: upload(queue, self.$buffer.host().to_vec()),)+ vertex_count: self.vertex_count, face_count: self.face_count, pair_count: self.pair_count, contraction_count: self.contraction_count }
             }
         }
     };
@@ -73,6 +72,9 @@ scene! {
     /// Keys by the other metric.
     plane_keys: u32,
     buckets: u32,
+    /// At the median key.
+    threshold: Threshold,
+    threshold_out: Threshold,
     /// Candidates of every block of keys.
     candidate_counts: u32,
     /// Candidates before every block.
@@ -123,7 +125,6 @@ impl Scene {
             vertex_count: v as u32,
             face_count: f as u32,
             pair_count: 0,
-            threshold: 0,
             contraction_count: contractions.len() as u32,
             ring_starts: zeros(0),
             ring_faces: zeros(0),
@@ -163,6 +164,8 @@ impl Scene {
             restored_quadrics: rows(queue, v),
             weighed_keys: rows(queue, 3 * f),
             candidates: rows(queue, 3 * f),
+            threshold: rows(queue, 1),
+            threshold_out: rows(queue, 1),
             positions_out: rows(queue, v),
             faces_out: rows(queue, f),
             quadrics_out: rows(queue, v),
@@ -202,7 +205,8 @@ impl Scene {
         self.run(queue, &["gather_pairs", "volume_costs"]);
         let mut keys = self.keys.host()[..self.pair_count as usize].to_vec();
         let middle = keys.len() / 2;
-        self.threshold = *keys.select_nth_unstable(middle).1;
+        let key = *keys.select_nth_unstable(middle).1;
+        self.threshold = upload(queue, vec![Threshold { pairs: self.pair_count, key, passing: middle as u32 }]);
         self.run(queue, &["count_candidates", "contract_faces", "live_vertices"]);
         self.candidate_starts = upload(queue, sums_before(self.candidate_counts.host()));
         self.new_face = upload(queue, sums_before(self.face_live.host()));

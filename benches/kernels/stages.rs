@@ -11,7 +11,7 @@ use coarsen::kernel::compact_vertices::CompactVertices;
 use coarsen::kernel::contract_faces::ContractFaces;
 use coarsen::kernel::contract_quadrics::ContractQuadrics;
 use coarsen::kernel::contract_vertices::ContractVertices;
-use coarsen::kernel::cost_histogram::CostHistogram;
+use coarsen::kernel::cost_histogram::{BUCKETS, CostHistogram};
 use coarsen::kernel::count_candidates::CountCandidates;
 use coarsen::kernel::count_pairs::CountPairs;
 use coarsen::kernel::curvatures::Curvatures;
@@ -20,10 +20,12 @@ use coarsen::kernel::encode_quadrics::EncodeQuadrics;
 use coarsen::kernel::face_corners::FaceCorners;
 use coarsen::kernel::face_normals::FaceNormals;
 use coarsen::kernel::feature_weights::{FeatureWeights, Params};
+use coarsen::kernel::find_threshold::FindThreshold;
 use coarsen::kernel::format_frame::FormatFrame;
 use coarsen::kernel::gather_candidates::GatherCandidates;
 use coarsen::kernel::gather_pairs::GatherPairs;
 use coarsen::kernel::live_vertices::LiveVertices;
+use coarsen::kernel::pairs::{PAIR_BLOCK, Special};
 use coarsen::kernel::plane_costs::PlaneCosts;
 use coarsen::kernel::plane_sums::PlaneSums;
 use coarsen::kernel::quadric_bounds::QuadricBounds;
@@ -36,6 +38,9 @@ use coarsen::kernel::weigh_keys::WeighKeys;
 use coarsen::kernel::weigh_quadrics::WeighQuadrics;
 
 use crate::scene::Scene;
+
+/// The statue is closed.
+const ORDINARY: Special = Special { has_border: false, has_held: false };
 
 /// A kernel on a scene.
 pub struct Stage {
@@ -57,6 +62,10 @@ fn faces(scene: &Scene) -> u64 {
 
 fn pairs(scene: &Scene) -> u64 {
     scene.pair_count.into()
+}
+
+fn buckets(_: &Scene) -> u64 {
+    BUCKETS.into()
 }
 
 fn contractions(scene: &Scene) -> u64 {
@@ -176,12 +185,14 @@ pub const STAGES: &[Stage] = &[
         format: LOCAL16,
         quadrics: &mut s.restored_quadrics,
     }),
-    stage!("count_pairs", vertices, |s| CountPairs {
+    stage!("count_pairs", faces, |s| CountPairs {
         positions: &s.positions,
         faces: &s.faces,
         ring_starts: &s.ring_starts,
         ring_faces: &s.ring_faces,
         vertex_count: s.vertex_count,
+        special: ORDINARY,
+        face_count: s.face_count,
         counts: &mut s.pair_counts,
     }),
     stage!("scan_blocks", faces, |s| ScanBlocks {
@@ -196,6 +207,7 @@ pub const STAGES: &[Stage] = &[
         ring_starts: &s.ring_starts,
         ring_faces: &s.ring_faces,
         vertex_count: s.vertex_count,
+        special: ORDINARY,
         starts: &s.pair_starts,
         pairs: &mut s.pairs,
     }),
@@ -229,20 +241,30 @@ pub const STAGES: &[Stage] = &[
     }),
     stage!("cost_histogram", pairs, |s| CostHistogram {
         keys: &s.keys,
-        key_count: s.pair_count,
+        pair_starts: &s.pair_starts,
+        block_count: s.vertex_count.div_ceil(PAIR_BLOCK),
+        most_keys: s.pair_count,
         buckets: &mut s.buckets,
+    }),
+    stage!("find_threshold", buckets, |s| FindThreshold {
+        pair_starts: &s.pair_starts,
+        block_count: s.vertex_count.div_ceil(PAIR_BLOCK),
+        buckets: &s.buckets,
+        share: 1 << 31,
+        most: u32::MAX,
+        threshold: &mut s.threshold_out,
     }),
     stage!("count_candidates", pairs, |s| CountCandidates {
         keys: &s.keys,
-        key_count: s.pair_count,
-        threshold: s.threshold,
+        threshold: &s.threshold,
+        most_keys: s.pair_count,
         counts: &mut s.candidate_counts,
     }),
     stage!("gather_candidates", pairs, |s| GatherCandidates {
         keys: &s.keys,
         pairs: &s.pairs,
-        key_count: s.pair_count,
-        threshold: s.threshold,
+        threshold: &s.threshold,
+        most_keys: s.pair_count,
         starts: &s.candidate_starts,
         candidates: &mut s.candidates,
     }),

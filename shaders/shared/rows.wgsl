@@ -31,6 +31,7 @@ struct CellSum {
 }
 struct Edge { half_edge: u32, across: u32 }
 struct Candidate { key: u32, half_edge: u32 }
+struct Threshold { pairs: u32, key: u32, passing: u32 }
 struct TreeNode { low_x: f32, low_y: f32, low_z: f32, first: u32, high_x: f32, high_y: f32, high_z: f32, count: u32 }
 
 fn xyz(p: Position) -> vec3f {

@@ -9,8 +9,19 @@ use crate::error::{Error, Result};
 pub trait Row: Pod + Send + Sync {
     /// The type's name in WGSL.
     const WGSL: &'static str;
-    /// Name and byte offset of a struct's members; empty for WGSL's own types.
-    const MEMBERS: &'static [(&'static str, usize)] = &[];
+    /// A struct's members in order; empty for WGSL's own types.
+    const MEMBERS: &'static [Member] = &[];
+}
+
+/// A member of a row that is a struct.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Member {
+    /// Its name.
+    pub name: &'static str,
+    /// Where it is, in bytes.
+    pub offset: usize,
+    /// Its type: `u32` or `f32`.
+    pub scalar: &'static str,
 }
 
 impl Row for u32 {
@@ -37,15 +48,21 @@ impl Row for [f32; 4] {
     const WGSL: &'static str = "vec4f";
 }
 
-/// Makes a struct of 32-bit scalars a [`Row`]: `row!(Sym3 { xx, xy, xz, yy, yz, zz });` for the WGSL struct of that
+/// Makes a struct of 32-bit scalars a [`Row`]: `row!(Position { x, y, z: f32; flags: u32 });` for the WGSL struct of that
 /// name and those members. The struct is `repr(C)` and `Pod`.
 macro_rules! row {
-    ($name:ident { $($member:ident),+ $(,)? }) => {
+    ($name:ident { $($($member:ident),+ : $scalar:ident);+ }) => {
         impl $crate::backend::Row for $name {
             const WGSL: &'static str = stringify!($name);
-            const MEMBERS: &'static [(&'static str, usize)] =
-                &[$((stringify!($member), std::mem::offset_of!($name, $member))),+];
+            const MEMBERS: &'static [$crate::backend::Member] = &[$($($crate::backend::Member {
+                name: stringify!($member),
+                offset: std::mem::offset_of!($name, $member),
+                scalar: stringify!($scalar),
+            }),+),+];
         }
+
+        // The declared types are the members' own.
+        const _: fn($name) = |row| { $($(let _: $scalar = row.$member;)+)+ };
     };
 }
 pub(crate) use row;
@@ -134,8 +151,8 @@ pub struct Binding<'a> {
     pub access: Access,
     /// Rows bound.
     pub len: usize,
-    /// Name and byte offset of the row's members, for a struct.
-    pub members: &'static [(&'static str, usize)],
+    /// The row's members, for a struct.
+    pub members: &'static [Member],
     pub(super) gpu: Option<&'a GpuBuffer>,
 }
 

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use super::gpu::Gpu;
+use super::gpu_clock::KernelTime;
 use super::gpu_recorder::Recorder;
-use super::module::Exactness;
+use super::module::{Exactness, Packing};
 use super::queue::Queue;
 use crate::error::{Error, Result};
 
@@ -36,6 +37,15 @@ pub struct GpuOptions {
     pub page_rows: Option<u32>,
     /// How kernels keep their arithmetic exact; `None` guards it, except on software that passes the self-test without.
     pub exactness: Option<Exactness>,
+    /// What rows are loaded by; `None` takes what suits the adapter. One that cannot load pairs loads words.
+    pub packing: Option<Packing>,
+    /// Whether to time every kernel, for [`Device::kernel_times`]; not every adapter can.
+    pub time_kernels: bool,
+    /// Whether a copy of a surface follows the host's by replaying its contractions, or is sent anew; `None` sends it to
+    /// software, which has the host's memory, and replays elsewhere.
+    pub replays: Option<bool>,
+    /// Live faces below which the CPU goes on by itself; `None` takes what was measured for such adapters.
+    pub handover_faces: Option<usize>,
 }
 
 /// Where the kernels run: the CPU, or a GPU with its pipelines. Open once, use for many meshes; cloning is cheap.
@@ -46,6 +56,7 @@ pub struct Device {
     threads: Arc<rayon::ThreadPool>,
     gpu: Option<Arc<Gpu>>,
     is_auto: bool,
+    options: GpuOptions,
     notes: Vec<String>,
 }
 
@@ -59,7 +70,13 @@ impl Device {
             .num_threads(threads)
             .build()
             .map_err(|e| Error::Device(format!("cannot start the threads: {e}")))?;
-        Ok(Self { threads: Arc::new(threads), gpu: None, is_auto: false, notes: Vec::new() })
+        Ok(Self {
+            threads: Arc::new(threads),
+            gpu: None,
+            is_auto: false,
+            options: GpuOptions::default(),
+            notes: Vec::new(),
+        })
     }
 
     /// The adapter that `selector` names, not yet tested; for [`Selector::Cpu`] the CPU.
@@ -71,7 +88,7 @@ impl Device {
             Selector::Cpu => None,
             _ => Some(Arc::new(Gpu::open(selector, options)?)),
         };
-        Ok(Self { gpu, is_auto: *selector == Selector::Auto, ..Self::cpu(threads)? })
+        Ok(Self { gpu, is_auto: *selector == Selector::Auto, options: *options, ..Self::cpu(threads)? })
     }
 
     /// This device with one more note.
@@ -83,6 +100,17 @@ impl Device {
     /// Whether the GPU was taken by itself and is to be used only where it gains.
     pub(crate) fn is_auto(&self) -> bool {
         self.is_auto
+    }
+
+    /// The same GPU, to be used for meshes of any size; `None` without one.
+    pub(crate) fn for_any_mesh(&self) -> Option<Self> {
+        let options = GpuOptions { handover_faces: Some(0), ..self.options };
+        self.is_gpu().then(|| Self { is_auto: false, options, ..self.clone() })
+    }
+
+    /// How it was opened.
+    pub(crate) fn options(&self) -> &GpuOptions {
+        &self.options
     }
 
     /// Whether kernels run on software that stands in for a GPU.
@@ -126,6 +154,19 @@ impl Device {
     /// A queue on the GPU, if the device has one.
     pub fn gpu_queue(&self) -> Option<Queue> {
         self.gpu.as_ref().map(|gpu| Queue::on_gpu(Recorder::new(Arc::clone(gpu))))
+    }
+
+    /// How long every kernel ran on the GPU so far, the longest first: where [`GpuOptions::time_kernels`] asked for it and
+    /// the adapter has a clock, otherwise nothing.
+    pub fn kernel_times(&self) -> Vec<KernelTime> {
+        self.gpu.as_ref().map_or_else(Vec::new, |gpu| gpu.kernel_times())
+    }
+
+    /// Starts [`Device::kernel_times`] anew.
+    pub fn forget_kernel_times(&self) {
+        if let Some(gpu) = &self.gpu {
+            gpu.forget_kernel_times();
+        }
     }
 
     /// Bytes of buffers that live on the GPU now, all queues together.

@@ -4,15 +4,19 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
 use super::gpu_adapters::{choose, describe};
-use super::gpu_buffer::{GpuBuffer, Meter};
+use super::gpu_buffer::{GpuBuffer, Meter, stride};
+use super::gpu_clock::{Clock, KernelTime};
 use super::gpu_faults::{Faults, guard, lock, wait};
 use super::gpu_pipeline::Pipeline;
-use super::module::{Exactness, PageShape, Signature};
-use super::{GpuOptions, Selector};
+use super::module::{Dialect, Exactness, Packing, PageShape, Signature};
+use super::{GpuOptions, Selector, Switch};
 use crate::error::{Error, Result};
 
-/// A kernel's name and its buffers' pages.
-type PipelineKey = (&'static str, Vec<PageShape>);
+/// What loads of [`Packing::Pairs`] need.
+const PAIRS: wgpu::Features = wgpu::Features::SHADER_INT64;
+
+/// A kernel's name, its switches and its buffers' pages.
+type PipelineKey = (&'static str, Vec<Switch>, Vec<PageShape>);
 
 /// A wgpu device with its queue.
 #[derive(Debug)]
@@ -24,7 +28,9 @@ pub struct Gpu {
     faults: Faults,
     meter: Meter,
     page_rows: u32,
-    exactness: Exactness,
+    dialect: Dialect,
+    /// Where kernels are timed.
+    clock: Option<Clock>,
     pipelines: Mutex<HashMap<PipelineKey, Arc<Pipeline>>>,
 }
 
@@ -37,9 +43,14 @@ impl Gpu {
         let adapter = choose(selector)?;
         let (info, own) = (adapter.get_info(), adapter.limits());
         let limits = limits(&own);
+        let is_software = info.device_type == wgpu::DeviceType::Cpu;
+        let has = |features| adapter.features().contains(features);
+        let is_timed = options.time_kernels && has(Clock::FEATURES);
+        let packs_pairs = options.packing.map_or(is_software, |packing| packing == Packing::Pairs) && has(PAIRS);
+        let needed = |is_needed, features| if is_needed { features } else { wgpu::Features::empty() };
         let request = adapter.request_device(&wgpu::DeviceDescriptor {
             label: None,
-            required_features: wgpu::Features::empty(),
+            required_features: needed(is_timed, Clock::FEATURES) | needed(packs_pairs, PAIRS),
             required_limits: limits.clone(),
             experimental_features: wgpu::ExperimentalFeatures::disabled(),
             memory_hints: wgpu::MemoryHints::Performance,
@@ -48,9 +59,13 @@ impl Gpu {
         let (device, queue) =
             pollster::block_on(request).map_err(|e| Error::Device(format!("cannot open {}: {e}", info.name)))?;
         let faults = Faults::of(&device);
-        let is_software = info.device_type == wgpu::DeviceType::Cpu;
         let exactness = if is_software { Exactness::Plain } else { Exactness::Guarded };
+        let dialect = Dialect {
+            exactness: options.exactness.unwrap_or(exactness),
+            packing: if packs_pairs { Packing::Pairs } else { Packing::Words },
+        };
         Ok(Self {
+            clock: is_timed.then(|| Clock::new(&queue)),
             device,
             queue,
             info,
@@ -58,7 +73,7 @@ impl Gpu {
             faults,
             meter: Meter::new(options.memory_limit),
             page_rows: options.page_rows.unwrap_or(u32::MAX).max(1),
-            exactness: options.exactness.unwrap_or(exactness),
+            dialect,
             pipelines: Mutex::default(),
         })
     }
@@ -73,9 +88,29 @@ impl Gpu {
         self.meter.used()
     }
 
-    /// How its kernels keep their arithmetic exact.
-    pub(super) fn exactness(&self) -> Exactness {
-        self.exactness
+    /// How long every kernel ran, where they are timed.
+    pub fn kernel_times(&self) -> Vec<KernelTime> {
+        let Some(clock) = &self.clock else { return Vec::new() };
+        // What a lost device read before is told still.
+        let _ = self.wait(None);
+        clock.times()
+    }
+
+    /// Forgets how long they ran.
+    pub fn forget_kernel_times(&self) {
+        if let Some(clock) = &self.clock {
+            let _ = self.wait(None);
+            clock.forget();
+        }
+    }
+
+    pub(super) fn clock(&self) -> Option<&Clock> {
+        self.clock.as_ref()
+    }
+
+    /// What its kernels are written in.
+    pub(super) fn dialect(&self) -> Dialect {
+        self.dialect
     }
 
     /// Whether it is software on this machine's own processor.
@@ -110,9 +145,10 @@ impl Gpu {
         wait(&self.device, &self.faults, submission)
     }
 
-    /// A zeroed buffer.
-    pub(super) fn buffer(&self, rows: usize, stride: usize) -> Result<GpuBuffer> {
-        let (bytes, shift) = (rows as u64 * stride as u64, self.page_shift(stride));
+    /// A zeroed buffer for rows that have so many bytes on the host.
+    pub(super) fn buffer(&self, rows: usize, row_bytes: usize) -> Result<GpuBuffer> {
+        let stride = stride(row_bytes);
+        let (bytes, shift) = (rows as u64 * stride, self.page_shift(stride));
         let (pages, bound) = ((rows as u64).div_ceil(1 << shift), self.max_pages());
         if pages > u64::from(bound) {
             return Err(Error::Limit(format!(
@@ -122,7 +158,7 @@ impl Gpu {
         }
         let lease = self.meter.lease(bytes)?;
         self.guard(&format!("cannot allocate {bytes} bytes"), || {
-            GpuBuffer::new(&self.device, rows, stride, shift, lease)
+            GpuBuffer::new(&self.device, rows, row_bytes, shift, lease)
         })
     }
 
@@ -133,15 +169,15 @@ impl Gpu {
     }
 
     /// The binary logarithm of the most rows that one binding holds.
-    fn page_shift(&self, stride: usize) -> u32 {
+    fn page_shift(&self, stride: u64) -> u32 {
         let bytes = self.limits.max_storage_buffer_binding_size.min(self.limits.max_buffer_size);
-        let rows = (bytes / stride as u64).clamp(1, u64::from(self.page_rows));
+        let rows = (bytes / stride).clamp(1, u64::from(self.page_rows));
         rows.ilog2()
     }
 
     /// The pipeline of a kernel whose buffers have these pages, built on first use.
     pub(super) fn pipeline(&self, signature: &Signature<'_>, pages: &[PageShape]) -> Result<Arc<Pipeline>> {
-        let key = (signature.name, pages.to_vec());
+        let key = (signature.name, signature.switches.clone(), pages.to_vec());
         if let Some(pipeline) = lock(&self.pipelines).get(&key) {
             return Ok(Arc::clone(pipeline));
         }

@@ -12,15 +12,18 @@ use crate::error::{Error, Result};
 pub struct GpuBuffer {
     pages: Vec<wgpu::Buffer>,
     shift: u32,
-    page_bytes: u64,
+    row_bytes: usize,
+    stride: u64,
     _lease: Lease,
 }
 
 impl GpuBuffer {
-    /// Zeroed `rows` of `stride` bytes, in pages of `1 << shift`. Allocation faults go to the device's error scope.
-    pub fn new(device: &wgpu::Device, rows: usize, stride: usize, shift: u32, lease: Lease) -> Self {
-        let page_bytes = (stride as u64) << shift;
-        let bytes = rows as u64 * stride as u64;
+    /// Zeroed `rows` of `row_bytes` on the host, in pages of `1 << shift`. Allocation faults go to the device's error
+    /// scope.
+    pub fn new(device: &wgpu::Device, rows: usize, row_bytes: usize, shift: u32, lease: Lease) -> Self {
+        let stride = stride(row_bytes);
+        let page_bytes = stride << shift;
+        let bytes = rows as u64 * stride;
         let pages = (0..bytes.div_ceil(page_bytes)).map(|page| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: None,
@@ -29,7 +32,7 @@ impl GpuBuffer {
                 mapped_at_creation: false,
             })
         });
-        Self { pages: pages.collect(), shift, page_bytes, _lease: lease }
+        Self { pages: pages.collect(), shift, row_bytes, stride, _lease: lease }
     }
 
     /// The pages in the order of their rows.
@@ -42,20 +45,36 @@ impl GpuBuffer {
         PageShape { count: self.pages.len() as u32, shift: self.shift }
     }
 
-    /// These bytes in stretches of at most `piece` that each lie in one page.
-    pub fn pieces(&self, bytes: Range<usize>, piece: usize) -> impl Iterator<Item = Piece<'_>> {
-        let (first, past, piece) = (bytes.start as u64, bytes.end as u64, piece as u64);
+    /// Bytes a row on the host.
+    pub fn row_bytes(&self) -> usize {
+        self.row_bytes
+    }
+
+    /// Bytes a row here.
+    pub fn stride(&self) -> u64 {
+        self.stride
+    }
+
+    /// These rows in stretches of at most `most_bytes` that each lie in one page.
+    pub fn pieces(&self, rows: Range<usize>, most_bytes: u64) -> impl Iterator<Item = Piece<'_>> {
+        let (first, past, most) = (rows.start as u64, rows.end as u64, (most_bytes / self.stride).max(1));
         self.pages.iter().zip(0u64..).flat_map(move |(page, index)| {
-            let page_start = index * self.page_bytes;
-            let start = first.max(page_start);
-            let end = past.min(page_start + self.page_bytes);
-            (start..end).step_by(piece as usize).map(move |at| Piece {
-                page,
-                offset: at - page_start,
-                range: (at - first) as usize..(end.min(at.saturating_add(piece)) - first) as usize,
+            let page_first = index << self.shift;
+            let start = first.max(page_first);
+            let end = past.min(page_first + (1 << self.shift));
+            (start..end).step_by(most as usize).map(move |at| {
+                let end = end.min(at.saturating_add(most));
+                let rows = (at - first) as usize..(end - first) as usize;
+                Piece { page, offset: (at - page_first) * self.stride, bytes: (end - at) * self.stride, rows }
             })
         })
     }
+}
+
+/// Bytes that a row of `row_bytes` takes on a GPU. More than two words are whole vectors of four there: a vector is loaded
+/// and stored at once, scalars one by one.
+pub const fn stride(row_bytes: usize) -> u64 {
+    if row_bytes <= 8 { row_bytes as u64 } else { row_bytes.next_multiple_of(16) as u64 }
 }
 
 /// A stretch of a buffer within one page.
@@ -65,8 +84,10 @@ pub struct Piece<'a> {
     pub page: &'a wgpu::Buffer,
     /// The first byte's place in the page.
     pub offset: u64,
-    /// The bytes' place among those asked for.
-    pub range: Range<usize>,
+    /// Bytes in the page.
+    pub bytes: u64,
+    /// The rows' place among those asked for.
+    pub rows: Range<usize>,
 }
 
 /// Bytes allocated on a GPU, against a limit.
@@ -119,6 +140,11 @@ impl Drop for Lease {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rows_of_more_than_two_words_are_whole_vectors() {
+        assert_eq!([4, 8, 12, 16, 24, 36, 44, 52].map(stride), [4, 8, 16, 16, 32, 48, 48, 64]);
+    }
 
     #[test]
     fn a_lease_ends_when_dropped() {

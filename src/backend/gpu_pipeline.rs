@@ -11,6 +11,8 @@ use crate::error::{Error, Result};
 /// A compiled kernel, for one way of cutting its buffers into pages.
 #[derive(Debug)]
 pub struct Pipeline {
+    /// The kernel's name.
+    pub name: &'static str,
     /// What a pass sets.
     pub pipeline: wgpu::ComputePipeline,
     layout: wgpu::BindGroupLayout,
@@ -32,7 +34,7 @@ impl Pipeline {
             )));
         }
         let uniform_bytes = NonZeroU64::MIN.saturating_add(signature.uniform_bytes() as u64 - 1);
-        let text = signature.compose(pages, gpu.exactness());
+        let text = signature.compose(pages, gpu.dialect());
         gpu.guard(&format!("the kernel '{}' was refused", signature.name), || {
             let device = gpu.device();
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
@@ -56,7 +58,7 @@ impl Pipeline {
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 cache: None,
             });
-            Self { pipeline, layout, uniform_bytes }
+            Self { name: signature.name, pipeline, layout, uniform_bytes }
         })
     }
 

@@ -1,11 +1,15 @@
 //! Records kernels, submits them in bounded batches, and moves rows to and from the GPU.
 
-use std::sync::{Arc, mpsc};
+use std::ops::Range;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::gpu::Gpu;
 use super::gpu_buffer::{GpuBuffer, Piece};
+use super::gpu_clock::{Clock, Readings};
 use super::gpu_pipeline::Pipeline;
+use super::gpu_readback::Readback;
+use super::gpu_upload::Upload;
 use super::module::{Signature, uniform_block};
 use crate::error::{Error, Result};
 
@@ -16,14 +20,11 @@ const UNIFORM_BYTES: u64 = 64 << 10;
 /// some nanoseconds.
 const MAX_INVOCATIONS: u64 = 1 << 26;
 
-/// Bytes moved at a time. Larger pieces are no faster and hold more memory.
-const PIECE_BYTES: usize = 8 << 20;
+/// Bytes read at a time. Larger pieces are no faster and hold more memory.
+const PIECE_BYTES: u64 = 8 << 20;
 
-/// Pieces of an upload in flight.
-const PIECES_AHEAD: usize = 2;
-
-/// How long an answer may take after the work it is about is done: some microseconds, unless the machine stalls.
-const ANSWER_TIMEOUT: Duration = Duration::from_secs(10);
+/// Bytes prefetched at most.
+const AHEAD_BYTES: u64 = 64 << 20;
 
 /// The recording half of a queue on a GPU.
 #[derive(Debug)]
@@ -33,7 +34,12 @@ pub struct Recorder {
     blocks: Vec<u8>,
     invocations: u64,
     uniforms: Option<wgpu::Buffer>,
-    staging: Option<wgpu::Buffer>,
+    /// What is to be copied along with the next submission.
+    wanted: Vec<(wgpu::Buffer, Range<u64>)>,
+    /// What was copied along with the last one.
+    ahead: Option<Readback>,
+    staging: Option<Readback>,
+    upload: Upload,
     bytes_moved: u64,
     time_moving: Duration,
 }
@@ -53,15 +59,18 @@ impl Recorder {
             blocks: Vec::new(),
             invocations: 0,
             uniforms: None,
+            wanted: Vec::new(),
+            ahead: None,
             staging: None,
+            upload: Upload::default(),
             bytes_moved: 0,
             time_moving: Duration::ZERO,
         }
     }
 
     /// A zeroed buffer.
-    pub fn buffer(&self, rows: usize, stride: usize) -> Result<GpuBuffer> {
-        self.gpu.buffer(rows, stride)
+    pub fn buffer(&self, rows: usize, row_bytes: usize) -> Result<GpuBuffer> {
+        self.gpu.buffer(rows, row_bytes)
     }
 
     /// Bytes moved so far.
@@ -117,12 +126,10 @@ impl Recorder {
         own_buffer(&self.gpu, &mut self.uniforms, UNIFORM_BYTES, usage)
     }
 
-    /// Records zeros over the first `bytes` bytes.
-    pub fn clear(&mut self, buffer: &GpuBuffer, bytes: usize) -> Result<()> {
-        let whole_pages = buffer.pieces(0..bytes, usize::MAX);
-        self.commands.extend(
-            whole_pages.map(|piece| Command::Clear { page: piece.page.clone(), bytes: piece.range.len() as u64 }),
-        );
+    /// Records zeros over the first `rows` rows.
+    pub fn clear(&mut self, buffer: &GpuBuffer, rows: usize) -> Result<()> {
+        let whole_pages = buffer.pieces(0..rows, u64::MAX);
+        self.commands.extend(whole_pages.map(|piece| Command::Clear { page: piece.page.clone(), bytes: piece.bytes }));
         Ok(())
     }
 
@@ -130,78 +137,118 @@ impl Recorder {
     pub fn submit(&mut self) -> Result<()> {
         self.invocations = 0;
         let (commands, blocks) = (std::mem::take(&mut self.commands), std::mem::take(&mut self.blocks));
-        if commands.is_empty() {
+        if commands.is_empty() && self.wanted.is_empty() {
             return Ok(());
         }
-        let uniforms = self.uniforms()?;
+        self.copy_ahead()?;
+        let (uniforms, ahead) = (self.uniforms()?, &mut self.ahead);
         self.gpu.guard("cannot submit", || {
             // Ordered after the earlier submissions, so that they still read their own blocks.
             self.gpu.queue().write_buffer(&uniforms, 0, &blocks);
-            self.gpu.queue().submit([encode(self.gpu.device(), &commands)]);
+            let readings = self.gpu.clock().and_then(|clock| readings(clock, self.gpu.device(), &commands));
+            let mut encoder = encode(self.gpu.device(), &commands, readings.as_ref());
+            if let Some(ahead) = ahead {
+                ahead.encode(&mut encoder);
+            }
+            self.gpu.queue().submit([encoder.finish()]);
+            if let Some(ahead) = ahead {
+                ahead.ask();
+            }
+            if let Some(readings) = readings {
+                readings.collect();
+            }
         })
     }
 
-    /// Copies `bytes` to the start of `buffer`, after all that was recorded.
+    /// Has rows copied along with the next submission, as many as there is room for.
+    pub fn prefetch(&mut self, buffer: &GpuBuffer, rows: Range<usize>) -> Result<()> {
+        let pieces = buffer.pieces(rows, PIECE_BYTES);
+        self.wanted.extend(pieces.map(|piece| (piece.page.clone(), piece.offset..piece.offset + piece.bytes)));
+        Ok(())
+    }
+
+    /// Adds the copies that are wanted to a submission. What was copied before is out of date.
+    fn copy_ahead(&mut self) -> Result<()> {
+        self.forget_ahead();
+        let wanted = std::mem::take(&mut self.wanted);
+        let bytes = wanted.iter().map(|(_, bytes)| bytes.end - bytes.start).sum::<u64>().min(AHEAD_BYTES);
+        if bytes == 0 {
+            return Ok(());
+        }
+        let room = self.ahead.take().filter(|ahead| ahead.size() >= bytes);
+        let mut ahead = room.map_or_else(|| Readback::new(&self.gpu, bytes.next_power_of_two()), Ok)?;
+        wanted.iter().for_each(|(page, bytes)| ahead.add(page, bytes.clone()));
+        self.bytes_moved += bytes;
+        self.ahead = Some(ahead);
+        Ok(())
+    }
+
+    fn forget_ahead(&mut self) {
+        if let Some(ahead) = &mut self.ahead {
+            ahead.clear();
+        }
+    }
+
+    /// Copies the bytes of rows to the start of `buffer`, after all that was recorded.
     pub fn write(&mut self, buffer: &GpuBuffer, bytes: &[u8]) -> Result<()> {
         self.submit()?;
+        self.forget_ahead();
         let clock = Instant::now();
-        self.bytes_moved += bytes.len() as u64;
-        let mut in_flight = std::collections::VecDeque::new();
-        for piece in buffer.pieces(0..bytes.len(), PIECE_BYTES) {
-            if in_flight.len() == PIECES_AHEAD {
-                self.gpu.wait(in_flight.pop_front())?;
-            }
-            let submission = self.gpu.guard("cannot write", || {
-                self.gpu.queue().write_buffer(piece.page, piece.offset, &bytes[piece.range]);
-                self.gpu.queue().submit([])
-            })?;
-            in_flight.push_back(submission);
-        }
+        self.bytes_moved += self.upload.write(&self.gpu, buffer, bytes)?;
         self.time_moving += clock.elapsed();
         Ok(())
     }
 
-    /// Fills `bytes` from byte `start` of `buffer` on, after all that was recorded.
-    pub fn read(&mut self, buffer: &GpuBuffer, start: usize, bytes: &mut [u8]) -> Result<()> {
+    /// Fills `bytes` with these rows of `buffer`, after all that was recorded.
+    pub fn read(&mut self, buffer: &GpuBuffer, rows: Range<usize>, bytes: &mut [u8]) -> Result<()> {
         self.submit()?;
-        self.gpu.wait(None)?;
-        let clock = Instant::now();
-        self.bytes_moved += bytes.len() as u64;
-        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-        let staging = own_buffer(&self.gpu, &mut self.staging, PIECE_BYTES as u64, usage)?;
-        let result = buffer.pieces(start..start + bytes.len(), PIECE_BYTES).try_for_each(|piece| {
-            let into = &mut bytes[piece.range.clone()];
-            self.gpu.read_piece(&piece, &staging, into)
-        });
-        if result.is_err() {
-            // It may be mapped still.
-            self.staging = None;
+        match &mut self.ahead {
+            Some(ahead) => ahead.wait(&self.gpu)?,
+            None => self.gpu.wait(None)?,
         }
+        let clock = Instant::now();
+        let (row_bytes, stride) = (buffer.row_bytes(), buffer.stride() as usize);
+        let result = buffer.pieces(rows, PIECE_BYTES).try_for_each(|piece| {
+            let into = &mut bytes[piece.rows.start * row_bytes..piece.rows.end * row_bytes];
+            let mut take = |mapped: &[u8]| unpad(mapped, stride, into, row_bytes);
+            if self.ahead.as_ref().is_some_and(|ahead| ahead.show(&piece, &mut take)) {
+                return Ok(());
+            }
+            self.read_piece(&piece, take)
+        });
         self.time_moving += clock.elapsed();
         result
     }
+
+    fn read_piece(&mut self, piece: &Piece<'_>, take: impl FnOnce(&[u8])) -> Result<()> {
+        // Not kept after an error, when it may be mapped still.
+        let mut staging = self.staging.take().map_or_else(|| Readback::new(&self.gpu, PIECE_BYTES), Ok)?;
+        staging.add(piece.page, piece.offset..piece.offset + piece.bytes);
+        self.gpu.guard("cannot read", || {
+            let mut encoder = self.gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            staging.encode(&mut encoder);
+            self.gpu.queue().submit([encoder.finish()]);
+            staging.ask();
+        })?;
+        staging.wait(&self.gpu)?;
+        if !staging.show(piece, take) {
+            return Err(Error::Device("cannot read from the GPU".into()));
+        }
+        staging.clear();
+        self.staging = Some(staging);
+        self.bytes_moved += piece.bytes;
+        Ok(())
+    }
 }
 
-impl Gpu {
-    fn read_piece(&self, piece: &Piece<'_>, staging: &wgpu::Buffer, into: &mut [u8]) -> Result<()> {
-        let size = into.len() as u64;
-        let (answer, heard) = mpsc::channel();
-        self.guard("cannot read", || {
-            let mut encoder = self.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            encoder.copy_buffer_to_buffer(piece.page, piece.offset, staging, 0, size);
-            self.queue().submit([encoder.finish()]);
-            // Nobody listens any more only after an error.
-            staging.map_async(wgpu::MapMode::Read, ..size, move |result| drop(answer.send(result)));
-        })?;
-        self.wait(None)?;
-        let unread = || Error::Device("cannot read from the GPU".into());
-        // Another thread that waits may be the one that is about to deliver the answer.
-        let Ok(Ok(())) = heard.recv_timeout(ANSWER_TIMEOUT) else { return Err(unread()) };
-        let mapped = staging.get_mapped_range(..size).map_err(|_| unread())?;
-        into.copy_from_slice(&mapped);
-        drop(mapped);
-        staging.unmap();
-        Ok(())
+/// Reads rows of `row_bytes` as a GPU holds them.
+fn unpad(padded: &[u8], stride: usize, rows: &mut [u8], row_bytes: usize) {
+    if stride == row_bytes {
+        rows.copy_from_slice(padded);
+        return;
+    }
+    for (row, padded) in rows.chunks_exact_mut(row_bytes).zip(padded.chunks_exact(stride)) {
+        row.copy_from_slice(&padded[..row_bytes]);
     }
 }
 
@@ -220,15 +267,29 @@ fn own_buffer(
     Ok(slot.insert(buffer).clone())
 }
 
-fn encode(device: &wgpu::Device, commands: &[Command]) -> wgpu::CommandBuffer {
+/// The clock's readings around the kernels among `commands`, if there are any.
+fn readings(clock: &Clock, device: &wgpu::Device, commands: &[Command]) -> Option<Readings> {
+    let name = |command: &Command| match command {
+        Command::Dispatch { pipeline, .. } => Some(pipeline.name),
+        Command::Clear { .. } => None,
+    };
+    let names: Vec<_> = commands.iter().filter_map(name).collect();
+    (!names.is_empty()).then(|| clock.readings(device, names))
+}
+
+/// Neighboring dispatches go in one pass, or each in its own, with readings around it.
+fn encode(device: &wgpu::Device, commands: &[Command], readings: Option<&Readings>) -> wgpu::CommandEncoder {
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let is_dispatch = |command: &Command| matches!(command, Command::Dispatch { .. });
-    for run in commands.chunk_by(|a, b| is_dispatch(a) && is_dispatch(b)) {
+    let mut kernel = 0;
+    for run in commands.chunk_by(|a, b| readings.is_none() && is_dispatch(a) && is_dispatch(b)) {
         if let [Command::Clear { page, bytes }] = run {
             encoder.clear_buffer(page, 0, Some(*bytes));
             continue;
         }
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        let timestamp_writes = readings.map(|readings| readings.around(kernel));
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: None, timestamp_writes });
+        kernel += 1;
         for command in run {
             if let Command::Dispatch { pipeline, bind_group, block_offset, grid: [x, y] } = command {
                 pass.set_pipeline(&pipeline.pipeline);
@@ -237,7 +298,10 @@ fn encode(device: &wgpu::Device, commands: &[Command]) -> wgpu::CommandBuffer {
             }
         }
     }
-    encoder.finish()
+    if let Some(readings) = readings {
+        readings.resolve(&mut encoder);
+    }
+    encoder
 }
 
 /// The grid of at least `groups` workgroups with the fewest to spare and no side above `side`: software devices share

@@ -13,9 +13,12 @@ mod device;
 mod gpu;
 mod gpu_adapters;
 mod gpu_buffer;
+mod gpu_clock;
 mod gpu_faults;
 mod gpu_pipeline;
+mod gpu_readback;
 mod gpu_recorder;
+mod gpu_upload;
 mod module;
 mod queue;
 
@@ -23,11 +26,12 @@ use bytemuck::Pod;
 
 use crate::error::Error;
 
-pub use buffer::{Access, Binding, Buffer, Row};
+pub use buffer::{Access, Binding, Buffer, Member, Row};
 pub use device::{Device, GpuOptions, Selector};
 pub use gpu_adapters::{AdapterReport, adapters};
+pub use gpu_clock::KernelTime;
 #[doc(hidden)]
-pub use module::{Exactness, PageShape, Signature};
+pub use module::{Dialect, Exactness, Packing, PageShape, Signature};
 pub use queue::Queue;
 
 pub(crate) use buffer::row;
@@ -61,11 +65,18 @@ pub trait Kernel {
     fn params(&self) -> Self::Params;
     /// The storage buffers, in the order of the fields.
     fn bindings(&self) -> Vec<Binding<'_>>;
+    /// Constants of this run, true or false: every combination is a pipeline of its own, without the code for what is not.
+    fn switches(&self) -> Vec<Switch> {
+        Vec::new()
+    }
     /// How many invocations do the work, each one index from 0: at most 2³¹.
     fn invocations(&self) -> u32;
     /// The twin: the same result, bit for bit, in the host's buffers.
     fn run_cpu(&mut self);
 }
+
+/// A constant of a run, by its name in the shader.
+pub type Switch = (&'static str, bool);
 
 /// A constant as a shader declares it.
 #[derive(Debug, Clone, Copy, PartialEq)]

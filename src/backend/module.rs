@@ -2,7 +2,9 @@
 
 use std::fmt::Write;
 
-use super::{Access, Binding, Constant, Kernel};
+use super::buffer::Member;
+use super::gpu_buffer::stride;
+use super::{Access, Binding, Constant, Kernel, Switch};
 
 /// The sources that every module begins with, of `shaders/shared/*.wgsl`.
 const SHARED: &[&str] =
@@ -24,6 +26,24 @@ impl Exactness {
             Self::Plain => include_str!("../../shaders/shared/arithmetic_plain.wgsl"),
         }
     }
+}
+
+/// What the rows of buffers that are structs are loaded and stored by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Packing {
+    /// 32-bit words, in vectors of up to four.
+    Words,
+    /// Pairs of them in 64 bits, in vectors of up to two: for software, which loads every element of every lane by itself.
+    Pairs,
+}
+
+/// How modules suit a device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Dialect {
+    /// Its arithmetic.
+    pub exactness: Exactness,
+    /// Its loads and stores.
+    pub packing: Packing,
 }
 
 /// What the entry of a kernel does when its source has none: finds its index in the tight two-dimensional grid.
@@ -91,6 +111,8 @@ pub struct Signature<'a> {
     pub bindings: Vec<Binding<'a>>,
     /// [`Kernel::CONSTANTS`].
     pub constants: &'static [(&'static str, Constant)],
+    /// [`Kernel::switches`].
+    pub switches: Vec<Switch>,
     /// [`Kernel::SHARED`].
     pub shared: &'static [&'static str],
     /// [`Kernel::SOURCE`].
@@ -107,6 +129,7 @@ impl<'a> Signature<'a> {
             params: K::PARAMS,
             bindings: kernel.bindings(),
             constants: K::CONSTANTS,
+            switches: kernel.switches(),
             shared: K::SHARED,
             source: K::SOURCE,
             workgroup: K::WORKGROUP,
@@ -119,10 +142,10 @@ impl<'a> Signature<'a> {
     }
 
     /// The module's text, with one of `pages` for each binding.
-    pub fn compose(&self, pages: &[PageShape], exactness: Exactness) -> String {
+    pub fn compose(&self, pages: &[PageShape], dialect: Dialect) -> String {
         let mut text = SHARED.concat();
-        text.push_str(exactness.source());
-        write_declarations(&mut text, self, pages);
+        text.push_str(dialect.exactness.source());
+        write_declarations(&mut text, self, pages, dialect.packing);
         for source in self.shared {
             text.push_str(source);
         }
@@ -134,13 +157,14 @@ impl<'a> Signature<'a> {
     }
 }
 
-fn write_declarations(text: &mut String, signature: &Signature<'_>, pages: &[PageShape]) {
+fn write_declarations(text: &mut String, signature: &Signature<'_>, pages: &[PageShape], packing: Packing) {
     let mut lines = vec![format!("const WORKGROUP: u32 = {}u;", signature.workgroup)];
     lines.extend(signature.constants.iter().map(|(name, constant)| match constant {
         Constant::U32(value) => format!("const {name}: u32 = {value}u;"),
         // Rust prints the fewest digits that read back as the same number, here as in WGSL.
         Constant::F32(value) => format!("const {name}: f32 = {value:?}f;"),
     }));
+    lines.extend(signature.switches.iter().map(|(name, value)| format!("const {name}: bool = {value};")));
     lines.push("struct Params {".into());
     lines.extend(signature.params.iter().chain(&HIDDEN).map(|(name, scalar)| format!("    {name}: {scalar},")));
     lines.extend(["}".into(), "@group(0) @binding(0) var<uniform> params: Params;".into()]);
@@ -148,8 +172,8 @@ fn write_declarations(text: &mut String, signature: &Signature<'_>, pages: &[Pag
     for (binding, &shape) in signature.bindings.iter().zip(pages) {
         let Binding { name, row, access, .. } = binding;
         let (space, element) = match access {
-            Access::Read => ("read", (*row).to_string()),
-            Access::Write => ("read_write", (*row).to_string()),
+            Access::Read => ("read", element(binding, packing)),
+            Access::Write => ("read_write", element(binding, packing)),
             Access::Add => ("read_write", format!("atomic<{row}>")),
         };
         for page in 0..shape.count {
@@ -157,7 +181,7 @@ fn write_declarations(text: &mut String, signature: &Signature<'_>, pages: &[Pag
                 .push(format!("@group(0) @binding({slot}) var<storage, {space}> {name}_page{page}: array<{element}>;"));
             slot += 1;
         }
-        lines.extend(accessors(binding, shape));
+        lines.extend(accessors(binding, shape, packing));
     }
     for line in lines {
         // Writing to a string cannot fail.
@@ -165,14 +189,14 @@ fn write_declarations(text: &mut String, signature: &Signature<'_>, pages: &[Pag
     }
 }
 
-fn accessors(binding: &Binding<'_>, shape: PageShape) -> Vec<String> {
+fn accessors(binding: &Binding<'_>, shape: PageShape, packing: Packing) -> Vec<String> {
     let Binding { name, row, .. } = binding;
     let load = || {
-        let body = in_page(name, shape, |element| format!("return {element};"));
+        let body = in_page(name, shape, |element| unpacked(binding, &element, packing));
         format!("fn load_{name}(i: u32) -> {row} {{ {body} }}")
     };
     let store = || {
-        let body = in_page(name, shape, |element| format!("{element} = row;"));
+        let body = in_page(name, shape, |element| format!("{element} = {};", packed(binding, packing)));
         format!("fn store_{name}(i: u32, row: {row}) {{ {body} }}")
     };
     let add = || {
@@ -184,6 +208,74 @@ fn accessors(binding: &Binding<'_>, shape: PageShape) -> Vec<String> {
         Access::Write => vec![load(), store()],
         Access::Add => vec![add()],
     }
+}
+
+/// The names of a vector's elements.
+const ELEMENTS: [&str; 4] = ["x", "y", "z", "w"];
+
+/// The type of an element of a page: a row that is a struct is packed in vectors.
+fn element(binding: &Binding<'_>, packing: Packing) -> String {
+    let words = stride(binding.stride) / 4;
+    match (packing, binding.members.len(), words) {
+        (_, 0, _) => binding.row.into(),
+        (_, _, 1) => "u32".into(),
+        (Packing::Words, _, 2 | 4) => format!("vec{words}u"),
+        (Packing::Words, ..) => format!("array<vec4u, {}>", words / 4),
+        (Packing::Pairs, _, 2) => "u64".into(),
+        (Packing::Pairs, _, 4) => "vec2<u64>".into(),
+        (Packing::Pairs, ..) => format!("array<vec2<u64>, {}>", words / 4),
+    }
+}
+
+/// Returns the row that is in an element.
+fn unpacked(binding: &Binding<'_>, element: &str, packing: Packing) -> String {
+    let words = stride(binding.stride) as usize / 4;
+    if binding.members.is_empty() {
+        return format!("return {element};");
+    }
+    let vector = |i: usize| if words > 4 { format!("packed[{}]", i / 4) } else { "packed".into() };
+    let word = |i: usize| match packing {
+        _ if words == 1 => "packed".into(),
+        Packing::Words => format!("{}.{}", vector(i), ELEMENTS[i % 4]),
+        Packing::Pairs => {
+            let pair = if words == 2 { "packed".into() } else { format!("{}.{}", vector(i), ELEMENTS[i % 4 / 2]) };
+            if i.is_multiple_of(2) { format!("u32({pair})") } else { format!("u32({pair} >> 32u)") }
+        }
+    };
+    let members = binding.members.iter().enumerate().map(|(i, member)| match member.scalar {
+        "f32" => format!("bitcast<f32>({})", word(i)),
+        _ => word(i),
+    });
+    format!("let packed = {element}; return {}({});", binding.row, members.collect::<Vec<_>>().join(", "))
+}
+
+/// `row` as an element holds it.
+fn packed(binding: &Binding<'_>, packing: Packing) -> String {
+    if binding.members.is_empty() {
+        return "row".into();
+    }
+    let mut words: Vec<String> = binding
+        .members
+        .iter()
+        .map(|Member { name, scalar, .. }| match *scalar {
+            "f32" => format!("bitcast<u32>(row.{name})"),
+            _ => format!("row.{name}"),
+        })
+        .collect();
+    words.resize(stride(binding.stride) as usize / 4, "0u".into());
+    if words.len() == 1 {
+        return words.remove(0);
+    }
+    let vector = |words: &[String]| match packing {
+        Packing::Words => format!("vec{}u({})", words.len(), words.join(", ")),
+        Packing::Pairs => {
+            let pair = |pair: &[String]| format!("(u64({}) | (u64({}) << 32u))", pair[0], pair[1]);
+            let pairs: Vec<String> = words.chunks_exact(2).map(pair).collect();
+            if pairs.len() == 1 { pairs.concat() } else { format!("vec2<u64>({})", pairs.join(", ")) }
+        }
+    };
+    let mut vectors: Vec<String> = words.chunks(4).map(vector).collect();
+    if vectors.len() == 1 { vectors.remove(0) } else { format!("array({})", vectors.join(", ")) }
 }
 
 /// `statement` on row `i`, in the page where it is.
@@ -211,14 +303,14 @@ mod tests {
         let buffer = queue.buffer::<u32>(1).unwrap();
         let binding = Binding::new("ids", Access::Write, &buffer);
         assert_eq!(
-            accessors(&binding, PageShape { count: 1, shift: 20 }),
+            accessors(&binding, PageShape { count: 1, shift: 20 }, Packing::Words),
             [
                 "fn load_ids(i: u32) -> u32 { return ids_page0[i]; }",
                 "fn store_ids(i: u32, row: u32) { ids_page0[i] = row; }"
             ]
         );
         assert_eq!(
-            accessors(&Binding::new("ids", Access::Add, &buffer), PageShape { count: 3, shift: 12 }),
+            accessors(&Binding::new("ids", Access::Add, &buffer), PageShape { count: 3, shift: 12 }, Packing::Pairs),
             ["fn add_ids(i: u32, n: u32) { switch i >> 12u { case 0u: { atomicAdd(&ids_page0[i & 4095u], n); } \
               case 1u: { atomicAdd(&ids_page1[i & 4095u], n); } default: { atomicAdd(&ids_page2[i & 4095u], n); } } }"]
         );

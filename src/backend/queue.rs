@@ -78,7 +78,7 @@ impl Queue {
     pub fn clear<T: Row>(&mut self, buffer: &mut Buffer<T>, len: usize) -> Result<()> {
         fits(len, buffer)?;
         match &mut self.gpu {
-            Some(recorder) => recorder.clear(buffer.on_device()?, len * size_of::<T>()),
+            Some(recorder) => recorder.clear(buffer.on_device()?, len),
             None => {
                 buffer.host_mut()[..len].fill(T::zeroed());
                 Ok(())
@@ -103,6 +103,19 @@ impl Queue {
         }
     }
 
+    /// Has a range of the rows of `buffer` copied along with what was recorded, once that is submitted: [`Queue::read`]
+    /// then waits for no copy of its own, if nothing else was issued in between.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the rows are not there.
+    pub fn prefetch<T: Row>(&mut self, buffer: &Buffer<T>, range: Range<usize>) -> Result<()> {
+        fits(range.end, buffer)?;
+        match &mut self.gpu {
+            Some(recorder) => recorder.prefetch(buffer.on_device()?, range),
+            None => Ok(()),
+        }
+    }
+
     /// Appends a range of the rows of `buffer` to `rows`, after all that was issued before.
     ///
     /// # Errors
@@ -114,9 +127,7 @@ impl Queue {
                 let kept = rows.len();
                 rows.resize(kept + range.len(), T::zeroed());
                 let into = bytemuck::cast_slice_mut(&mut rows[kept..]);
-                recorder
-                    .read(buffer.on_device()?, range.start * size_of::<T>(), into)
-                    .inspect_err(|_| rows.truncate(kept))
+                recorder.read(buffer.on_device()?, range, into).inspect_err(|_| rows.truncate(kept))
             }
             None => {
                 rows.extend_from_slice(&buffer.host()[range]);

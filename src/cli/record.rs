@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use coarsen::backend::KernelTime;
 use coarsen::metrics::Spread;
 use coarsen::simplify::{Blocked, Outcome, Phases, RoundRecord};
 use coarsen::{Budget, Device, Mesh, Method, StopReason, contract, metrics};
@@ -42,6 +43,8 @@ pub struct Record {
     blocked: Blocked,
     error: Deviation,
     pub rounds: Vec<RoundRecord>,
+    /// The time of every kernel on an adapter, with --verbose.
+    kernels: Vec<KernelTime>,
     seconds: Seconds,
     /// Bytes resident at most; null where the system does not tell.
     peak_memory: Option<u64>,
@@ -176,6 +179,7 @@ impl Record {
                 measured: None,
             },
             rounds: outcome.rounds.clone(),
+            kernels: device.kernel_times(),
             seconds: Seconds::new(&outcome.seconds, clocks),
             peak_memory: memory::peak(),
             warnings: outcome.warnings.clone(),
@@ -225,6 +229,18 @@ impl Record {
             );
         }
         table
+    }
+
+    /// The table of the kernels, where they were timed.
+    pub fn kernel_table(&self) -> Option<String> {
+        if self.kernels.is_empty() {
+            return None;
+        }
+        let mut table = format!("{:<20} {:>5} {:>11}", "kernel", "runs", "ms");
+        for KernelTime { name, runs, ms } in &self.kernels {
+            table += &format!("\n{name:<20} {runs:>5} {ms:>11.3}");
+        }
+        Some(table)
     }
 }
 

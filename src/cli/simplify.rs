@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use coarsen::backend::{GpuOptions, Selector};
 use coarsen::metrics::deviation;
 use coarsen::{Device, Mesh, Method, Outcome, StopReason};
 
@@ -20,11 +21,12 @@ use super::{Exit, interrupt, memory, weights};
 pub fn run(job: Job) -> anyhow::Result<Exit> {
     interrupt::listen();
     let clock = Instant::now();
-    let device = Device::open(&job.selector, job.threads)?;
+    let timing = GpuOptions { time_kernels: job.verbosity == Verbosity::Verbose, ..GpuOptions::default() };
+    let device = Device::open_with(&job.selector, job.threads, &timing)?;
     for note in device.notes() {
         console::note(job.verbosity, note);
     }
-    let (input, read) = timed(|| device.install(|| job.source.read()));
+    let (input, read) = read(&job, &device);
     let input = input?;
     memory::check(input.faces.len(), device.is_gpu(), job.memory_limit)?;
 
@@ -51,6 +53,17 @@ fn timed<R>(work: impl FnOnce() -> R) -> (R, f64) {
     let clock = Instant::now();
     let result = work();
     (result, clock.elapsed().as_secs_f64())
+}
+
+/// Reads the input, and has a GPU that is sure to be used load its kernels in the meantime.
+fn read(job: &Job, device: &Device) -> (anyhow::Result<Mesh>, f64) {
+    std::thread::scope(|scope| {
+        if job.selector != Selector::Auto || job.source.is_large() {
+            // What fails here fails again in the run, which then tells.
+            scope.spawn(|| coarsen::warm_up(&job.method, device));
+        }
+        timed(|| device.install(|| job.source.read()))
+    })
 }
 
 fn solve(job: &Job, method: &Method, input: &Mesh, device: &Device) -> anyhow::Result<Outcome> {
@@ -80,6 +93,9 @@ fn tell(job: &Job, record: &Record) -> anyhow::Result<Exit> {
     }
     if job.verbosity == Verbosity::Verbose && !record.rounds.is_empty() {
         console::say(record.round_table());
+        if let Some(table) = record.kernel_table() {
+            console::say(table);
+        }
     }
     if job.verbosity > Verbosity::Quiet {
         console::say(record);

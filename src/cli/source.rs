@@ -11,6 +11,9 @@ use coarsen::{Error, Mesh};
 
 use super::failure::at;
 
+/// Bytes of about 100,000 faces in a binary file.
+const LARGE_BYTES: u64 = 2_000_000;
+
 /// An input.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Source {
@@ -55,6 +58,11 @@ impl Source {
             Self::File(path) => Some(path),
             _ => None,
         }
+    }
+
+    /// Whether it is a file of so many bytes that its mesh gains on a GPU.
+    pub fn is_large(&self) -> bool {
+        self.path().and_then(|path| fs::metadata(path).ok()).is_some_and(|file| file.len() >= LARGE_BYTES)
     }
 
     /// Reads or makes the mesh.

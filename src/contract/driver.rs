@@ -1,19 +1,21 @@
 //! The loop: evaluate, select, commit, compact, until the budget is met.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use crate::backend::{Buffer, Device, Queue, fallback};
+use crate::backend::{Device, Queue, fallback};
 use crate::error::Result;
-use crate::kernel::rows::{Candidate, Contraction, HUB, LOCKED, SEAM};
+use crate::kernel::rows::{Candidate, HUB, LOCKED, SEAM};
 use crate::mesh::Mesh;
 use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord, StopReason};
 
+use super::apply::Left;
 use super::carry::MOVED_FROM;
 use super::commit::{Committed, Committer, Quota, Spent};
 use super::evaluate::{Evaluation, Gate, Round, plane_sums};
 use super::examine::Rules;
 use super::fit::{Shape, fit};
 use super::fit_guard::Guard;
+use super::follower::Follower;
 use super::history::{History, became};
 use super::join::Joins;
 use super::prepare::{Prepared, prepare};
@@ -22,15 +24,15 @@ use super::quantize::{Storage, quantize};
 use super::record::Recorder;
 use super::restore::restore;
 use super::surface::{Start, Surface};
-use super::triangle::in_two_steps;
 use super::triangles::Triangles;
 use super::weigh::{start_weights, weigh_start};
 use super::{Candidates, Metric, Options, Placement};
 
 /// Live faces below which a GPU hands over to the CPU: a round there costs more than its work.
 const HANDOVER_FACES: usize = 20_000;
-/// The same for software, which shares the CPU's cores and never gains: it does the bulk and leaves the many small rounds.
-const SOFTWARE_HANDOVER_FACES: usize = 250_000;
+/// The share of the faces below which software does, which runs on the CPU's cores and never gains: a third round there
+/// passes 1.5 times the CPU's time.
+const SOFTWARE_HANDOVER: f64 = 0.5;
 /// Faces from which a GPU that was taken by itself is used: below, its kernels are not even loaded when the CPU is done.
 const AUTO_FACES: usize = 100_000;
 /// Share of the live pairs that the `volume` metric lets through the gate. 15 % loses nothing but rounds.
@@ -49,76 +51,6 @@ const TRIANGLES_EACH: f64 = 4.0;
 const MEAGER: f64 = 0.05;
 /// A gate this many times wider than usual lets every pair through.
 const FULL: f64 = 64.0;
-/// Where rounds are evaluated: on the host's own surface, or on a GPU's copy of it.
-struct Evaluator {
-    queue: Queue,
-    /// The GPU's copy; `None` on the host.
-    copy: Option<(Surface, Buffer<Contraction>)>,
-    evaluation: Evaluation,
-    /// Where triangles are contracted.
-    triangles: Option<Triangles>,
-}
-
-impl Evaluator {
-    fn on_host(mut queue: Queue, host: &Surface, options: &Options, has_border: bool) -> Result<Self> {
-        let evaluation = Evaluation::new(&mut queue, host, options, has_border)?;
-        let triangles = Triangles::new(&mut queue, host, options)?;
-        Ok(Self { queue, copy: None, evaluation, triangles })
-    }
-
-    fn on_gpu(
-        mut queue: Queue,
-        host: &Surface,
-        options: &Options,
-        has_border: bool,
-        weights: &mut Vec<f32>,
-        storage: Option<Storage>,
-    ) -> Result<Self> {
-        let mut surface = Surface::copy(&mut queue, host, options.metric == Metric::Plane)?;
-        plane_sums(&mut queue, &mut surface, options)?;
-        start_weights(&mut queue, &surface, options, has_border, weights)?;
-        weigh_start(&mut queue, &mut surface, weights)?;
-        quantize(&mut queue, &mut surface, storage)?;
-        let evaluation = Evaluation::new(&mut queue, &surface, options, has_border)?;
-        let triangles = Triangles::new(&mut queue, &surface, options)?;
-        let contractions = queue.buffer(surface.vertex_count / 2 + 1)?;
-        Ok(Self { queue, copy: Some((surface, contractions)), evaluation, triangles })
-    }
-
-    fn is_gpu(&self) -> bool {
-        self.copy.is_some()
-    }
-
-    fn evaluate(&mut self, host: &Surface, round: Round<'_>, candidates: &mut Vec<Candidate>) -> Result<usize> {
-        let surface = self.copy.as_ref().map_or(host, |(surface, _)| surface);
-        if let (Candidates::Triangles, Some(triangles)) = (round.of, &mut self.triangles) {
-            return triangles.run(&mut self.queue, surface, round.gate, candidates);
-        }
-        self.evaluation.run(&mut self.queue, surface, round, candidates)
-    }
-
-    /// Applies a round's contractions to the GPU's copy, which had so many vertices and faces.
-    fn follow_round(&mut self, committed: &Committed, of: Candidates, [vertices, faces]: [usize; 2]) -> Result<()> {
-        let Committed { contractions, faces_removed, by_first_steps, .. } = committed;
-        let vertices_left = vertices - contractions.len();
-        if of == Candidates::Triangles && self.is_gpu() {
-            let [first, second] = in_two_steps(contractions);
-            self.follow(&first, vertices_left + second.len(), faces - by_first_steps)?;
-            return self.follow(&second, vertices_left, faces - faces_removed);
-        }
-        self.follow(contractions, vertices_left, faces - faces_removed)
-    }
-
-    /// Applies contractions to the GPU's copy.
-    fn follow(&mut self, contractions: &[Contraction], vertices_left: usize, faces_left: usize) -> Result<()> {
-        let Some((surface, list)) = &mut self.copy else { return Ok(()) };
-        self.queue.write(list, contractions)?;
-        surface.replay(&mut self.queue, list, contractions.len())?;
-        surface.compact(&mut self.queue, vertices_left, faces_left)?;
-        // Now, so that it works while the host compacts.
-        self.queue.submit()
-    }
-}
 
 /// Runs rounds on `device`; the calling thread belongs to its pool.
 pub fn run(
@@ -133,7 +65,7 @@ pub fn run(
     let prepared = prepare(mesh, options)?;
     let max_deviation = prepared.frame.length_to_rows(budget.max_deviation(mesh.diagonal())?);
     let recorder = options.log.then(|| Recorder::new(mesh, &prepared));
-    let mut run = Run { recorder, ..Run::new(prepared, options, device, max_deviation)? };
+    let mut run = Run { recorder, ..Run::new(prepared, options, device, max_deviation, target)? };
     run.seconds.build = clock.elapsed().as_secs_f64() - run.seconds.weld;
 
     let stop = loop {
@@ -150,7 +82,9 @@ pub fn run(
             run.count_locked();
             break if limited { StopReason::ErrorReached } else { StopReason::Stuck };
         }
-        run.adapt(&committed);
+        if committed.contractions.is_empty() {
+            run.widening = FULL;
+        }
         let now = Progress { faces: run.host.face_count, faces_in: mesh.faces.len(), target };
         if pairs > 0 && progress.as_mut().is_some_and(|report| report(now).is_break()) {
             break StopReason::Cancelled;
@@ -167,7 +101,11 @@ struct Run<'a> {
     prepared: Prepared,
     host: Surface,
     host_queue: Queue,
-    evaluator: Evaluator,
+    evaluation: Evaluation,
+    /// Where triangles are contracted.
+    triangles: Option<Triangles>,
+    /// In place of the evaluation: the GPU's copy.
+    follower: Option<Follower>,
     committer: Committer,
     rules: Rules,
     /// What rounds contract from here on.
@@ -191,123 +129,157 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    fn new(mut prepared: Prepared, options: &'a Options, device: &'a Device, max_deviation: f64) -> Result<Self> {
+    fn new(
+        mut prepared: Prepared,
+        options: &'a Options,
+        device: &'a Device,
+        max_deviation: f64,
+        target: usize,
+    ) -> Result<Self> {
         let mut host_queue = device.cpu_queue();
         let start = prepared.take_start();
         let fits = options.fit > 0 && options.placement == Placement::Optimal;
         let history = fits.then(|| (start.clone(), History::default()));
         let storage = Storage::new(options, &start.positions, prepared.frame)?;
-        let mut host = Surface::new(&mut host_queue, start, true)?;
-        let clock = Instant::now();
-        plane_sums(&mut host_queue, &mut host, options)?;
-        let summing = clock.elapsed().as_secs_f64();
-        let weights = &mut prepared.carried.weights;
-        let mut warnings = std::mem::take(&mut prepared.warnings);
-        let gains = !device.is_auto() || host.face_count >= AUTO_FACES;
-        let gpu_queue = || device.gpu_queue().filter(|_| gains);
-        // The host alone lists pairs without an edge.
-        let on_gpu = gpu_queue()
-            .filter(|_| !options.joins())
-            .map(|queue| Evaluator::on_gpu(queue, &host, options, prepared.has_border, weights, storage));
-        let evaluator = match on_gpu {
-            Some(Ok(evaluator)) => evaluator,
-            Some(Err(reason)) => {
-                warnings.push(fallback(&reason));
-                Evaluator::on_host(device.cpu_queue(), &host, options, prepared.has_border)?
-            }
-            None => Evaluator::on_host(device.cpu_queue(), &host, options, prepared.has_border)?,
-        };
-        start_weights(&mut host_queue, &host, options, prepared.has_border, weights)?;
-        if options.metric == Metric::Plane {
-            weigh_start(&mut host_queue, &mut host, weights)?;
-            weights.clear();
-        }
-        let quadrics = quantize(&mut host_queue, &mut host, storage)?
-            .map(|record| QuadricRecord { secs: summing + record.secs, ..record });
+        let host = Surface::new(&mut host_queue, start, true)?;
+        let triangles = Triangles::new(&host_queue, &host, options)?;
+        let evaluation = Evaluation::new(device.cpu_queue(), &host, options, prepared.border_vertices > 0)?;
         let rules = Rules::new(options, max_deviation);
-        let delta = prepared.frame.length_to_rows(options.join_within) as f32;
-        let mut bytes_moved = 0;
-        let mut find = |mut queue: Queue| {
-            let joins = Joins::find(&mut queue, host.positions.host(), host.faces.host(), delta);
-            bytes_moved += queue.bytes_moved();
-            joins
-        };
-        let joins = match gpu_queue().filter(|_| options.joins()).map(&mut find) {
-            Some(Ok(joins)) => joins,
-            Some(Err(reason)) => {
-                warnings.push(fallback(&reason));
-                find(device.cpu_queue())?
-            }
-            None => find(device.cpu_queue())?,
-        };
-        Ok(Self {
+        let mut run = Self {
             options,
             device,
             committer: Committer::new(rules),
             rules,
             of: options.candidates,
-            joins,
+            joins: Joins::default(),
             history,
             recorder: None,
-            quadrics,
-            handover_faces: handover_faces(device).min(host.face_count / 4),
+            quadrics: None,
+            handover_faces: handover_faces(device, host.face_count),
             seconds: Phases { weld: prepared.weld_secs, ..Phases::default() },
-            prepared,
             host,
             host_queue,
-            evaluator,
+            evaluation,
+            triangles,
+            follower: None,
             candidates: Vec::new(),
             widening: 1.0,
             deviation: 0.0,
             rounds: Vec::new(),
-            bytes_moved,
-            warnings,
-        })
+            bytes_moved: 0,
+            warnings: std::mem::take(&mut prepared.warnings),
+            prepared,
+        };
+        if options.joins() {
+            run.find_joins()?;
+        } else if run.host.face_count > target {
+            run.open_follower(target, storage);
+        }
+        run.start_quadrics(storage)?;
+        Ok(run)
+    }
+
+    /// A queue on the GPU, if there is one that gains.
+    fn gpu_queue(&self) -> Option<Queue> {
+        let gains = !self.device.is_auto() || self.host.face_count >= AUTO_FACES;
+        self.device.gpu_queue().filter(|_| gains)
+    }
+
+    /// Finds the pairs without an edge. The host alone lists them in rounds.
+    fn find_joins(&mut self) -> Result<()> {
+        let delta = self.prepared.frame.length_to_rows(self.options.join_within) as f32;
+        let (positions, faces) = (self.host.positions.host(), self.host.faces.host());
+        let mut bytes_moved = 0;
+        let mut find = |mut queue: Queue| {
+            let joins = Joins::find(&mut queue, positions, faces, delta);
+            bytes_moved += queue.bytes_moved();
+            joins
+        };
+        self.joins = match self.gpu_queue().map(&mut find) {
+            Some(Ok(joins)) => joins,
+            Some(Err(reason)) => {
+                self.warnings.push(fallback(&reason));
+                find(self.device.cpu_queue())?
+            }
+            None => find(self.device.cpu_queue())?,
+        };
+        self.bytes_moved += bytes_moved;
+        Ok(())
+    }
+
+    /// Copies the surface to the GPU, if there is one that gains, and starts the first round there.
+    fn open_follower(&mut self, target: usize, storage: Option<Storage>) {
+        let Some(queue) = self.gpu_queue() else { return };
+        let applies = self.device.options().replays.unwrap_or(!self.device.is_software());
+        let gate = self.gate(self.host.face_count, target);
+        let Prepared { border_vertices, carried, .. } = &mut self.prepared;
+        let weights = &mut carried.weights;
+        let start = (self.options, storage);
+        let opened = Follower::new(queue, &self.host, start, *border_vertices, weights, applies);
+        match opened.and_then(|mut follower| follower.begin(self.of, gate, weights).map(|()| follower)) {
+            Ok(follower) => self.follower = Some(follower),
+            Err(reason) => self.warnings.push(fallback(&reason)),
+        }
+    }
+
+    /// Fills the host's quadrics, and weighs and stores them where the metric accumulates them.
+    fn start_quadrics(&mut self, storage: Option<Storage>) -> Result<()> {
+        let Self { options, prepared, host, host_queue, .. } = self;
+        let clock = Instant::now();
+        plane_sums(host_queue, host, options)?;
+        let summing = clock.elapsed().as_secs_f64();
+        let weights = &mut prepared.carried.weights;
+        start_weights(host_queue, host, options, prepared.border_vertices > 0, weights)?;
+        if options.metric == Metric::Plane {
+            weigh_start(host_queue, host, weights)?;
+            weights.clear();
+        }
+        let record = quantize(host_queue, host, storage)?;
+        self.quadrics = record.map(|record| QuadricRecord { secs: summing + record.secs, ..record });
+        Ok(())
+    }
+
+    fn time_moving(&self) -> Duration {
+        self.follower.as_ref().map_or(Duration::ZERO, Follower::time_moving)
+    }
+
+    /// Has the GPU do some work, if it is in use; where it fails, the host goes on.
+    fn with_gpu(&mut self, work: impl FnOnce(&mut Follower, &Surface, &mut Vec<f32>) -> Result<()>) {
+        if let Some(follower) = &mut self.follower
+            && let Err(reason) = work(follower, &self.host, &mut self.prepared.carried.weights)
+        {
+            self.warnings.push(fallback(&reason));
+            self.take_over();
+        }
+    }
+
+    /// Goes on on the host from here.
+    fn take_over(&mut self) {
+        self.bytes_moved += self.follower.take().map_or(0, |follower| follower.bytes_moved());
     }
 
     /// Evaluates, selects, commits and compacts once; returns the live pairs there were and what was committed.
     fn round(&mut self, target: usize) -> Result<(usize, Committed)> {
         let clock = Instant::now();
         let faces = self.host.face_count;
-        if self.evaluator.is_gpu() && faces < self.handover_faces {
-            self.take_over()?;
+        if faces < self.handover_faces {
+            self.take_over();
         }
-        if faces - target < self.of.most_faces() {
-            self.of = Candidates::Pairs;
-        }
-        let before = self.evaluator.queue.time_moving();
-        let pairs = self.evaluate(self.gate(faces - target))?;
-        let moved = self.evaluator.queue.time_moving().saturating_sub(before).as_secs_f64();
-        let on_gpu = self.evaluator.is_gpu();
+        self.of = self.candidates_for(self.of, faces - target);
+        let before = self.time_moving();
+        let pairs = self.evaluate(self.gate(faces, target))?;
+        let moved = self.time_moving().saturating_sub(before).as_secs_f64();
+        let on_gpu = self.follower.is_some();
         let evaluated = clock.elapsed().as_secs_f64();
         let candidates = self.candidates.len();
         let (committed, spent) = self.commit(faces - target);
         let committed_at = clock.elapsed().as_secs_f64();
-        let faces_left = faces - committed.faces_removed;
-        let mut moved_up = 0.0;
+        let before = self.time_moving();
         if !committed.contractions.is_empty() {
-            let before = self.evaluator.queue.time_moving();
-            let counts = [self.host.vertex_count, faces];
-            if let Err(reason) = self.evaluator.follow_round(&committed, self.of, counts) {
-                self.warnings.push(fallback(&reason));
-                self.evaluator.copy = None;
-            }
-            moved_up = self.evaluator.queue.time_moving().saturating_sub(before).as_secs_f64();
-            let vertices = self.host.vertex_count;
-            self.host.kill(committed.cancelled.iter().map(|cancelled| cancelled.face));
-            self.host.compact_on_host(&self.host_queue, &mut self.prepared.carried, faces_left)?;
-            let new_vertex = &self.host.new_vertex()[..vertices];
-            if let Some((_, history)) = &mut self.history {
-                history.follow(&committed.contractions, new_vertex);
-            }
-            if !self.joins.pairs().is_empty() {
-                let faces = &self.host.faces.host()[..faces_left];
-                self.joins.follow(&became(&committed.contractions, new_vertex), faces);
-            }
-            if on_gpu && !self.evaluator.is_gpu() {
-                self.take_over()?;
-            }
+            self.adapt(&committed, candidates);
+            self.compact(&committed, target)?;
         }
+        let moved_up = self.time_moving().saturating_sub(before).as_secs_f64();
         self.seconds.cost += evaluated - moved;
         self.seconds.transfer += moved + moved_up;
         let [select, filter, apply] = shares(spent, committed_at - evaluated);
@@ -330,7 +302,7 @@ impl<'a> Run<'a> {
     fn commit(&mut self, to_remove: usize) -> (Committed, Spent) {
         // With every pair let through and nothing contracted, there is no later round to wait for.
         let may_wait = self.widening < FULL;
-        let may_overshoot = self.widening >= FULL || !self.prepared.has_border;
+        let may_overshoot = self.widening >= FULL || self.prepared.border_vertices == 0;
         let quota = Quota { faces: to_remove, of: self.of, may_overshoot };
         let (carried, joins) = (&mut self.prepared.carried, self.joins.pairs());
         let before = self.recorder.as_ref().map(|_| carried.origin.clone());
@@ -339,6 +311,37 @@ impl<'a> Run<'a> {
             recorder.record(&done.0, &mut before, carried);
         }
         done
+    }
+
+    /// Compacts what a round leaves, and what follows it. A GPU starts the next round in the meantime.
+    fn compact(&mut self, committed: &Committed, target: usize) -> Result<()> {
+        let Committed { contractions, cancelled, faces_removed, by_first_steps, .. } = committed;
+        let (of, vertices) = (self.of, self.host.vertex_count);
+        let left = Left { vertices: vertices - contractions.len(), faces: self.host.face_count - faces_removed };
+        let goes_on = left.faces > target && left.faces >= self.handover_faces;
+        if goes_on {
+            self.of = self.candidates_for(of, left.faces - target);
+        }
+        let next = goes_on.then(|| (self.of, self.gate(left.faces, target)));
+        if let Some((next_of, gate)) = next {
+            self.with_gpu(|follower, _, _| match of {
+                Candidates::Pairs => follower.follow(contractions, left, next_of, gate),
+                Candidates::Triangles => follower.follow_triangles(contractions, *by_first_steps, left, next_of, gate),
+            });
+        }
+        self.host.kill(cancelled.iter().map(|cancelled| cancelled.face));
+        self.host.compact_on_host(&self.host_queue, &mut self.prepared.carried, left.faces)?;
+        let new_vertex = &self.host.new_vertex()[..vertices];
+        if let Some((_, history)) = &mut self.history {
+            history.follow(contractions, new_vertex);
+        }
+        if !self.joins.pairs().is_empty() {
+            self.joins.follow(&became(contractions, new_vertex), &self.host.faces.host()[..left.faces]);
+        }
+        if let Some((of, gate)) = next {
+            self.with_gpu(|follower, host, weights| follower.catch_up(host, weights, of, gate));
+        }
+        Ok(())
     }
 
     /// Adds to the last round's refusals the edges that were no pairs: between locked vertices, and at hubs.
@@ -359,52 +362,55 @@ impl<'a> Run<'a> {
 
     /// Fills the candidates; a device that fails gives way to the host.
     fn evaluate(&mut self, gate: Gate) -> Result<usize> {
-        self.candidates.clear();
+        let mut candidates = std::mem::take(&mut self.candidates);
+        let mut found = None;
+        candidates.clear();
         let of = self.of;
-        let round = Round { of, joins: self.joins.pairs(), gate, weights: &mut self.prepared.carried.weights };
-        match self.evaluator.evaluate(&self.host, round, &mut self.candidates) {
-            Err(reason) if self.evaluator.is_gpu() => {
-                self.warnings.push(fallback(&reason));
-                self.take_over()?;
-                self.candidates.clear();
-                let round = Round { of, joins: self.joins.pairs(), gate, weights: &mut self.prepared.carried.weights };
-                self.evaluator.evaluate(&self.host, round, &mut self.candidates)
+        self.with_gpu(|follower, _, weights| {
+            found = Some(follower.propose(of, gate, weights, &mut candidates)?);
+            Ok(())
+        });
+        let pairs = match (found, &mut self.triangles) {
+            (Some(pairs), _) => pairs,
+            (None, Some(triangles)) if of == Candidates::Triangles => {
+                candidates.clear();
+                triangles.run(&mut self.host_queue, &self.host, gate, &mut candidates)?
             }
-            result => result,
-        }
+            (None, _) => {
+                candidates.clear();
+                let round = Round { joins: self.joins.pairs(), gate, weights: &mut self.prepared.carried.weights };
+                self.evaluation.run(&self.host, round, &mut candidates)?
+            }
+        };
+        self.candidates = candidates;
+        Ok(pairs)
     }
 
-    /// Goes on on the host from here.
-    fn take_over(&mut self) -> Result<()> {
-        let queue = self.device.cpu_queue();
-        self.bytes_moved += self.evaluator.queue.bytes_moved();
-        self.evaluator = Evaluator::on_host(queue, &self.host, self.options, self.prepared.has_border)?;
-        Ok(())
+    /// What a round contracts that begins with `of` and so many faces to remove: the last ones by pairs.
+    fn candidates_for(&self, of: Candidates, faces_to_remove: usize) -> Candidates {
+        if faces_to_remove < of.most_faces() { Candidates::Pairs } else { of }
     }
 
-    fn gate(&self, faces_to_remove: usize) -> Gate {
+    /// What becomes candidates when so many faces live.
+    fn gate(&self, faces: usize, target: usize) -> Gate {
         if self.widening >= FULL {
-            return Gate { share: 1.0, most: usize::MAX };
+            return Gate::OPEN;
         }
         let share = match self.options.metric {
-            Metric::Volume => VOLUME_SHARE * (self.host.face_count as f64 / WIDE_FACES).clamp(LEAST_SHARE, 1.0),
+            Metric::Volume => VOLUME_SHARE * (faces as f64 / WIDE_FACES).clamp(LEAST_SHARE, 1.0),
             Metric::Plane => PLANE_SHARE,
         };
-        let needed = faces_to_remove.div_ceil(self.of.most_faces()) as f64;
+        let needed = (faces - target).div_ceil(self.of.most_faces()) as f64;
         let each = match self.of {
             Candidates::Pairs => CANDIDATES_EACH,
             Candidates::Triangles => TRIANGLES_EACH,
         };
-        Gate { share: (share * self.widening).min(1.0), most: (each * needed * self.widening).ceil() as usize }
+        Gate::new(share * self.widening, each * needed * self.widening)
     }
 
     /// Widens the gate after a round that mostly met refusals, narrows it again after a good one.
-    fn adapt(&mut self, committed: &Committed) {
-        if committed.contractions.is_empty() {
-            self.widening = FULL;
-        } else if (committed.contractions.len() as f64)
-            < MEAGER * self.rounds.last().map_or(0.0, |round| round.candidates as f64)
-        {
+    fn adapt(&mut self, committed: &Committed, candidates: usize) {
+        if (committed.contractions.len() as f64) < MEAGER * candidates as f64 {
             self.widening = (self.widening * 4.0).min(FULL);
         } else {
             self.widening = (self.widening / 4.0).max(1.0);
@@ -471,7 +477,7 @@ impl<'a> Run<'a> {
             log: self.recorder.map(Recorder::into_log),
             rounds: self.rounds,
             seconds: self.seconds,
-            bytes_moved: self.bytes_moved + self.evaluator.queue.bytes_moved(),
+            bytes_moved: self.bytes_moved + self.follower.as_ref().map_or(0, Follower::bytes_moved),
             device,
             warnings: self.warnings,
         })
@@ -481,11 +487,16 @@ impl<'a> Run<'a> {
 /// The wall-clock seconds of a commit split as its tasks spent theirs: ordering, examining, contracting.
 fn shares(spent: Spent, secs: f64) -> [f64; 3] {
     let total = spent.total.as_secs_f64().max(f64::MIN_POSITIVE);
-    let share = |part: std::time::Duration| (part.as_secs_f64() / total).min(1.0) * secs;
+    let share = |part: Duration| (part.as_secs_f64() / total).min(1.0) * secs;
     let (select, filter) = (share(spent.sorting), share(spent.examining));
     [select, filter, (secs - select - filter).max(0.0)]
 }
 
-fn handover_faces(device: &Device) -> usize {
-    if device.is_software() { SOFTWARE_HANDOVER_FACES } else { HANDOVER_FACES }
+/// Live faces below which a run that starts with so many goes on on the CPU.
+fn handover_faces(device: &Device, faces: usize) -> usize {
+    device.options().handover_faces.unwrap_or_else(|| match device.is_software() {
+        true => (faces as f64 * SOFTWARE_HANDOVER) as usize,
+        // Small meshes are given to a GPU only where it was asked for by name: it does some rounds.
+        false => HANDOVER_FACES.min(faces / 4),
+    })
 }

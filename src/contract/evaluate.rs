@@ -1,45 +1,32 @@
-//! Evaluating a round on one device: sums, the cost of every pair, the gate.
+//! Evaluating a round on the host: sums, the cost of every pair, the gate. A GPU does the same in [`super::propose`].
 
 use crate::backend::{Buffer, Queue, Row};
-use crate::error::{Error, Result};
-use crate::kernel::cost_histogram::{BUCKETS, CostHistogram, threshold};
-use crate::kernel::count_candidates::{CountCandidates, GATE_BLOCK};
-use crate::kernel::count_pairs::CountPairs;
+use crate::error::Result;
 use crate::kernel::face_normals::FaceNormals;
-use crate::kernel::gather_candidates::GatherCandidates;
-use crate::kernel::gather_pairs::GatherPairs;
-use crate::kernel::pairs::PAIR_BLOCK;
-use crate::kernel::plane_costs::{self, PlaneBlock, PlaneCosts, PlaneRows};
+use crate::kernel::find_threshold::{share_of, threshold};
+use crate::kernel::plane_costs::{self, PlaneBlock, PlaneRows};
 use crate::kernel::plane_sums::PlaneSums;
 use crate::kernel::rows::{BorderSum, Candidate, Edge, HUB, Normal, PlaneQuadric, VolumeSum};
 use crate::kernel::stars::Stars;
-use crate::kernel::volume_costs::{self, BORDER_FACTOR, VolumeBlock, VolumeCosts, VolumeRows};
+use crate::kernel::volume_costs::{self, BORDER_FACTOR, VolumeBlock, VolumeRows};
 use crate::kernel::volume_sums::VolumeSums;
-use crate::kernel::weigh_keys::{WeighKeys, weigh_keys, weighed_key};
+use crate::kernel::weigh_keys::{weigh_keys, weighed_key};
 
 use super::listing::Listing;
-use super::scan::Scan;
 use super::surface::{LARGE_VERTICES, Surface};
 use super::weigh::RoundWeights;
-use super::{Candidates, Metric, Options};
+use super::{Metric, Options};
 
-/// The buffers of a round's evaluation on one device.
+/// The buffers of a round's evaluation on the host.
 #[derive(Debug)]
 pub struct Evaluation {
+    queue: Queue,
     placement: u32,
     border_weight: f32,
     volume: Option<Volume>,
     weights: Option<RoundWeights>,
-    /// In place of all that follows, on the host.
-    listing: Option<Listing>,
+    listing: Listing,
     is_first: bool,
-    pairs: Buffer<Edge>,
-    keys: Buffer<u32>,
-    buckets: Buffer<u32>,
-    counts: Buffer<u32>,
-    scan: Scan,
-    candidates: Buffer<Candidate>,
-    histogram: Vec<u32>,
 }
 
 /// What the `volume` metric sums.
@@ -51,19 +38,33 @@ struct Volume {
 }
 
 /// How many of the live pairs become candidates.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Gate {
-    /// At most this share of the live pairs.
-    pub share: f64,
+    /// At most this share of the live pairs, in units of 2⁻³².
+    pub share: u32,
     /// At most this many, before the bucket of the last is completed.
-    pub most: usize,
+    pub most: u32,
 }
 
-/// What the host tells of a round.
+impl Gate {
+    /// Every pair.
+    pub const OPEN: Self = Self { share: u32::MAX, most: u32::MAX };
+
+    /// A share of the pairs in 0 … 1, and a number of them.
+    pub fn new(share: f64, most: f64) -> Self {
+        Self { share: (share * 2.0_f64.powi(32)) as u32, most: most.ceil() as u32 }
+    }
+
+    /// How many of so many pairs it wants.
+    pub fn wanted(self, pairs: usize) -> usize {
+        share_of(pairs as u32, self.share).min(self.most) as usize
+    }
+}
+
+/// What a round is evaluated with, beside the surface.
 #[derive(Debug)]
 pub struct Round<'a> {
-    pub of: Candidates,
-    /// Pairs without an edge, which the host alone evaluates.
+    /// Pairs without an edge.
     pub joins: &'a [[u32; 2]],
     pub gate: Gate,
     /// Those that the host carries; or they become those that are found for the round.
@@ -71,9 +72,8 @@ pub struct Round<'a> {
 }
 
 impl Evaluation {
-    /// Buffers for a surface, on its device.
-    pub fn new(queue: &mut Queue, surface: &Surface, options: &Options, has_border: bool) -> Result<Self> {
-        let blocks = if queue.is_on_host() { 0 } else { most_blocks(surface.vertex_count, 3 * surface.face_count) };
+    /// For a surface.
+    pub fn new(queue: Queue, surface: &Surface, options: &Options, has_border: bool) -> Result<Self> {
         let volume = match options.metric {
             Metric::Volume => Some(Volume {
                 normals: queue.buffer(0)?,
@@ -86,174 +86,69 @@ impl Evaluation {
             placement: options.placement.code(),
             border_weight: BORDER_FACTOR * options.border_weight,
             volume,
-            weights: RoundWeights::new(queue, surface, options, has_border)?,
-            listing: queue.is_on_host().then(Listing::default),
+            weights: RoundWeights::new(&queue, surface, options, has_border)?,
+            queue,
+            listing: Listing::default(),
             is_first: true,
-            pairs: queue.buffer(0)?,
-            keys: queue.buffer(0)?,
-            buckets: queue.buffer(BUCKETS as usize)?,
-            counts: queue.buffer(blocks + 1)?,
-            scan: Scan::new(queue, blocks + 1)?,
-            candidates: queue.buffer(0)?,
-            histogram: Vec::new(),
         })
     }
 
-    /// Appends the round's candidates in the order of the pairs; returns how many pairs there were.
+    /// Appends the round's candidates in the order of the pairs, at last those without an edge; returns how many pairs there
+    /// were.
     pub fn run(
         &mut self,
-        queue: &mut Queue,
         surface: &Surface,
-        Round { joins, gate, weights, .. }: Round<'_>,
+        Round { joins, gate, weights }: Round<'_>,
         candidates: &mut Vec<Candidate>,
     ) -> Result<usize> {
-        self.sums(queue, surface)?;
+        self.sums(surface)?;
         if let Some(round_weights) = &mut self.weights {
-            round_weights.begin(queue, surface, weights)?;
+            round_weights.begin(&mut self.queue, surface, weights)?;
         }
-        let pairs = self.find_candidates(queue, surface, joins, gate, candidates)?;
+        let costs = Costs {
+            volume: self.volume.as_ref(),
+            weights: self.weights.as_ref(),
+            placement: self.placement,
+            border_weight: self.border_weight,
+        };
+        let histogram = costs.list(&mut self.listing, surface, joins);
+        let pairs = self.listing.len();
+        let threshold = threshold(&histogram, pairs as u32, gate.share, gate.most);
+        self.listing.gate(threshold.key, candidates);
         if let Some(round_weights) = &self.weights {
-            round_weights.end(queue, surface.vertex_count, weights)?;
+            round_weights.end(&mut self.queue, surface.vertex_count, weights)?;
         }
-        Ok(pairs)
-    }
-
-    fn find_candidates(
-        &mut self,
-        queue: &mut Queue,
-        surface: &Surface,
-        joins: &[[u32; 2]],
-        gate: Gate,
-        candidates: &mut Vec<Candidate>,
-    ) -> Result<usize> {
-        if let Some(listing) = &mut self.listing {
-            let costs = Costs {
-                volume: self.volume.as_ref(),
-                weights: self.weights.as_ref(),
-                placement: self.placement,
-                border_weight: self.border_weight,
-            };
-            let histogram = costs.list(listing, surface, joins);
-            let pairs = listing.len();
-            listing.gate(threshold(&histogram, wanted(gate, pairs)).0, candidates);
-            if std::mem::take(&mut self.is_first) && surface.vertex_count >= LARGE_VERTICES {
-                self.release(queue)?;
-            }
-            return Ok(pairs);
-        }
-        let pairs = self.find_pairs(queue, surface)?;
-        self.costs(queue, surface, pairs)?;
-        let key_count = pairs as u32;
-        queue.clear(&mut self.buckets, BUCKETS as usize)?;
-        queue.run(CostHistogram { keys: &self.keys, key_count, buckets: &mut self.buckets })?;
-        self.histogram.clear();
-        queue.read(&self.buckets, 0..BUCKETS as usize, &mut self.histogram)?;
-        let (threshold, count) = threshold(&self.histogram, wanted(gate, pairs));
-        if count == 0 {
-            return Ok(pairs);
-        }
-        grow(queue, &mut self.candidates, count)?;
-        let (keys, counts) = (&self.keys, &mut self.counts);
-        queue.run(CountCandidates { keys, key_count, threshold, counts })?;
-        self.scan.run(queue, &mut self.counts, pairs.div_ceil(GATE_BLOCK as usize) + 1)?;
-        queue.run(GatherCandidates {
-            keys,
-            pairs: &self.pairs,
-            key_count,
-            threshold,
-            starts: &self.counts,
-            candidates: &mut self.candidates,
-        })?;
-        queue.read(&self.candidates, 0..count, candidates)?;
-        let half_edges = 3 * surface.face_count as u32;
-        if candidates.iter().any(|candidate| candidate.half_edge >= half_edges) {
-            return Err(Error::Device("it returned pairs that do not exist".into()));
+        if std::mem::take(&mut self.is_first) && surface.vertex_count >= LARGE_VERTICES {
+            self.release()?;
         }
         Ok(pairs)
     }
 
     /// Frees what the largest round needed before its commit takes more. The next allocates what it needs, for good.
-    fn release(&mut self, queue: &Queue) -> Result<()> {
-        self.listing = self.listing.as_ref().map(|_| Listing::default());
+    fn release(&mut self) -> Result<()> {
+        self.listing = Listing::default();
         if let Some(Volume { normals, sums, .. }) = &mut self.volume {
-            (*normals, *sums) = (queue.buffer(0)?, queue.buffer(0)?);
+            (*normals, *sums) = (self.queue.buffer(0)?, self.queue.buffer(0)?);
         }
         Ok(())
     }
 
-    /// Lists the pairs; returns how many.
-    fn find_pairs(&mut self, queue: &mut Queue, surface: &Surface) -> Result<usize> {
-        let Surface { positions, faces, ring_starts, ring_faces, .. } = surface;
-        let vertex_count = surface.vertex_count as u32;
-        let counts = &mut self.counts;
-        queue.run(CountPairs { positions, faces, ring_starts, ring_faces, vertex_count, counts })?;
-        let blocks = surface.vertex_count.div_ceil(PAIR_BLOCK as usize);
-        self.scan.run(queue, &mut self.counts, blocks + 1)?;
-        let mut total = Vec::new();
-        queue.read(&self.counts, blocks..blocks + 1, &mut total)?;
-        let pairs = total.iter().sum::<u32>() as usize;
-        if pairs > 3 * surface.face_count {
-            return Err(Error::Device(format!("it counted {pairs} pairs on {} faces", surface.face_count)));
-        }
-        grow(queue, &mut self.pairs, pairs)?;
-        grow(queue, &mut self.keys, pairs)?;
-        let starts = &self.counts;
-        queue.run(GatherPairs {
-            positions,
-            faces,
-            ring_starts,
-            ring_faces,
-            vertex_count,
-            starts,
-            pairs: &mut self.pairs,
-        })?;
-        Ok(pairs)
-    }
-
     /// Sums what the metric needs of the surface as it is.
-    fn sums(&mut self, queue: &mut Queue, surface: &Surface) -> Result<()> {
+    fn sums(&mut self, surface: &Surface) -> Result<()> {
         let Surface { positions, faces, ring_starts, ring_faces, .. } = surface;
-        let Some(Volume { normals, sums, borders }) = &mut self.volume else { return Ok(()) };
+        let (queue, Some(Volume { normals, sums, borders })) = (&mut self.queue, &mut self.volume) else {
+            return Ok(());
+        };
         grow(queue, normals, surface.face_count)?;
         grow(queue, sums, surface.vertex_count)?;
         let (vertex_count, face_count) = (surface.vertex_count as u32, surface.face_count as u32);
         queue.run(FaceNormals { positions, faces, face_count, normals })?;
         queue.run(VolumeSums { positions, faces, ring_starts, ring_faces, normals, vertex_count, sums, borders })
     }
-
-    fn costs(&mut self, queue: &mut Queue, surface: &Surface, pairs: usize) -> Result<()> {
-        let Surface { positions, faces, .. } = surface;
-        let (placement, border_weight, pair_count) = (self.placement, self.border_weight, pairs as u32);
-        let (pairs, keys) = (&self.pairs, &mut self.keys);
-        match (&self.volume, quadrics(surface, self.weights.as_ref())) {
-            (Some(Volume { normals, sums, borders }), _) => {
-                queue.run(VolumeCosts {
-                    positions,
-                    faces,
-                    normals,
-                    sums,
-                    borders,
-                    pairs,
-                    pair_count,
-                    border_weight,
-                    placement,
-                    keys,
-                })?;
-                match self.weights.as_ref().map(RoundWeights::weights) {
-                    Some(weights) => queue.run(WeighKeys { faces, pairs, weights, pair_count, keys }),
-                    None => Ok(()),
-                }
-            }
-            (None, Some(quadrics)) => {
-                queue.run(PlaneCosts { positions, faces, quadrics, pairs, pair_count, placement, keys })
-            }
-            (None, None) => Ok(()),
-        }
-    }
 }
 
 /// A surface's quadrics, times the weights of the round if there are any.
-fn quadrics<'a>(surface: &'a Surface, weights: Option<&'a RoundWeights>) -> Option<&'a Buffer<PlaneQuadric>> {
+pub fn quadrics<'a>(surface: &'a Surface, weights: Option<&'a RoundWeights>) -> Option<&'a Buffer<PlaneQuadric>> {
     weights.and_then(RoundWeights::quadrics).or(surface.quadrics.as_ref())
 }
 
@@ -317,11 +212,6 @@ pub fn plane_sums(queue: &mut Queue, surface: &mut Surface, options: &Options) -
     queue.run(PlaneSums { positions, faces, ring_starts, ring_faces, vertex_count, border_weight, by_area, quadrics })
 }
 
-/// Blocks that either the vertices or the pairs of a surface are counted in, at most.
-fn most_blocks(vertices: usize, pairs: usize) -> usize {
-    vertices.div_ceil(PAIR_BLOCK as usize).max(pairs.div_ceil(GATE_BLOCK as usize))
-}
-
 /// Replaces a buffer that cannot hold `len` rows; what it held is lost.
 pub fn grow<T: Row>(queue: &Queue, buffer: &mut Buffer<T>, len: usize) -> Result<()> {
     if buffer.len() < len {
@@ -330,18 +220,16 @@ pub fn grow<T: Row>(queue: &Queue, buffer: &mut Buffer<T>, len: usize) -> Result
     Ok(())
 }
 
-/// How many pairs a gate wants of so many.
-pub fn wanted(gate: Gate, pairs: usize) -> usize {
-    ((gate.share * pairs as f64).ceil() as usize).min(gate.most)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn gate_takes_the_lesser_of_share_and_need() {
-        assert_eq!(wanted(Gate { share: 0.5, most: 100 }, 30), 15);
-        assert_eq!(wanted(Gate { share: 0.5, most: 3 }, 30), 3);
+        assert_eq!(Gate::new(0.5, 100.0).wanted(30), 15);
+        assert_eq!(Gate::new(0.15, 100.0).wanted(20), 3);
+        assert_eq!(Gate::new(0.5, 2.5).wanted(30), 3);
+        assert_eq!(Gate::new(1.0, 1e12), Gate::OPEN);
+        assert_eq!(Gate::OPEN.wanted(30), 30);
     }
 }

@@ -118,10 +118,10 @@ pub fn feature_degrees(mesh: &Mesh, feature: &Feature, device: &Device) -> Resul
     device.install(|| {
         let mut prepared = prepare(mesh, &options)?;
         let start = prepared.take_start();
-        let Prepared { carried, has_border, .. } = prepared;
+        let Prepared { carried, border_vertices, .. } = prepared;
         let mut queue = device.cpu_queue();
         let surface = Surface::new(&mut queue, start, false)?;
-        let mut features = Features::new(&queue, &surface, *feature, has_border)?;
+        let mut features = Features::new(&queue, &surface, *feature, border_vertices > 0)?;
         features.run(&mut queue, &surface, feature.degree_params(surface.vertex_count))?;
         let degrees = features.weights().host();
         let mut of_input = vec![0.0; mesh.positions.len()];

@@ -9,6 +9,7 @@
 //! - A contraction passes the link condition on the state that those before it left: manifold in, manifold out; Euler
 //!   characteristic, borders and parts are kept. [`crate::mesh::validate()`] checks a result.
 
+mod apply;
 mod carry;
 mod charts;
 mod commit;
@@ -21,12 +22,14 @@ mod features;
 mod filter;
 mod fit;
 mod fit_guard;
+mod follower;
 mod history;
 mod join;
 mod listing;
 mod patch;
 mod placement;
 mod prepare;
+mod propose;
 mod quadrics;
 mod quantize;
 mod record;
@@ -45,7 +48,7 @@ mod weighting;
 use crate::backend::Device;
 use crate::error::{Error, Result};
 use crate::kernel::pair_quadric::{ANYWHERE, AT_ENDS, AT_THREE, ON_SEGMENT};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, shapes};
 use crate::polish::Flips;
 use crate::simplify::{Budget, OnProgress, Outcome};
 
@@ -263,6 +266,24 @@ impl Options {
         }
         Ok(())
     }
+}
+
+/// Faces of the sphere that is simplified to load the kernels, in some rounds: 20 · 4³.
+const WARM_UP_LEVEL: u32 = 3;
+const WARM_UP_KEEP: f64 = 0.2;
+
+/// Loads the kernels: see [`crate::simplify::warm_up()`].
+pub fn warm_up(options: &Options, device: &Device) -> Result<()> {
+    let Some(device) = device.for_any_mesh() else { return options.check() };
+    let sphere = shapes::icosphere(WARM_UP_LEVEL);
+    let weighting = match &options.weighting {
+        Weighting::Given(_) => Weighting::Given(vec![1.0; sphere.positions.len()].into()),
+        other => other.clone(),
+    };
+    let options = Options { weighting, log: false, ..options.clone() };
+    run(&sphere, &options, &Budget::keep(WARM_UP_KEEP), &device, None)?;
+    device.forget_kernel_times();
+    Ok(())
 }
 
 /// Runs pair contraction: see [`crate::simplify()`].

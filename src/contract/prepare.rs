@@ -34,7 +34,7 @@ pub struct Prepared {
     pub carried: Carried,
     /// The lowest input vertex joined with each, for a log; `None` where each is on its own.
     pub lowest: Option<Vec<u32>>,
-    pub has_border: bool,
+    pub border_vertices: usize,
     pub warnings: Vec<String>,
     pub weld_secs: f64,
 }
@@ -90,7 +90,7 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
             face_origin: face_source,
         },
         lowest: lowest.filter(|_| options.log),
-        has_border: false,
+        border_vertices: 0,
         warnings,
         weld_secs,
     };
@@ -199,7 +199,7 @@ impl Prepared {
         };
         let rows: Vec<Position> =
             carried.origin.par_iter().zip(fans).enumerate().with_min_len(ROWS).map_init(Vec::new, row).collect();
-        self.has_border = rows.iter().any(|p| p.flags & BORDER != 0);
+        self.border_vertices = rows.iter().filter(|p| p.flags & BORDER != 0).count();
         let complex = fans.iter().filter(|&&fan| fan == Fan::Complex).count();
         if complex > 0 && !options.joins() {
             self.warnings.push(format!("{complex} vertices where the surface is not manifold stay where they are"));

@@ -155,12 +155,12 @@ pub fn initial_quadrics(mesh: &Mesh, options: &Options, device: &Device) -> Resu
         let mut prepared = prepare(mesh, options)?;
         let start = prepared.take_start();
         let storage = Storage::new(options, &start.positions, prepared.frame)?.ok_or_else(missing)?;
-        let Prepared { mut carried, has_border, .. } = prepared;
+        let Prepared { mut carried, border_vertices, .. } = prepared;
         let mut queue = device.gpu_queue().unwrap_or_else(|| device.cpu_queue());
         let mut surface = Surface::new(&mut queue, start, true)?;
         let clock = Instant::now();
         plane_sums(&mut queue, &mut surface, options)?;
-        start_weights(&mut queue, &surface, options, has_border, &mut carried.weights)?;
+        start_weights(&mut queue, &surface, options, border_vertices > 0, &mut carried.weights)?;
         weigh_start(&mut queue, &mut surface, &carried.weights)?;
         let stored = storage.store(&mut queue, &surface)?.ok_or_else(missing)?;
         let (mut words, mut bound) = (Vec::new(), Vec::new());

@@ -1,4 +1,4 @@
-//! The live mesh on one device: positions, faces and rings, and how a round's contractions change them.
+//! The live mesh on one device: positions, faces and rings, and what a round leaves of them.
 //!
 //! # Invariants
 //! Between rounds: every face lives, vertices and faces are numbered without gaps in their original order, and every
@@ -6,20 +6,11 @@
 
 use crate::backend::{Buffer, Queue};
 use crate::error::Result;
-use crate::kernel::compact_faces::CompactFaces;
-use crate::kernel::compact_quadrics::CompactQuadrics;
-use crate::kernel::compact_rings::CompactRings;
-use crate::kernel::compact_vertices::CompactVertices;
-use crate::kernel::contract_faces::ContractFaces;
-use crate::kernel::contract_quadrics::ContractQuadrics;
-use crate::kernel::contract_vertices::ContractVertices;
-use crate::kernel::live_vertices::LiveVertices;
-use crate::kernel::rows::{Contraction, Face, PlaneQuadric, Position};
+use crate::kernel::rows::{Face, PlaneQuadric, Position};
 use crate::mesh::adjacency::group_into;
 
 use super::carry::Carried;
 use super::compact;
-use super::scan::Scan;
 
 /// Vertices from which a run frees what only its first round needs: 35 bytes a face less at the peak, 4 % more time.
 pub const LARGE_VERTICES: usize = 1 << 20;
@@ -33,28 +24,14 @@ pub struct Surface {
     pub ring_faces: Buffer<u32>,
     /// Accumulated plane quadrics, where something needs them.
     pub quadrics: Option<Buffer<PlaneQuadric>>,
-    /// What this round did to every vertex; zero between rounds.
-    pub roles: Buffer<u32>,
     pub vertex_count: usize,
     pub face_count: usize,
+    /// On the host: what this round did to every vertex; zero between rounds.
+    pub roles: Buffer<u32>,
+    /// On the host: live vertices before each.
     new_vertex: Buffer<u32>,
-    new_face: Buffer<u32>,
-    new_starts: Buffer<u32>,
-    scan: Scan,
-    /// Made by the first compaction, for what is left then.
-    next: Option<Next>,
-    /// The same on the host, where all else is rewritten in place.
+    /// On the host: the other half of what compaction does not rewrite in place. Made by the first, for what is left then.
     spare: Option<(Buffer<Position>, Option<Buffer<PlaneQuadric>>)>,
-}
-
-/// The other half of every buffer that compaction rewrites.
-#[derive(Debug)]
-struct Next {
-    positions: Buffer<Position>,
-    faces: Buffer<Face>,
-    ring_starts: Buffer<u32>,
-    ring_faces: Buffer<u32>,
-    quadrics: Option<Buffer<PlaneQuadric>>,
 }
 
 /// The start of a run, in host memory.
@@ -67,116 +44,53 @@ pub struct Start {
 }
 
 impl Surface {
-    /// The start of a run on the device of `queue`.
+    /// The start of a run on the host.
     pub fn new(queue: &mut Queue, start: Start, with_quadrics: bool) -> Result<Self> {
         let (vertex_count, face_count) = (start.positions.len(), start.faces.len());
-        let quadrics = |queue: &Queue| with_quadrics.then(|| queue.buffer(vertex_count)).transpose();
         Ok(Self {
             positions: queue.buffer_from(start.positions)?,
             faces: queue.buffer_from(start.faces)?,
             ring_starts: queue.buffer_from(start.ring_starts)?,
             ring_faces: queue.buffer_from(start.ring_faces)?,
-            quadrics: quadrics(queue)?,
-            roles: queue.buffer(vertex_count)?,
+            quadrics: with_quadrics.then(|| queue.buffer(vertex_count)).transpose()?,
             vertex_count,
             face_count,
+            roles: queue.buffer(vertex_count)?,
             new_vertex: queue.buffer(vertex_count + 1)?,
-            new_face: queue.buffer(face_count + 1)?,
-            new_starts: queue.buffer(vertex_count + 1)?,
-            scan: Scan::new(queue, vertex_count.max(face_count) + 1)?,
-            next: None,
             spare: None,
         })
     }
 
-    /// A copy on the device of `queue` of a host's surface before its first round.
+    /// A copy on the device of `queue` of a host's surface before its first round; quadrics are not copied.
     pub fn copy(queue: &mut Queue, host: &Self, with_quadrics: bool) -> Result<Self> {
-        let start = Start {
-            positions: host.positions.host().to_vec(),
-            faces: host.faces.host().to_vec(),
-            ring_starts: host.ring_starts.host().to_vec(),
-            ring_faces: host.ring_faces.host().to_vec(),
-        };
-        Self::new(queue, start, with_quadrics)
-    }
-
-    /// Moves the vertices of accepted contractions and marks the roles, as the commit did on the host.
-    pub fn replay(&mut self, queue: &mut Queue, contractions: &Buffer<Contraction>, count: usize) -> Result<()> {
-        let contraction_count = count as u32;
-        if let Some(quadrics) = &mut self.quadrics {
-            queue.run(ContractQuadrics { contractions, contraction_count, positions: &self.positions, quadrics })?;
-        }
-        let (positions, roles) = (&mut self.positions, &mut self.roles);
-        queue.run(ContractVertices { contractions, contraction_count, positions, roles })
-    }
-
-    /// Buffers to compact into.
-    fn next(&mut self, queue: &Queue, vertices: usize, faces: usize) -> Result<Next> {
-        if let Some(next) = self.next.take() {
-            return Ok(next);
-        }
-        Ok(Next {
-            positions: queue.buffer(vertices)?,
-            faces: queue.buffer(faces)?,
-            ring_starts: queue.buffer(vertices + 1)?,
-            ring_faces: queue.buffer(3 * faces)?,
-            quadrics: self.quadrics.is_some().then(|| queue.buffer(vertices)).transpose()?,
-        })
-    }
-
-    /// Renames corners by the round's roles, drops what died, and numbers the rest without gaps.
-    pub fn compact(&mut self, queue: &mut Queue, vertices_left: usize, faces_left: usize) -> Result<()> {
-        let (vertex_count, face_count) = (self.vertex_count as u32, self.face_count as u32);
-        let mut next = self.next(queue, vertices_left, faces_left)?;
-        queue.run(ContractFaces {
-            roles: &self.roles,
-            faces: &mut self.faces,
+        let (vertex_count, face_count) = (host.vertex_count, host.face_count);
+        let mut copy = Self {
+            positions: queue.buffer(vertex_count)?,
+            faces: queue.buffer(face_count)?,
+            ring_starts: queue.buffer(vertex_count + 1)?,
+            ring_faces: queue.buffer(3 * face_count)?,
+            quadrics: None,
+            vertex_count,
             face_count,
-            live: &mut self.new_face,
-        })?;
-        queue.run(LiveVertices {
-            roles: &self.roles,
-            ring_starts: &self.ring_starts,
-            ring_faces: &self.ring_faces,
-            face_live: &self.new_face,
-            vertex_count,
-            live: &mut self.new_vertex,
-            ring_lengths: &mut self.new_starts,
-        })?;
-        self.scan.run(queue, &mut self.new_face, self.face_count + 1)?;
-        self.scan.run(queue, &mut self.new_vertex, self.vertex_count + 1)?;
-        self.scan.run(queue, &mut self.new_starts, self.vertex_count + 1)?;
-        let (new_vertex, new_face, new_starts) = (&self.new_vertex, &self.new_face, &self.new_starts);
-        queue.run(CompactVertices {
-            new_vertex,
-            new_starts,
-            positions: &self.positions,
-            vertex_count,
-            positions_out: &mut next.positions,
-            starts_out: &mut next.ring_starts,
-        })?;
-        queue.run(CompactRings {
-            roles: &self.roles,
-            ring_starts: &self.ring_starts,
-            ring_faces: &self.ring_faces,
-            new_face,
-            new_vertex,
-            new_starts,
-            vertex_count,
-            rings_out: &mut next.ring_faces,
-        })?;
-        queue.run(CompactFaces { new_face, new_vertex, faces: &self.faces, face_count, faces_out: &mut next.faces })?;
-        if let (Some(quadrics), Some(quadrics_out)) = (&self.quadrics, &mut next.quadrics) {
-            queue.run(CompactQuadrics { new_vertex, quadrics, vertex_count, quadrics_out })?;
-            std::mem::swap(&mut self.quadrics, &mut next.quadrics);
+            roles: queue.buffer(0)?,
+            new_vertex: queue.buffer(0)?,
+            spare: None,
+        };
+        copy.send(queue, host)?;
+        copy.quadrics = with_quadrics.then(|| queue.buffer(vertex_count)).transpose()?;
+        Ok(copy)
+    }
+
+    /// Sends the rows of a host's surface to this copy of it.
+    pub fn send(&mut self, queue: &mut Queue, host: &Self) -> Result<()> {
+        (self.vertex_count, self.face_count) = (host.vertex_count, host.face_count);
+        queue.write(&mut self.positions, &host.positions.host()[..host.vertex_count])?;
+        queue.write(&mut self.faces, &host.faces.host()[..host.face_count])?;
+        queue.write(&mut self.ring_starts, &host.ring_starts.host()[..=host.vertex_count])?;
+        queue.write(&mut self.ring_faces, &host.ring_faces.host()[..3 * host.face_count])?;
+        if let (Some(copy), Some(quadrics)) = (&mut self.quadrics, &host.quadrics) {
+            queue.write(copy, &quadrics.host()[..host.vertex_count])?;
         }
-        std::mem::swap(&mut self.positions, &mut next.positions);
-        std::mem::swap(&mut self.faces, &mut next.faces);
-        std::mem::swap(&mut self.ring_starts, &mut next.ring_starts);
-        std::mem::swap(&mut self.ring_faces, &mut next.ring_faces);
-        self.next = Some(next);
-        queue.clear(&mut self.roles, self.vertex_count)?;
-        (self.vertex_count, self.face_count) = (vertices_left, faces_left);
         Ok(())
     }
 

@@ -95,6 +95,19 @@ impl RoundWeights {
         }
     }
 
+    /// Whether the host's weights are needed, which it has once it compacted.
+    pub fn are_carried(&self) -> bool {
+        matches!(self.source, Source::Host(_))
+    }
+
+    /// Has the weights that were found here copied along, for [`RoundWeights::end`].
+    pub fn prefetch(&self, queue: &mut Queue, vertices: usize) -> Result<()> {
+        match &self.source {
+            Source::Features(features) => queue.prefetch(features.weights(), 0..vertices),
+            Source::Host(_) => Ok(()),
+        }
+    }
+
     /// Those of the round.
     pub fn weights(&self) -> &Buffer<f32> {
         self.source.weights()

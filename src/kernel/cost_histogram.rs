@@ -16,8 +16,12 @@ pub const KEYS_EACH: u32 = 64;
 pub struct CostHistogram<'a> {
     /// Keys.
     pub keys: &'a Buffer<u32>,
-    /// How many.
-    pub key_count: u32,
+    /// The last of `block_count` + 1 starts is how many of them are of pairs.
+    pub pair_starts: &'a Buffer<u32>,
+    /// Blocks of pairs.
+    pub block_count: u32,
+    /// How many they are at most.
+    pub most_keys: u32,
     /// Adds to [`BUCKETS`] counts.
     pub buckets: &'a mut Buffer<u32>,
 }
@@ -25,7 +29,7 @@ pub struct CostHistogram<'a> {
 params! {
     /// The uniform block.
     pub struct Params {
-        count: u32,
+        block_count: u32,
     }
 }
 
@@ -42,19 +46,23 @@ impl Kernel for CostHistogram<'_> {
     const WORKGROUP: u32 = 256;
 
     fn params(&self) -> Params {
-        Params { count: self.key_count }
+        Params { block_count: self.block_count }
     }
 
     fn bindings(&self) -> Vec<Binding<'_>> {
-        vec![Binding::new("keys", Access::Read, self.keys), Binding::new("buckets", Access::Add, self.buckets)]
+        vec![
+            Binding::new("keys", Access::Read, self.keys),
+            Binding::new("pair_starts", Access::Read, self.pair_starts),
+            Binding::new("buckets", Access::Add, self.buckets),
+        ]
     }
 
     fn invocations(&self) -> u32 {
-        self.key_count.div_ceil(KEYS_EACH * Self::WORKGROUP) * Self::WORKGROUP
+        self.most_keys.div_ceil(KEYS_EACH * Self::WORKGROUP) * Self::WORKGROUP
     }
 
     fn run_cpu(&mut self) {
-        let keys = &self.keys.host()[..self.key_count as usize];
+        let keys = &self.keys.host()[..self.pair_starts.host()[self.block_count as usize] as usize];
         let chunk = keys.len().div_ceil(rayon::current_num_threads()).max(1 << 16);
         let counts: Vec<Vec<u32>> = keys
             .par_chunks(chunk)

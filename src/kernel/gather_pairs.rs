@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 
-use super::pairs::{CONSTANTS, PAIR_BLOCK, pairs_at};
+use super::pairs::{CONSTANTS, PAIR_BLOCK, Special, pairs_at};
 use super::rows::{Edge, Face, Position};
 use super::split::split_at_bounds;
 use super::stars::Stars;
-use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, Switch, params};
 
 /// Blocks a thread takes at a time.
 const BLOCKS_EACH: usize = 64;
@@ -24,6 +24,8 @@ pub struct GatherPairs<'a> {
     pub ring_faces: &'a Buffer<u32>,
     /// V.
     pub vertex_count: u32,
+    /// What beside ordinary vertices there is.
+    pub special: Special,
     /// Pairs before every block.
     pub starts: &'a Buffer<u32>,
     /// Writes the pairs.
@@ -48,6 +50,10 @@ impl Kernel for GatherPairs<'_> {
 
     fn params(&self) -> Params {
         Params { count: self.vertex_count }
+    }
+
+    fn switches(&self) -> Vec<Switch> {
+        self.special.switches()
     }
 
     fn bindings(&self) -> Vec<Binding<'_>> {

@@ -30,6 +30,7 @@ pub mod exact_probe;
 pub mod face_corners;
 pub mod face_normals;
 pub mod feature_weights;
+pub mod find_threshold;
 pub mod fit_points;
 pub mod fit_steps;
 pub mod fit_sums;
@@ -69,7 +70,7 @@ use crate::backend::{Device, Exactness, GpuOptions, Selector, row};
 use crate::error::{Error, Result};
 use crate::math::exact::Sym3;
 
-row!(Sym3 { xx, xy, xz, yy, yz, zz });
+row!(Sym3 { xx, xy, xz, yy, yz, zz: f32 });
 
 impl Device {
     /// Opens the device that `selector` names, with `threads` threads for the CPU's part (0: one a core).

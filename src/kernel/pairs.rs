@@ -5,7 +5,7 @@
 
 use super::rows::{BORDER, Edge, Face, HUB, LOCKED};
 use super::stars::{Stars, spoke};
-use crate::backend::Constant;
+use crate::backend::{Constant, Switch};
 
 /// No face: what is across a border.
 pub const NO_FACE: u32 = u32::MAX;
@@ -16,10 +16,27 @@ pub const PAIR_BLOCK: u32 = 8;
 pub const CONSTANTS: &[(&str, Constant)] = &[
     ("NO_FACE", Constant::U32(NO_FACE)),
     ("PAIR_BLOCK", Constant::U32(PAIR_BLOCK)),
+    ("WINDOW", Constant::U32(WINDOW as u32)),
     ("BORDER", Constant::U32(BORDER)),
     ("LOCKED", Constant::U32(LOCKED)),
     ("HUB", Constant::U32(HUB)),
 ];
+
+/// Which vertices there are beside ordinary ones: shaders leave out the code for what is not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Special {
+    /// Some vertex lies on a border.
+    pub has_border: bool,
+    /// Some vertex is locked or a hub.
+    pub has_held: bool,
+}
+
+impl Special {
+    /// The switches in WGSL.
+    pub fn switches(self) -> Vec<Switch> {
+        vec![("HAS_BORDER", self.has_border), ("HAS_HELD", self.has_held)]
+    }
+}
 
 /// Faces around a vertex that are looked at together; few vertices have more.
 const WINDOW: usize = 8;

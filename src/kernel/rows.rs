@@ -229,6 +229,18 @@ pub struct Candidate {
     pub half_edge: u32,
 }
 
+/// Which pairs pass the gate.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
+pub struct Threshold {
+    /// How many pairs there are.
+    pub pairs: u32,
+    /// Those with keys below this pass.
+    pub key: u32,
+    /// How many those are.
+    pub passing: u32,
+}
+
 /// A box of a bounding volume hierarchy, and what is in it.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
@@ -345,18 +357,19 @@ impl PlaneQuadric {
     }
 }
 
-row!(Position { x, y, z, flags });
-row!(Face { a, b, c });
-row!(Contraction { keep, gone, x, y, z, flags });
-row!(Normal { x, y, z, root });
-row!(Corners { cot_a, cot_b, cot_c, area_a, area_b, area_c });
-row!(VolumeSum { xx, xy, xz, yy, yz, zz, nx, ny, nz });
-row!(BorderSum { xx, xy, xz, yy, yz, zz });
-row!(PlaneQuadric { xx, xy, xz, yy, yz, zz, bx, by, bz, c, weight });
-row!(QuadricBound { weight, offset_sq });
-row!(Edge { half_edge, across });
-row!(FaceFit { nx, ny, nz, aa, ab, ac, bb, bc, cc, a, b, c, error });
-row!(Candidate { key, half_edge });
-row!(Site { x, y, z });
-row!(CellSum { xx, xy, xz, yy, yz, zz, bx, by, bz, c, weight, x, y, z, corners });
-row!(TreeNode { low_x, low_y, low_z, first, high_x, high_y, high_z, count });
+row!(Position { x, y, z: f32; flags: u32 });
+row!(Face { a, b, c: u32 });
+row!(Contraction { keep, gone: u32; x, y, z: f32; flags: u32 });
+row!(Normal { x, y, z, root: f32 });
+row!(Corners { cot_a, cot_b, cot_c, area_a, area_b, area_c: f32 });
+row!(VolumeSum { xx, xy, xz, yy, yz, zz, nx, ny, nz: f32 });
+row!(BorderSum { xx, xy, xz, yy, yz, zz: f32 });
+row!(PlaneQuadric { xx, xy, xz, yy, yz, zz, bx, by, bz, c, weight: f32 });
+row!(QuadricBound { weight, offset_sq: f32 });
+row!(Edge { half_edge, across: u32 });
+row!(FaceFit { nx, ny, nz, aa, ab, ac, bb, bc, cc, a, b, c, error: f32 });
+row!(Candidate { key, half_edge: u32 });
+row!(Threshold { pairs, key, passing: u32 });
+row!(Site { x, y, z: u32 });
+row!(CellSum { xx, xy, xz, yy, yz, zz, bx, by, bz, c, weight, x, y, z, corners: f32 });
+row!(TreeNode { low_x, low_y, low_z: f32; first: u32; high_x, high_y, high_z: f32; count: u32 });

@@ -17,7 +17,7 @@ use super::pairs::{NO_FACE, half_edge_ends};
 use super::rows::{BORDER, BorderSum, Edge, Face, LOCKED, Normal, Position, VolumeSum};
 use super::split::CHUNK;
 use super::volume_sums::border_term;
-use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, Switch, params};
 use crate::math::Vec3;
 use crate::math::exact::{Sym3, add3, dot3, mul, outer, scale3, sub3, sym_add, sym_scale, trace};
 use crate::math::lanes::{self, Columns, LANES, Lane};
@@ -271,6 +271,10 @@ impl Kernel for VolumeCosts<'_> {
 
     fn params(&self) -> Params {
         Params::new(self.placement, self.border_weight)
+    }
+
+    fn switches(&self) -> Vec<Switch> {
+        vec![("HAS_BORDER", self.borders.len() > 1)]
     }
 
     fn bindings(&self) -> Vec<Binding<'_>> {

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::rows::{BORDER, BorderSum, FLAGS, Face, HUB, Normal, Position, VolumeSum};
 use super::split::CHUNK;
 use super::stars::{Stars, faces_with};
-use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, Switch};
 use crate::math::Vec3;
 use crate::math::exact::{LEAST_FACTOR, Sym3, add3, dot3, flush3, outer, sub3, sym_add, sym_sub};
 
@@ -31,13 +31,6 @@ pub struct VolumeSums<'a> {
     pub sums: &'a mut Buffer<VolumeSum>,
     /// Writes V border terms where the mesh has a border; otherwise one unused row.
     pub borders: &'a mut Buffer<BorderSum>,
-}
-
-params! {
-    /// The uniform block.
-    pub struct Params {
-        has_border: u32,
-    }
 }
 
 /// |e|²·I − e eᵀ: the squared distance to a line along e, times |e|².
@@ -90,12 +83,14 @@ impl Kernel for VolumeSums<'_> {
     const SOURCE: &'static str = include_str!("../../shaders/volume_sums.wgsl");
     const SHARED: &'static [&'static str] =
         &[include_str!("../../shaders/shared/stars.wgsl"), include_str!("../../shaders/shared/border_term.wgsl")];
-    type Params = Params;
-    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
+    type Params = ();
+    const PARAMS: &'static [(&'static str, &'static str)] = &[];
     const CONSTANTS: &'static [(&'static str, Constant)] = FLAGS;
 
-    fn params(&self) -> Params {
-        Params { has_border: u32::from(self.borders.len() > 1) }
+    fn params(&self) {}
+
+    fn switches(&self) -> Vec<Switch> {
+        vec![("HAS_BORDER", self.borders.len() > 1)]
     }
 
     fn bindings(&self) -> Vec<Binding<'_>> {
@@ -115,7 +110,6 @@ impl Kernel for VolumeSums<'_> {
     }
 
     fn run_cpu(&mut self) {
-        let params = self.params();
         let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
         let normals = self.normals.host();
         let sums = &mut self.sums.host_mut()[..self.vertex_count as usize];
@@ -126,7 +120,7 @@ impl Kernel for VolumeSums<'_> {
                 *sum = volume_sum(vertex, &stars, normals);
             }
         });
-        if params.has_border != 0 {
+        if self.borders.len() > 1 {
             let borders = &mut self.borders.host_mut()[..self.vertex_count as usize];
             borders.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(vertex, border)| {
                 let vertex = vertex as u32;

@@ -67,7 +67,9 @@ pub fn evaluate(queue: &mut Queue, surface: &Surface, rules: &Rules, gate: Gate,
         keeps_corners: rules.keeps_corners,
         keys: &mut keys,
     })?;
-    queue.run(CostHistogram { keys: &keys, key_count: vertex_count, buckets: &mut buckets })?;
+    let total = queue.buffer_from(vec![vertex_count])?;
+    let (pair_starts, most_keys, buckets_out) = (&total, vertex_count, &mut buckets);
+    queue.run(CostHistogram { keys: &keys, pair_starts, block_count: 0, most_keys, buckets: buckets_out })?;
 
     let mut histogram = Vec::new();
     queue.read(&buckets, 0..BUCKETS as usize, &mut histogram)?;

@@ -58,6 +58,7 @@ fn json_has_its_fields() {
         "blocked",
         "error",
         "rounds",
+        "kernels",
         "seconds",
         "peak_memory",
         "warnings",

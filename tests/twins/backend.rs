@@ -1,6 +1,6 @@
 //! The queue on a GPU: pages, large dispatches, and faults as values.
 
-use coarsen::backend::{Access, Binding, Buffer, Device, GpuOptions, Kernel, Queue, Selector, adapters};
+use coarsen::backend::{Access, Binding, Buffer, Device, Exactness, GpuOptions, Kernel, Queue, Selector, adapters};
 use coarsen::{Error, Result};
 
 use crate::{SMALL_PAGE, gpu, open};
@@ -212,6 +212,71 @@ fn writes_clears_and_runs_keep_their_order() {
         read
     };
     assert!(run(gpu_queue(&device)) == run(device.cpu_queue()));
+}
+
+#[test]
+fn what_was_prefetched_is_read_until_it_changes() {
+    let Some(device) = open(&GpuOptions { page_rows: Some(SMALL_PAGE), ..GpuOptions::default() }) else { return };
+    let len = 3 * SMALL_PAGE + 5;
+    let run = |mut queue: Queue| {
+        let mut rows = queue.buffer_from((0..len).collect::<Vec<_>>()).unwrap();
+        let mut thrice = queue.buffer(rows.len()).unwrap();
+        let mut sums = queue.buffer(rows.len() / 3 + 1).unwrap();
+        let mut read = Vec::new();
+        for step in 0..3 {
+            queue.run(Triples { rows: &rows, thrice: &mut thrice, sums: &mut sums }).unwrap();
+            queue.prefetch(&thrice, 0..SMALL_PAGE as usize + 7).unwrap();
+            queue.prefetch(&sums, 0..1).unwrap();
+            queue.submit().unwrap();
+            // Within it, all of it, beyond it, beside it.
+            queue.read(&thrice, 0..20, &mut read).unwrap();
+            queue.read(&thrice, 3..SMALL_PAGE as usize + 7, &mut read).unwrap();
+            queue.read(&sums, 0..1, &mut read).unwrap();
+            queue.read(&thrice, 0..thrice.len(), &mut read).unwrap();
+            queue.read(&rows, 0..3, &mut read).unwrap();
+            match step {
+                0 => queue.write(&mut thrice, &[7; 3]).unwrap(),
+                1 => queue.clear(&mut thrice, 4).unwrap(),
+                _ => {}
+            }
+            queue.read(&thrice, 0..20, &mut read).unwrap();
+            queue.write(&mut rows, &[step; 9]).unwrap();
+        }
+        assert!(queue.prefetch(&thrice, 0..thrice.len() + 1).is_err());
+        read
+    };
+    assert!(run(gpu_queue(&device)) == run(device.cpu_queue()));
+}
+
+#[test]
+fn kernels_are_timed_where_asked_for() {
+    let Some(untimed) = gpu() else { return };
+    triples(&mut gpu_queue(untimed), 50).unwrap();
+    assert_eq!(untimed.kernel_times(), []);
+    assert_eq!(untimed.cpu_queue().bytes_moved(), 0);
+
+    let Some(device) = open(&GpuOptions { time_kernels: true, ..GpuOptions::default() }) else { return };
+    device.forget_kernel_times();
+    for _ in 0..3 {
+        triples(&mut gpu_queue(&device), 1 << 20).unwrap();
+    }
+    let times = device.kernel_times();
+    if times.is_empty() {
+        return println!("skipped: the adapter has no clock");
+    }
+    assert_eq!((times.len(), times[0].name, times[0].runs), (1, "triples", 3));
+    assert!(times[0].ms > 0.0 && times[0].ms < 1e4, "{times:?}");
+    device.forget_kernel_times();
+    assert_eq!(device.kernel_times(), []);
+}
+
+/// Software must pass with its own division and square root: a run takes half as long again with the guarded ones.
+#[test]
+fn software_needs_no_guarded_division() {
+    let Some(device) = gpu().filter(|device| device.is_software()) else { return };
+    let plain = GpuOptions { exactness: Some(Exactness::Plain), ..GpuOptions::default() };
+    let opened = Device::open_with(&Selector::Software, 1, &plain);
+    assert!(opened.is_ok(), "{}: {}", device.description(), message(opened));
 }
 
 #[test]

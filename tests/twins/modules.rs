@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use coarsen::backend::{Access, Device, Exactness, PageShape, Signature};
+use coarsen::backend::{Access, Device, Dialect, Exactness, Member, Packing, PageShape, Signature};
 
 use crate::trials::{Seen, trials};
 
@@ -34,14 +34,15 @@ fn complaints(look: impl Fn(&Signature<'_>, usize) -> Vec<String> + Copy + 'stat
     collected.take()
 }
 
-fn module(signature: &Signature<'_>, pages: u32) -> Result<naga::Module, String> {
+/// The module with all switches off, without guards and loading pairs, and with all on, guarded and loading words.
+fn modules(signature: &Signature<'_>, pages: u32) -> Result<[naga::Module; 2], String> {
     let shapes = vec![PageShape { count: pages, shift: 12 }; signature.bindings.len()];
-    let parse = |exactness| {
-        let text = signature.compose(&shapes, exactness);
+    let parse = |on, exactness, packing| {
+        let switches = signature.switches.iter().map(|(name, _)| (*name, on)).collect();
+        let text = Signature { switches, ..signature.clone() }.compose(&shapes, Dialect { exactness, packing });
         naga::front::wgsl::parse_str(&text).map_err(|error| error.emit_to_string_with_path(&text, signature.name))
     };
-    parse(Exactness::Plain)?;
-    parse(Exactness::Guarded)
+    Ok([parse(false, Exactness::Plain, Packing::Pairs)?, parse(true, Exactness::Guarded, Packing::Words)?])
 }
 
 /// The files of `src/kernel` that are no kernel's twin, beside those of shared sources.
@@ -80,11 +81,14 @@ fn shared_sources_are_paired() {
 fn valid() {
     let failures = complaints(|signature, _| {
         let validate = |pages| {
-            let module = module(signature, pages)?;
-            let flags = naga::valid::ValidationFlags::all();
-            naga::valid::Validator::new(flags, naga::valid::Capabilities::empty())
-                .validate(&module)
-                .map_err(|error| format!("{pages} pages: {error:?}"))
+            let needs = [naga::valid::Capabilities::SHADER_INT64, naga::valid::Capabilities::empty()];
+            modules(signature, pages)?.iter().zip(needs).try_for_each(|(module, capabilities)| {
+                let flags = naga::valid::ValidationFlags::all();
+                naga::valid::Validator::new(flags, capabilities)
+                    .validate(module)
+                    .map_err(|error| format!("{pages} pages: {error:?}"))
+                    .map(drop)
+            })
         };
         [1, 2, 3].into_iter().filter_map(|pages| validate(pages).err()).collect()
     });
@@ -94,16 +98,22 @@ fn valid() {
 #[test]
 fn rows_are_laid_out_as_in_rust() {
     let failures = complaints(|signature, _| {
-        let module = module(signature, 1).unwrap();
-        let check = |name: &str, members: &[(&str, usize)], bytes: usize| {
+        let [module, _] = modules(signature, 1).unwrap();
+        let check = |name: &str, members: &[Member], bytes: usize| {
             let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name)).map(|(_, ty)| &ty.inner);
             let Some(naga::TypeInner::Struct { members: in_wgsl, span }) = found else {
                 return Some(format!("no struct {name}"));
             };
+            let scalar = |ty| match module.types[ty].inner {
+                naga::TypeInner::Scalar(naga::Scalar { kind: naga::ScalarKind::Uint, width: 4 }) => "u32",
+                naga::TypeInner::Scalar(naga::Scalar { kind: naga::ScalarKind::Float, width: 4 }) => "f32",
+                _ => "",
+            };
             let in_wgsl: Vec<_> =
-                in_wgsl.iter().map(|m| (m.name.as_deref().unwrap_or(""), m.offset as usize)).collect();
-            (in_wgsl != members || *span as usize != bytes)
-                .then(|| format!("{name}: {in_wgsl:?}, {span} bytes in WGSL; {members:?}, {bytes} bytes in Rust"))
+                in_wgsl.iter().map(|m| (m.name.as_deref().unwrap_or(""), m.offset as usize, scalar(m.ty))).collect();
+            let in_rust: Vec<_> = members.iter().map(|m| (m.name, m.offset, m.scalar)).collect();
+            (in_wgsl != in_rust || *span as usize != bytes)
+                .then(|| format!("{name}: {in_wgsl:?}, {span} bytes in WGSL; {in_rust:?}, {bytes} bytes in Rust"))
         };
         let structs = signature.bindings.iter().filter(|binding| !binding.members.is_empty());
         let mut found: Vec<_> = structs.filter_map(|b| check(b.row, b.members, b.stride)).collect();
@@ -138,7 +148,8 @@ fn bound() {
             found.push(format!("{params_bytes} bytes of parameters for {:?}", signature.params));
         }
         let params = signature.params.iter().map(|(name, _)| format!("params.{name}"));
-        let unread = params.filter(|param| !text.contains(param));
+        let switches = signature.switches.iter().map(|(name, _)| (*name).to_string());
+        let unread = params.chain(switches).filter(|name| !text.contains(name));
         found.extend(unread.map(|param| format!("does not read {param}")));
         for binding in &signature.bindings {
             let verb = match binding.access {

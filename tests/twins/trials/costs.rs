@@ -81,8 +81,13 @@ fn count_pairs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()
         let mesh = Mesh::new(queue, round, with_a_lock(round, perturbed))?;
         let Mesh { positions, faces, ring_starts, ring_faces } = &mesh;
         let vertex_count = round.positions.len() as u32;
-        let counts = &mut queue.buffer(pair_counts(round).len() + 1)?;
-        seen.run(queue, CountPairs { positions, faces, ring_starts, ring_faces, vertex_count, counts })?;
+        let (special, face_count) = (round.special(), round.faces.len() as u32);
+        // It adds to what is there.
+        let counts = &mut queue.buffer_from((0..pair_counts(round).len() as u32).collect())?;
+        seen.run(
+            queue,
+            CountPairs { positions, faces, ring_starts, ring_faces, vertex_count, special, face_count, counts },
+        )?;
         seen.output(queue, "counts", counts)?;
     }
     Ok(())
@@ -95,8 +100,11 @@ fn gather_pairs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<(
         let Mesh { positions, faces, ring_starts, ring_faces } = &mesh;
         let vertex_count = round.positions.len() as u32;
         let starts = &queue.buffer_from(scanned(&pair_counts(round)))?;
-        let pairs = &mut queue.buffer(round.pairs.len())?;
-        seen.run(queue, GatherPairs { positions, faces, ring_starts, ring_faces, vertex_count, starts, pairs })?;
+        let (special, pairs) = (round.special(), &mut queue.buffer(round.pairs.len())?);
+        seen.run(
+            queue,
+            GatherPairs { positions, faces, ring_starts, ring_faces, vertex_count, special, starts, pairs },
+        )?;
         seen.output(queue, "pairs", pairs)?;
     }
     Ok(())

@@ -4,9 +4,10 @@ use coarsen::Result;
 use coarsen::backend::{Buffer, Queue};
 use coarsen::kernel::cost_histogram::{BUCKET_SHIFT, BUCKETS, CostHistogram};
 use coarsen::kernel::count_candidates::{CountCandidates, GATE_BLOCK};
+use coarsen::kernel::find_threshold::FindThreshold;
 use coarsen::kernel::gather_candidates::GatherCandidates;
 use coarsen::kernel::pair_quadric::cost_key;
-use coarsen::kernel::rows::Edge;
+use coarsen::kernel::rows::{Edge, Threshold};
 use coarsen::kernel::scan_add::ScanAdd;
 use coarsen::kernel::scan_blocks::{SCAN_BLOCK, ScanBlocks};
 
@@ -14,10 +15,11 @@ use super::inputs::{Random, scanned};
 use super::{Seen, Trial};
 use crate::gpu;
 
-pub const TRIALS: [Trial; 5] = [
+pub const TRIALS: [Trial; 6] = [
     Trial { name: "scan_blocks", run: scan_blocks },
     Trial { name: "scan_add", run: scan_add },
     Trial { name: "cost_histogram", run: cost_histogram },
+    Trial { name: "find_threshold", run: find_threshold },
     Trial { name: "count_candidates", run: count_candidates },
     Trial { name: "gather_candidates", run: gather_candidates },
 ];
@@ -90,12 +92,61 @@ fn cost_histogram(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result
         if perturbed && case == 0 {
             keys[5] ^= 1 << BUCKET_SHIFT;
         }
-        let key_count = keys.len() as u32;
+        // The last keys are of no pairs.
+        let (most_keys, block_count) = (keys.len() as u32, 2);
+        let pair_starts = &queue.buffer_from(vec![0, 7, most_keys - most_keys / 5])?;
         let keys = &queue.buffer_from(keys)?;
         // It adds to what is there.
         let buckets = &mut queue.buffer_from((0..BUCKETS).collect())?;
-        seen.run(queue, CostHistogram { keys, key_count, buckets })?;
+        seen.run(queue, CostHistogram { keys, pair_starts, block_count, most_keys, buckets })?;
         seen.output(queue, "buckets", buckets)?;
+    }
+    Ok(())
+}
+
+/// Pairs in few buckets, in the first and the last, in all, and in none.
+fn histograms() -> [(&'static str, Vec<u32>); 4] {
+    let mut random = Random::new();
+    let in_bucket = |pairs: &[(usize, u32)]| {
+        let mut buckets = vec![0; BUCKETS as usize];
+        pairs.iter().for_each(|&(bucket, count)| buckets[bucket] = count);
+        buckets
+    };
+    [
+        ("pairs in all buckets", (0..BUCKETS).map(|_| random.below(1000)).collect()),
+        ("pairs in few buckets", in_bucket(&[(15, 3), (16, 1 << 20), (17, 1), (2000, 1 << 31)])),
+        ("pairs at the ends", in_bucket(&[(0, 5), (BUCKETS as usize - 1, 9)])),
+        ("no pairs", in_bucket(&[])),
+    ]
+}
+
+/// Shares and counts that want nothing, something and everything, some at the very bound of a bucket.
+const GATES: [(u32, u32); 9] = [
+    (1 << 31, u32::MAX),
+    (u32::MAX, u32::MAX),
+    (0, u32::MAX),
+    (u32::MAX, 0),
+    (u32::MAX, 1),
+    (u32::MAX, 3),
+    (u32::MAX, 4),
+    (u32::MAX, 3 + (1 << 20)),
+    (0x1234_5678, 1_000_000),
+];
+
+fn find_threshold(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
+    for (case, (name, mut rows)) in histograms().into_iter().enumerate() {
+        seen.input(name);
+        let pairs = rows.iter().sum();
+        if perturbed && case == 0 {
+            rows[100] ^= 1;
+        }
+        let (pair_starts, block_count) = (&queue.buffer_from(vec![0, 7, pairs])?, 2);
+        let buckets = &queue.buffer_from(rows)?;
+        for (share, most) in GATES {
+            let threshold = &mut queue.buffer(1)?;
+            seen.run(queue, FindThreshold { pair_starts, block_count, buckets, share, most, threshold })?;
+            seen.output(queue, "threshold", threshold)?;
+        }
     }
     Ok(())
 }
@@ -105,17 +156,23 @@ fn passing(keys: &[u32], threshold: u32) -> Vec<u32> {
     keys.chunks(GATE_BLOCK as usize).map(|block| block.iter().map(|&key| u32::from(key < threshold)).sum()).collect()
 }
 
+/// A threshold for these keys, of which the last are of no pairs.
+fn threshold(queue: &mut Queue, keys: u32, key: u32) -> Result<Buffer<Threshold>> {
+    queue.buffer_from(vec![Threshold { pairs: keys - keys / 5, key, passing: 0 }])
+}
+
 fn count_candidates(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
     for (case, (name, mut keys)) in keys().into_iter().enumerate() {
         seen.input(name);
         if perturbed && case == 0 {
             keys[5] ^= 0x4000_0000;
         }
-        let key_count = keys.len() as u32;
+        let most_keys = keys.len() as u32;
         let keys = &queue.buffer_from(keys)?;
-        for threshold in THRESHOLDS {
-            let counts = &mut queue.buffer_from(vec![9; key_count.div_ceil(GATE_BLOCK) as usize + 1])?;
-            seen.run(queue, CountCandidates { keys, key_count, threshold, counts })?;
+        for key in THRESHOLDS {
+            let threshold = &threshold(queue, most_keys, key)?;
+            let counts = &mut queue.buffer_from(vec![9; most_keys.div_ceil(GATE_BLOCK) as usize + 1])?;
+            seen.run(queue, CountCandidates { keys, threshold, most_keys, counts })?;
             seen.output(queue, "counts", counts)?;
         }
     }
@@ -131,13 +188,14 @@ fn gather_candidates(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Res
             // Everything passes the last gate.
             pairs[5].half_edge ^= 1;
         }
-        let key_count = rows.len() as u32;
+        let most_keys = rows.len() as u32;
         let keys = &queue.buffer_from(rows.clone())?;
         let pairs = &queue.buffer_from(pairs)?;
-        for threshold in THRESHOLDS {
-            let starts = &queue.buffer_from(scanned(&passing(&rows, threshold)))?;
+        for key in THRESHOLDS {
+            let threshold = &threshold(queue, most_keys, key)?;
+            let starts = &queue.buffer_from(scanned(&passing(&rows[..rows.len() - rows.len() / 5], key)))?;
             let candidates = &mut queue.buffer(rows.len())?;
-            seen.run(queue, GatherCandidates { keys, pairs, key_count, threshold, starts, candidates })?;
+            seen.run(queue, GatherCandidates { keys, pairs, threshold, most_keys, starts, candidates })?;
             seen.output(queue, "candidates", candidates)?;
         }
     }

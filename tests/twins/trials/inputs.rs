@@ -7,10 +7,10 @@ use coarsen::kernel::contract_faces::renamed;
 use coarsen::kernel::contract_quadrics::contracted;
 use coarsen::kernel::contract_vertices::{GONE, KEEPS};
 use coarsen::kernel::face_normals::FaceNormals;
-use coarsen::kernel::pairs::pairs_at;
+use coarsen::kernel::pairs::{Special, pairs_at};
 use coarsen::kernel::plane_sums::PlaneSums;
 use coarsen::kernel::rows::{
-    BORDER, BorderSum, Contraction, Edge, Face, LOCKED, Normal, PlaneQuadric, Position, VolumeSum, with_hub,
+    BORDER, BorderSum, Contraction, Edge, Face, HUB, LOCKED, Normal, PlaneQuadric, Position, VolumeSum, with_hub,
 };
 use coarsen::kernel::stars::Stars;
 use coarsen::kernel::volume_sums::VolumeSums;
@@ -63,6 +63,14 @@ pub struct Round {
     pub new_face: Vec<u32>,
     pub new_vertex: Vec<u32>,
     pub new_starts: Vec<u32>,
+}
+
+impl Round {
+    /// What beside ordinary vertices there is.
+    pub fn special(&self) -> Special {
+        let has = |flags| self.positions.iter().any(|position| position.flags & flags != 0);
+        Special { has_border: has(BORDER), has_held: has(LOCKED | HUB) }
+    }
 }
 
 /// The rounds, the same for every trial, and whether each is to be perturbed: only the first, which has vertices of all
