@@ -11,11 +11,12 @@ use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord
 use super::apply::Left;
 use super::carry::MOVED_FROM;
 use super::commit::{Committed, Committer, Quota, Spent};
-use super::evaluate::{Evaluation, Gate, Round, plane_sums};
+use super::evaluate::{Evaluation, Round, plane_sums};
 use super::examine::Rules;
 use super::fit::{Shape, fit};
 use super::fit_guard::Guard;
 use super::follower::Follower;
+use super::gate::Gate;
 use super::history::{History, became};
 use super::join::Joins;
 use super::prepare::{Prepared, prepare};
@@ -35,18 +36,6 @@ const HANDOVER_FACES: usize = 20_000;
 const SOFTWARE_HANDOVER: f64 = 0.5;
 /// Faces from which a GPU that was taken by itself is used: below, its kernels are not even loaded when the CPU is done.
 const AUTO_FACES: usize = 100_000;
-/// Share of the live pairs that the `volume` metric lets through the gate. 15 % loses nothing but rounds.
-const VOLUME_SHARE: f64 = 0.5;
-/// Live faces from which that share holds. Below it falls with them, to a fifth: rounds are cheap there, and with few
-/// faces left every contraction counts (fandisk at 128: 5.5 % above the serial order without, 2.4 % with).
-const WIDE_FACES: f64 = 20_000.0;
-const LEAST_SHARE: f64 = 0.2;
-/// The same for `plane`, whose accumulated costs grow as neighbors contract.
-const PLANE_SHARE: f64 = 0.15;
-/// Candidates for every contraction still needed.
-const CANDIDATES_EACH: f64 = 1.5;
-/// The same of triangles, each of which has a corner in common with a dozen others.
-const TRIANGLES_EACH: f64 = 4.0;
 /// A round that contracts less than this share of its candidates widens the gate of the next.
 const MEAGER: f64 = 0.05;
 /// A gate this many times wider than usual lets every pair through.
@@ -396,16 +385,7 @@ impl<'a> Run<'a> {
         if self.widening >= FULL {
             return Gate::OPEN;
         }
-        let share = match self.options.metric {
-            Metric::Volume => VOLUME_SHARE * (faces as f64 / WIDE_FACES).clamp(LEAST_SHARE, 1.0),
-            Metric::Plane => PLANE_SHARE,
-        };
-        let needed = (faces - target).div_ceil(self.of.most_faces()) as f64;
-        let each = match self.of {
-            Candidates::Pairs => CANDIDATES_EACH,
-            Candidates::Triangles => TRIANGLES_EACH,
-        };
-        Gate::new(share * self.widening, each * needed * self.widening)
+        Gate::of_round(self.options.metric, self.of, faces, target, self.widening)
     }
 
     /// Widens the gate after a round that mostly met refusals, narrows it again after a good one.

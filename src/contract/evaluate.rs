@@ -3,7 +3,7 @@
 use crate::backend::{Buffer, Queue, Row};
 use crate::error::Result;
 use crate::kernel::face_normals::FaceNormals;
-use crate::kernel::find_threshold::{share_of, threshold};
+use crate::kernel::find_threshold::threshold;
 use crate::kernel::plane_costs::{self, PlaneBlock, PlaneRows};
 use crate::kernel::plane_sums::PlaneSums;
 use crate::kernel::rows::{BorderSum, Candidate, Edge, HUB, Normal, PlaneQuadric, VolumeSum};
@@ -12,6 +12,7 @@ use crate::kernel::volume_costs::{self, BORDER_FACTOR, VolumeBlock, VolumeRows};
 use crate::kernel::volume_sums::VolumeSums;
 use crate::kernel::weigh_keys::{weigh_keys, weighed_key};
 
+use super::gate::Gate;
 use super::listing::Listing;
 use super::surface::{LARGE_VERTICES, Surface};
 use super::weigh::RoundWeights;
@@ -35,30 +36,6 @@ struct Volume {
     normals: Buffer<Normal>,
     sums: Buffer<VolumeSum>,
     borders: Buffer<BorderSum>,
-}
-
-/// How many of the live pairs become candidates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Gate {
-    /// At most this share of the live pairs, in units of 2⁻³².
-    pub share: u32,
-    /// At most this many, before the bucket of the last is completed.
-    pub most: u32,
-}
-
-impl Gate {
-    /// Every pair.
-    pub const OPEN: Self = Self { share: u32::MAX, most: u32::MAX };
-
-    /// A share of the pairs in 0 … 1, and a number of them.
-    pub fn new(share: f64, most: f64) -> Self {
-        Self { share: (share * 2.0_f64.powi(32)) as u32, most: most.ceil() as u32 }
-    }
-
-    /// How many of so many pairs it wants.
-    pub fn wanted(self, pairs: usize) -> usize {
-        share_of(pairs as u32, self.share).min(self.most) as usize
-    }
 }
 
 /// What a round is evaluated with, beside the surface.
@@ -218,18 +195,4 @@ pub fn grow<T: Row>(queue: &Queue, buffer: &mut Buffer<T>, len: usize) -> Result
         *buffer = queue.buffer(len)?;
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn gate_takes_the_lesser_of_share_and_need() {
-        assert_eq!(Gate::new(0.5, 100.0).wanted(30), 15);
-        assert_eq!(Gate::new(0.15, 100.0).wanted(20), 3);
-        assert_eq!(Gate::new(0.5, 2.5).wanted(30), 3);
-        assert_eq!(Gate::new(1.0, 1e12), Gate::OPEN);
-        assert_eq!(Gate::OPEN.wanted(30), 30);
-    }
 }

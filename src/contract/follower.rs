@@ -9,7 +9,8 @@ use crate::error::Result;
 use crate::kernel::rows::{Candidate, Contraction, HUB_FACES, LOCKED};
 
 use super::apply::{Apply, Left};
-use super::evaluate::{Gate, plane_sums};
+use super::evaluate::plane_sums;
+use super::gate::Gate;
 use super::propose::Proposal;
 use super::quantize::{Storage, quantize};
 use super::surface::Surface;

@@ -23,6 +23,7 @@ mod filter;
 mod fit;
 mod fit_guard;
 mod follower;
+mod gate;
 mod history;
 mod join;
 mod listing;

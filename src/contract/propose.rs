@@ -19,7 +19,8 @@ use crate::kernel::volume_costs::{BORDER_FACTOR, VolumeCosts};
 use crate::kernel::volume_sums::VolumeSums;
 use crate::kernel::weigh_keys::WeighKeys;
 
-use super::evaluate::{Gate, quadrics};
+use super::evaluate::quadrics;
+use super::gate::Gate;
 use super::scan::Scan;
 use super::surface::Surface;
 use super::weigh::RoundWeights;

@@ -10,7 +10,8 @@ use crate::kernel::pair_quadric::NO_KEY;
 use crate::kernel::rows::{Candidate, Edge, Threshold};
 use crate::kernel::triangle_costs::TriangleCosts;
 
-use super::evaluate::{Gate, grow};
+use super::evaluate::grow;
+use super::gate::Gate;
 use super::scan::Scan;
 use super::surface::Surface;
 use super::{Candidates, Options};
