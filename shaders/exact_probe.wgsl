@@ -86,4 +86,5 @@ fn run(i: u32) {
     put(i, 48u, f32(quotient_digits(n, y, misguess(f32(n) / f32(y), bits.z))));
     put(i, 49u, f32(root_digits(n, misguess(sqrt(f32(n) * 8388608.0), bits.w))));
     put_raw(i, 50u, log2(finite(bits.z)));
+    put_raw(i, 51u, arccot(finite(bits.z)));
 }

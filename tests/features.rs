@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use coarsen::backend::GpuOptions;
 use coarsen::contract::{Feature, FeatureMode, Metric, Options, Placement, Update, Weighting, feature_degrees};
+use coarsen::kernel::angle_defects::AngleDefects;
 use coarsen::kernel::border_curvatures::BorderCurvatures;
 use coarsen::kernel::curvatures::Curvatures;
 use coarsen::kernel::face_corners::FaceCorners;
@@ -102,8 +103,8 @@ fn degrees(mesh: &Mesh, curvature_floor: f32) -> Vec<f32> {
     feature_degrees(mesh, &feature, &cpu(1)).expect("a valid mesh")
 }
 
-/// Curvatures and mixed areas of a mesh as it is, by the kernels.
-fn curvatures(mesh: &Mesh) -> (Vec<f32>, Vec<f32>) {
+/// Mean curvatures, mixed areas and angle defects of a mesh as it is, by the kernels.
+fn curvatures(mesh: &Mesh) -> (Vec<f32>, Vec<f32>, Vec<f32>) {
     let around = neighborhoods(mesh);
     let row = |(p, (_, on_border)): (&DVec3, &(_, bool))| {
         let [x, y, z] = p.as_vec3().to_array();
@@ -127,7 +128,11 @@ fn curvatures(mesh: &Mesh) -> (Vec<f32>, Vec<f32>) {
     queue
         .run(BorderCurvatures { positions, faces, ring_starts, ring_faces, vertex_count, curvatures })
         .expect("a kernel on the host");
-    (curvatures.host().to_vec(), areas.host().to_vec())
+    let defects = &mut queue.buffer(mesh.positions.len()).expect("memory");
+    queue
+        .run(AngleDefects { positions, faces, ring_starts, ring_faces, corners, vertex_count, defects })
+        .expect("a kernel on the host");
+    (curvatures.host().to_vec(), areas.host().to_vec(), defects.host().to_vec())
 }
 
 /// A flat of 20 × 20 squares with the vertex in its middle pulled out; also which ring of it every vertex is in.
@@ -159,7 +164,7 @@ fn curvatures_and_areas_are_those_of_the_definition() {
         ("open", open),
     ];
     for (name, mesh) in meshes {
-        let (found, areas) = curvatures(&mesh);
+        let (found, areas, _) = curvatures(&mesh);
         let around = neighborhoods(&mesh);
         for (v, &(curvature, area)) in defined_curvatures(&mesh).iter().enumerate() {
             if around[v].0.is_empty() {
@@ -178,14 +183,29 @@ fn curvatures_and_areas_are_those_of_the_definition() {
     }
 }
 
+/// Gauss and Bonnet: what angles miss adds up to 2π χ, with borders and without.
+#[test]
+fn defects_add_up_to_the_topology() {
+    let ball = bumpy(sphere(4), 0.2);
+    let cap = Mesh::new(ball.positions.clone(), ball.faces.iter().copied().filter(|f| !f.contains(&0)).collect());
+    for (name, mesh, euler) in [("ball", ball, 2), ("torus", bumpy(torus(40, 20), 0.05), 0), ("cap", cap, 1)] {
+        let used = neighborhoods(&mesh);
+        let (_, _, defects) = curvatures(&mesh);
+        let rows = defects.iter().zip(&used).filter(|(_, (around, _))| !around.is_empty());
+        let total: f64 = rows.map(|(&defect, _)| f64::from(defect)).sum();
+        assert!((total - std::f64::consts::TAU * f64::from(euler)).abs() < 1e-3, "{name}: {total}");
+    }
+}
+
 #[test]
 fn a_sphere_is_curved_by_one_over_its_radius() {
     for (level, radius) in [(2, 1.0), (3, 0.25), (4, 20.0)] {
         let mut mesh = shapes::icosphere(level);
         mesh.positions.iter_mut().for_each(|p| *p *= radius);
-        let (found, _) = curvatures(&mesh);
+        let (found, _, defects) = curvatures(&mesh);
         let worst = found.iter().map(|&k| (f64::from(k) * radius - 1.0).abs()).fold(0.0, f64::max);
         assert!(worst < 1e-3, "level {level}: off by {worst}");
+        assert!(defects.iter().all(|&defect| defect > 0.0), "level {level}");
         let worst = degrees(&mesh, 1.0).into_iter().fold(0.0, f32::max);
         assert!(worst < 1e-3, "level {level}: a feature of degree {worst}");
     }

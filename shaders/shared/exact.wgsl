@@ -13,6 +13,8 @@ const IMPLICIT_BIT: u32 = 0x800000u;
 const FRACTION: u32 = 0x7fffffu;
 const SIGN: u32 = 0x80000000u;
 const ROOT_HALF: i32 = 0x3f3504f3;
+const PI: f32 = 0x1.921fb6p+1f;
+const HALF_PI: f32 = 0x1.921fb6p+0f;
 
 fn add(a: f32, b: f32) -> f32 {
     return keep(a + b);
@@ -111,6 +113,24 @@ fn log2(x: f32) -> f32 {
     p = add(mul(p, f), 1.442695);
     let logarithm = add(k, mul(p, f));
     return select(logarithm, 0.0, x < LEAST);
+}
+
+fn arccot(x: f32) -> f32 {
+    let is_wide = abs(x) <= 1.0;
+    let y = select(divide(1.0, x), x, is_wide);
+    let s = mul(y, y);
+    var p = 0.0028498883f;
+    p = add(mul(p, s), -0.016068624);
+    p = add(mul(p, s), 0.04269151);
+    p = add(mul(p, s), -0.07504294);
+    p = add(mul(p, s), 0.10640933);
+    p = add(mul(p, s), -0.14203644);
+    p = add(mul(p, s), 0.1999262);
+    p = add(mul(p, s), -0.33333072);
+    p = add(mul(p, s), 1.0);
+    let arc = mul(y, p);
+    let of_narrow = select(arc, add(PI, arc), x < 0.0);
+    return select(of_narrow, sub(HALF_PI, arc), is_wide);
 }
 
 fn add3(a: vec3f, b: vec3f) -> vec3f {

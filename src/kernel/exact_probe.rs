@@ -9,7 +9,7 @@ use crate::math::Vec3;
 use crate::math::exact::*;
 
 /// Results of one row of operands.
-pub const RESULTS: usize = 51;
+pub const RESULTS: usize = 52;
 
 params! {
     /// The probe's uniform block.
@@ -144,6 +144,7 @@ pub fn exact_probe(bits: [u32; 4], results: &mut [u32]) {
     put(results, 48, (n / y as f32) * 8_388_608.0);
     put(results, 49, (n * 8_388_608.0).sqrt());
     put_raw(results, 50, log2(finite(bits[2])));
+    put_raw(results, 51, arccot(finite(bits[2])));
 }
 
 /// Operands that make rounding, fusing, reordering, the ends of the range and cancellation show: `count` rows.

@@ -4,6 +4,7 @@
 //! calls and stores, in parallel where the outputs can be split. Single-precision arithmetic goes through
 //! [`crate::math::exact`], so that twin and shader agree bit for bit.
 
+pub mod angle_defects;
 pub mod block_maxima;
 pub mod block_sums;
 pub mod border_curvatures;

@@ -2,6 +2,7 @@
 
 use coarsen::Result;
 use coarsen::backend::{Buffer, Device, Queue};
+use coarsen::kernel::angle_defects::AngleDefects;
 use coarsen::kernel::block_sums::{BlockSums, SUM_BLOCK};
 use coarsen::kernel::border_curvatures::BorderCurvatures;
 use coarsen::kernel::curvatures::Curvatures;
@@ -14,7 +15,8 @@ use coarsen::kernel::weigh_quadrics::WeighQuadrics;
 use super::inputs::{Random, Round, flip, rounds};
 use super::{Seen, Trial};
 
-pub const TRIALS: [Trial; 7] = [
+pub const TRIALS: [Trial; 8] = [
+    Trial { name: "angle_defects", run: angle_defects },
     Trial { name: "face_corners", run: face_corners },
     Trial { name: "curvatures", run: curvatures },
     Trial { name: "border_curvatures", run: border_curvatures },
@@ -108,6 +110,22 @@ fn curvatures(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()>
         )?;
         seen.output(queue, "areas", areas)?;
         seen.output(queue, "curvatures", curvatures)?;
+    }
+    Ok(())
+}
+
+fn angle_defects(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
+    for (round, perturbed) in rounds(perturbed) {
+        seen.input(round.name);
+        let (mut rows, _) = curved(round);
+        let row = &mut rows[round.ring_faces[0] as usize];
+        [&mut row.cot_a, &mut row.cot_b, &mut row.cot_c].into_iter().for_each(|cot| flip(cot, perturbed));
+        let mesh = Mesh::new(queue, round)?;
+        let Mesh { positions, faces, ring_starts, ring_faces, vertex_count, .. } = &mesh;
+        let (corners, vertex_count) = (&queue.buffer_from(rows)?, *vertex_count);
+        let defects = &mut queue.buffer(round.positions.len())?;
+        seen.run(queue, AngleDefects { positions, faces, ring_starts, ring_faces, corners, vertex_count, defects })?;
+        seen.output(queue, "defects", defects)?;
     }
     Ok(())
 }
