@@ -160,7 +160,7 @@ pub struct RoundRecord {
     pub pairs: u64,
     /// Those that passed the gate.
     pub candidates: u64,
-    /// Those contracted or removed.
+    /// Contractions, two for each triangle, or vertices removed.
     pub contracted: u64,
     /// Those refused, by reason.
     pub blocked: Blocked,
@@ -287,6 +287,9 @@ pub fn simplify(
         Method::Cluster(options) => cluster::run(mesh, options, budget, device, progress),
         Method::Removal(options) => removal::run(mesh, options, budget, device, progress),
     }?;
+    if outcome.stop == StopReason::Cancelled {
+        return Ok(outcome);
+    }
     let flipped = polish::flip(mesh, &mut outcome.mesh, method.flips(), device)?;
     outcome.flips = flipped.edges;
     outcome.seconds.flip = flipped.seconds;

@@ -198,7 +198,7 @@ fn stored_averages_are_those_of_the_definition() {
             assert_eq!(found.vertices.len(), mesh.positions.len(), "{name}");
             let worst = (found.vertices.iter().enumerate())
                 .map(|(i, &v)| {
-                    let (stored, average) = (entries(found.average(i)), averages[v as usize]);
+                    let (stored, average) = (entries(found.average(i).expect("a vertex")), averages[v as usize]);
                     (0..10).map(|k| (stored[k] - average[k]).abs()).fold(0.0, f64::max)
                 })
                 .fold(0.0, f64::max);
@@ -223,7 +223,8 @@ fn every_format_stays_within_its_bound() {
                 assert_eq!(found.vertices, exact.vertices);
                 let scale = if format.is_local() { f64::from(exact.record.max_d2.max(1.0)) } else { 1.0 };
                 for i in 0..found.vertices.len() {
-                    let (stored, whole) = (entries(found.average(i)), entries(exact.average(i)));
+                    let (stored, whole) =
+                        (entries(found.average(i).expect("a vertex")), entries(exact.average(i).expect("a vertex")));
                     assert!(greatest_entry(stored) <= 1.0, "{name}, {format:?}: {stored:?}");
                     for k in (0..10).filter(|k| !format.is_local() || ![3, 6, 8, 9].contains(k)) {
                         let off = (stored[k] - whole[k] * scale).abs();
@@ -392,7 +393,10 @@ fn planes_at_no_distance_and_at_one() {
     for frame in [QuadricFrame::Normalized, QuadricFrame::Raw] {
         let found = initial_quadrics(&flat, &averaged(QuadricFormat::F32, frame), &cpu(1)).expect("a valid mesh");
         assert_eq!(found.record.max_d2, 0.0);
-        assert!((0..found.vertices.len()).all(|i| found.average(i)[7] > 0.0 && found.average(i)[9] == 0.0));
+        assert!(
+            (0..found.vertices.len())
+                .all(|i| found.average(i).expect("a vertex")[7] > 0.0 && found.average(i).expect("a vertex")[9] == 0.0)
+        );
         for format in QuadricFormat::ALL.into_iter().filter(|f| frame == QuadricFrame::Normalized || !f.is_local()) {
             let outcome = contract(&flat, &averaged(format, frame), Budget::faces(60));
             assert!(outcome.mesh.positions.iter().all(|p| p.z.abs() < 1e-3), "{format:?}");
@@ -405,7 +409,8 @@ fn planes_at_no_distance_and_at_one() {
     let found = initial_quadrics(&cube, &averaged(QuadricFormat::F32, QuadricFrame::Raw), &cpu(1)).expect("a mesh");
     assert_eq!(found.record.max_d2, 1.0);
     let max_num = f64::from(found.record.max_num);
-    let (planes, averages) = (planes(&cube), (0..found.vertices.len()).map(|i| entries(found.average(i))));
+    let (planes, averages) =
+        (planes(&cube), (0..found.vertices.len()).map(|i| entries(found.average(i).expect("a vertex"))));
     for (average, &v) in averages.zip(&found.vertices) {
         let expected = times(sum(planes[v as usize].iter().map(|&plane| outer(plane))), 1.0 / max_num);
         assert!((0..10).all(|k| (average[k] - expected[k]).abs() < 1e-6), "{average:?}, not {expected:?}");

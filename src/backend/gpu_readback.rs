@@ -58,7 +58,7 @@ impl Readback {
         let len = bytes.end - bytes.start;
         if self.used + len <= self.size() {
             self.copies.push(Copied { page: page.clone(), bytes, at: self.used });
-            self.used += len;
+            self.used = (self.used + len).next_multiple_of(wgpu::MAP_ALIGNMENT);
         }
     }
 

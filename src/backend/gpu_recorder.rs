@@ -175,8 +175,9 @@ impl Recorder {
         if bytes == 0 {
             return Ok(());
         }
-        let room = self.ahead.take().filter(|ahead| ahead.size() >= bytes);
-        let mut ahead = room.map_or_else(|| Readback::new(&self.gpu, bytes.next_power_of_two()), Ok)?;
+        let room_for = bytes + wanted.len() as u64 * wgpu::MAP_ALIGNMENT;
+        let room = self.ahead.take().filter(|ahead| ahead.size() >= room_for);
+        let mut ahead = room.map_or_else(|| Readback::new(&self.gpu, room_for.next_power_of_two()), Ok)?;
         wanted.iter().for_each(|(page, bytes)| ahead.add(page, bytes.clone()));
         self.bytes_moved += bytes;
         self.ahead = Some(ahead);

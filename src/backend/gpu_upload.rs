@@ -45,12 +45,13 @@ impl Upload {
             moved += piece.bytes;
             let rows = &bytes[piece.rows.start * row_bytes..piece.rows.end * row_bytes];
             if piece.bytes <= FEW_BYTES {
-                gpu.guard("cannot write", || {
+                let written = gpu.guard("cannot write", || {
                     let bytes = wgpu::BufferSize::new(piece.bytes)?;
                     let mut view = gpu.queue().write_buffer_with(piece.page, piece.offset, bytes)?;
                     pad(rows, row_bytes, view.slice(..), buffer.stride() as usize);
                     Some(())
                 })?;
+                written.ok_or_else(unwritten)?;
                 continue;
             }
             let Staging { buffer: staging, .. } = self.next(gpu)?;

@@ -28,7 +28,11 @@ pub fn stored(shape: &Shape, defaults: Quadrics) -> Quadrics {
 /// Notes what contradicts itself in the arguments.
 pub fn check(shape: &Shape, problems: &mut Problems) {
     let is_plane = match shape.method {
-        args::Method::Contract => shape.metric == Some(args::Metric::Plane),
+        // Triangles take the metric that they need.
+        args::Method::Contract => match shape.metric {
+            Some(metric) => metric == args::Metric::Plane,
+            None => shape.candidates == args::Candidates::Triangles,
+        },
         args::Method::Feature | args::Method::Average => shape.metric != Some(args::Metric::Volume),
         // Refused with all other options of contraction.
         args::Method::Cluster | args::Method::Removal => true,
@@ -81,6 +85,8 @@ mod tests {
         let by_area = options("--metric plane --quadric-format local16").expect("a good line");
         let local = Quadrics { planes: PlaneWeight::Area, format: Some(QuadricFormat::Local16), ..Quadrics::default() };
         assert_eq!((by_area.metric, by_area.quadrics), (Metric::Plane, local));
+        let of_triangles = options("--candidates triangles --quadric-format local16").expect("a good line");
+        assert_eq!(of_triangles.quadrics.format, Some(QuadricFormat::Local16));
         assert_eq!(
             options("--method feature --quadric-format f16").map(|o| o.quadrics.format),
             Ok(Some(QuadricFormat::F16))

@@ -79,7 +79,9 @@ pub fn run(
             break StopReason::Cancelled;
         }
     };
-    run.fit();
+    if stop != StopReason::Cancelled {
+        run.fit();
+    }
     run.finish(mesh, target, stop, clock)
 }
 

@@ -11,6 +11,7 @@ use crate::backend::Queue;
 use crate::error::Result;
 use crate::kernel::near_vertices::{NEAREST, NONE, NearVertices, cell_of};
 use crate::kernel::rows::{Face, Position, Site};
+use crate::math::exact::{LEAST_FACTOR, flush, mul};
 use crate::mesh::topology::Components;
 
 /// Widest and narrowest cells, as powers of two.
@@ -124,7 +125,7 @@ fn near_vertices(queue: &mut Queue, positions: &[Position], components: Vec<u32>
         members: &members,
         vertex_count: vertex_count as u32,
         per_unit,
-        reach_sq: delta * delta,
+        reach_sq: flush(mul(delta, delta), LEAST_FACTOR),
         near: &mut near,
     })?;
     let mut rows = Vec::new();

@@ -281,7 +281,8 @@ pub fn warm_up(options: &Options, device: &Device) -> Result<()> {
         Weighting::Given(_) => Weighting::Given(vec![1.0; sphere.positions.len()].into()),
         other => other.clone(),
     };
-    let options = Options { weighting, log: false, ..options.clone() };
+    // Lengths are of another mesh.
+    let options = Options { weighting, log: false, weld: Some(0.0), join_within: 0.0, prune: 0.0, ..options.clone() };
     run(&sphere, &options, &Budget::keep(WARM_UP_KEEP), &device, None)?;
     device.forget_kernel_times();
     Ok(())

@@ -138,12 +138,16 @@ pub struct InitialQuadrics {
 impl InitialQuadrics {
     /// The entries xx, xy, xz, xd, yy, yz, yd, zz, zd and dd of an average quadric, as they are stored; of a local one those
     /// with d are 0.
-    pub fn average(&self, index: usize) -> [f32; 10] {
-        entries_of(index as u32, &self.words, self.record.format.code())
+    /// `None` past the last.
+    pub fn average(&self, index: usize) -> Option<[f32; 10]> {
+        let format = self.record.format.code();
+        let is_stored = index < self.vertices.len() && self.words.len() >= word_count(format, self.vertices.len());
+        is_stored.then(|| entries_of(index as u32, &self.words, format))
     }
 }
 
-/// The initial quadrics of `mesh` in the format of `options`, found on `device`: what a run begins with, to be kept or sent.
+/// The initial quadrics of `mesh` in the format of `options`, found on `device`, or on the host where a GPU fails: what a run
+/// begins with, to be kept or sent.
 ///
 /// # Errors
 /// As [`run`](super::run()), and [`Error::Parameter`] for options without a format.
@@ -156,18 +160,25 @@ pub fn initial_quadrics(mesh: &Mesh, options: &Options, device: &Device) -> Resu
         let start = prepared.take_start();
         let storage = Storage::new(options, &start.positions, prepared.frame)?.ok_or_else(missing)?;
         let Prepared { mut carried, border_vertices, .. } = prepared;
-        let mut queue = device.gpu_queue().unwrap_or_else(|| device.cpu_queue());
-        let mut surface = Surface::new(&mut queue, start, true)?;
-        let clock = Instant::now();
-        plane_sums(&mut queue, &mut surface, options)?;
-        start_weights(&mut queue, &surface, options, border_vertices > 0, &mut carried.weights)?;
-        weigh_start(&mut queue, &mut surface, &carried.weights)?;
-        let stored = storage.store(&mut queue, &surface)?.ok_or_else(missing)?;
-        let (mut words, mut bound) = (Vec::new(), Vec::new());
-        queue.read(&stored.words, 0..stored.words.len(), &mut words)?;
-        queue.read(&stored.bound, 0..1, &mut bound)?;
-        let bound = bound.first().copied().unwrap_or_default();
-        let record = storage.record(bound, clock.elapsed().as_secs_f64())?;
+        let weights = &mut carried.weights;
+        let mut find = |mut queue: Queue| -> Result<_> {
+            let mut surface = Surface::new(&mut queue, start.clone(), true)?;
+            let clock = Instant::now();
+            plane_sums(&mut queue, &mut surface, options)?;
+            start_weights(&mut queue, &surface, options, border_vertices > 0, weights)?;
+            weigh_start(&mut queue, &mut surface, weights)?;
+            let stored = storage.store(&mut queue, &surface)?.ok_or_else(missing)?;
+            let (mut words, mut bound) = (Vec::new(), Vec::new());
+            queue.read(&stored.words, 0..stored.words.len(), &mut words)?;
+            queue.read(&stored.bound, 0..1, &mut bound)?;
+            let bound = bound.first().copied().unwrap_or_default();
+            Ok((storage.record(bound, clock.elapsed().as_secs_f64())?, words))
+        };
+        let (record, words) = match device.gpu_queue().map(&mut find) {
+            Some(Ok(found)) => found,
+            Some(Err(Error::Device(_) | Error::Limit(_))) | None => find(device.cpu_queue())?,
+            Some(Err(reason)) => return Err(reason),
+        };
         Ok(InitialQuadrics { record, vertices: carried.origin, words })
     })
 }

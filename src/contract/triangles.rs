@@ -81,7 +81,11 @@ impl Triangles {
         queue.read(&self.buckets, 0..BUCKETS as usize, &mut self.histogram)?;
         // What is no candidate has a bucket above all costs.
         self.histogram.truncate((NO_KEY >> BUCKET_SHIFT) as usize);
-        let total = self.histogram.iter().sum();
+        let counted = self.histogram.iter().map(|&count| u64::from(count)).sum::<u64>();
+        if counted > u64::from(most_keys) {
+            return Err(Error::Device(format!("it counted {counted} triangles on {most_keys} faces")));
+        }
+        let total = counted as u32;
         let found = threshold(&self.histogram, total, gate.share, gate.most);
         let count = found.passing as usize;
         if count == 0 {

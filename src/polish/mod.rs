@@ -64,11 +64,13 @@ pub struct Flipped {
 /// Turns edges of `result`, which came of `original`. Only the faces change.
 ///
 /// # Errors
-/// [`Error::Limit`] for more rows than the host can index; a GPU that fails gives way to the host.
+/// [`Error::Mesh`] for an invalid mesh, [`Error::Limit`] for more rows than the host can index; a GPU that fails gives way to the host.
 pub fn flip(original: &Mesh, result: &mut Mesh, flips: Flips, device: &Device) -> Result<Flipped> {
     if flips.sweeps == 0 || result.faces.is_empty() {
         return Ok(Flipped::default());
     }
+    original.check()?;
+    result.check()?;
     let clock = Instant::now();
     device.install(|| {
         let mut flipped = Flipped::default();

@@ -57,6 +57,8 @@ struct Work<'a> {
     faces: Vec<(u32, Face)>,
     /// The deviations of those that came.
     deviations: Vec<(u32, f32)>,
+    /// Those of faces that are left of a hole; two holes may leave the same.
+    left: Vec<(u32, f32)>,
     committed: Committed,
 }
 
@@ -80,15 +82,17 @@ pub fn commit(surface: &mut Surface, samples: &mut Samples, queue: &mut Queue, t
         plugs: FxHashSet::default(),
         faces: Vec::new(),
         deviations: Vec::new(),
+        left: Vec::new(),
         committed: Committed::default(),
     };
     work.remove(task);
-    let Work { gone, faces, deviations, committed, .. } = work;
+    let Work { gone, faces, deviations, left, committed, .. } = work;
     if committed.vertices > 0 {
         let rows = surface.faces.host_mut();
         faces.into_iter().for_each(|(slot, face)| rows[slot as usize] = face);
         let rows = surface.deviations.host_mut();
         deviations.into_iter().for_each(|(slot, deviation)| rows[slot as usize] = deviation);
+        left.into_iter().for_each(|(slot, deviation)| rows[slot as usize] = rows[slot as usize].max(deviation));
         surface.compact(queue, &gone, samples)?;
     }
     Ok(committed)
@@ -166,9 +170,12 @@ impl Work<'_> {
         }
         let onto = remainder.map_or_else(|| old[..new.len()].to_vec(), |[face, _]| vec![face]);
         self.samples.follow(&old, &onto, &moved);
-        let own = |face: u32| if remainder.is_some() { self.surface.deviations.host()[face as usize] } else { 0.0 };
-        let greatest = deviations(&moved, onto.len());
-        self.deviations.extend(onto.iter().zip(greatest).map(|(&face, greatest)| (face, greatest.max(own(face)))));
+        let greatest = onto.iter().copied().zip(deviations(&moved, onto.len()));
+        if remainder.is_some() {
+            self.left.extend(greatest)
+        } else {
+            self.deviations.extend(greatest)
+        }
         let committed = &mut self.committed;
         committed.vertices += 1;
         committed.faces += old.len() - new.len();

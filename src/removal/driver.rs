@@ -97,8 +97,10 @@ impl<'a> Run<'a> {
         let clock = Instant::now();
         let faces = self.prepared.surface.face_count();
         let on_gpu = self.gpu.is_some();
+        let before = self.time_moving();
         let found = self.evaluate(faces - target)?;
         let evaluated = clock.elapsed().as_secs_f64();
+        let moved = self.time_moving() - before;
         let Prepared { surface, samples, has_border, .. } = &mut self.prepared;
         let vertices = surface.vertex_count();
         let may_overshoot = self.widening >= FULL || !*has_border;
@@ -108,7 +110,7 @@ impl<'a> Run<'a> {
         if committed.vertices == 0 && self.widening >= FULL {
             committed.blocked.lock = (vertices - found.removable) as u64;
         }
-        self.seconds.cost += evaluated;
+        self.seconds.cost += (evaluated - moved).max(0.0);
         self.seconds.apply += clock.elapsed().as_secs_f64() - evaluated;
         self.deviation_sq = self.deviation_sq.max(committed.deviation_sq);
         self.rounds.push(RoundRecord {
@@ -121,6 +123,11 @@ impl<'a> Run<'a> {
             on_gpu: on_gpu && self.gpu.is_some(),
         });
         Ok(committed)
+    }
+
+    /// Seconds spent moving bytes so far.
+    fn time_moving(&self) -> f64 {
+        self.seconds.transfer + self.gpu.as_ref().map_or(0.0, |queue| queue.time_moving().as_secs_f64())
     }
 
     /// Finds the candidates; a GPU that fails gives way to the host.

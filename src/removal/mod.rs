@@ -6,8 +6,8 @@
 //!
 //! # Classes
 //! As \[SZL92\]: simple vertices go by their distance to the average plane, those on a border or between two feature edges
-//! by their distance to the line of the two neighbors; where features meet or end, and where the surface is not one
-//! consistently oriented fan, vertices stay.
+//! by their distance to the line of the two neighbors; where the surface is not one consistently oriented fan vertices stay, and
+//! where features meet or end if [`Features::Keep`] says so.
 //!
 //! # Invariants
 //! - No two vertices of a round share an edge, so that each hole is what the round began with; the diagonals of a hole are
@@ -17,8 +17,8 @@
 //!
 //! # Error
 //! Every removed vertex is kept as a sample of a face of the result: the nearest of those that took the place of its own,
-//! and again whenever these are replaced. The estimate is the greatest distance of a sample to its face: none of the
-//! input's vertices is farther from the result. It says nothing of points between them.
+//! and again whenever these are replaced. The estimate is the greatest distance of a sample to its face: no vertex
+//! of a face of the input is farther from the result, but for those that a weld moved. It says nothing of points between them.
 
 mod commit;
 mod driver;
@@ -37,6 +37,7 @@ use crate::mesh::Mesh;
 use crate::polish::Flips;
 use crate::simplify::{Budget, OnProgress, Outcome};
 
+#[doc(hidden)]
 pub use fill::triangulations;
 
 /// How a hole is filled. All avoid folds first: of the fills that each looks at the one whose sharpest edge bends least, of

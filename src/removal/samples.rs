@@ -80,7 +80,7 @@ impl Samples {
                     least = (distance_sq, face);
                 }
             }
-            if !(least.0 > NOISE_SQ && least.0.is_finite()) {
+            if least.0 <= NOISE_SQ {
                 least.0 = 0.0;
             }
             greatest = greatest.max(least.0);

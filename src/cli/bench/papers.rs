@@ -86,7 +86,8 @@ impl Tables<'_> {
         format!(
             "# The papers' tables by coarsen {}\n\n{}, {} cores; {}; {}\n\nMeshes: {}.\n\n\
              Deviations are in percent of the diagonal, at vertices, along edges and at ten points a face: the greatest of \
-             both sides, and the mean from the input to the result. Times are medians of {} runs.\n\n",
+             both sides, and the mean from the input to the result. Times are medians of {} runs, \
+             those of features of one.\n\n",
             env!("CARGO_PKG_VERSION"),
             machine.cpu,
             machine.cores,
