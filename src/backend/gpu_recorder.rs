@@ -110,7 +110,9 @@ impl Recorder {
     fn record_block(&mut self, block: &[u8], invocations: u64) -> Result<u32> {
         let alignment = self.gpu.limits().min_uniform_buffer_offset_alignment as usize;
         let mut offset = self.blocks.len().next_multiple_of(alignment);
-        let is_full = (offset + block.len()) as u64 > UNIFORM_BYTES;
+        // Each dispatch may be timed, from its start to its end.
+        let is_full = (offset + block.len()) as u64 > UNIFORM_BYTES
+            || self.commands.len() >= wgpu::QUERY_SET_MAX_QUERIES as usize / 2;
         if is_full || (self.invocations > 0 && self.invocations + invocations > MAX_INVOCATIONS) {
             self.submit()?;
             offset = 0;
