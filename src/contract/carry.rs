@@ -7,8 +7,6 @@ use super::compact::keep_live;
 
 /// Set in the origin of a vertex that stands at no input vertex's position; input vertices are below it.
 pub const MOVED_FROM: u32 = 1 << 31;
-/// Set in the origin of a face that was turned over; input faces are below it.
-pub const TURNED: u32 = 1 << 31;
 
 /// Rows beside the positions, one a live vertex.
 #[derive(Debug)]
@@ -24,7 +22,7 @@ pub struct Carried {
     pub drift: Vec<f32>,
     /// What a vertex counts; empty where all count the same, or the quadrics hold it already.
     pub weights: Vec<f32>,
-    /// The input face of every live face, with the bit [`TURNED`] where it was turned over to agree with its neighbors.
+    /// The input face of every live face, with the bit [`TURNED`](crate::mesh::orient::TURNED) where it was turned over to agree with its neighbors.
     pub face_origin: Vec<u32>,
 }
 

@@ -6,6 +6,7 @@ use crate::kernel::rows::{BORDER, JOINED, LOCKED, PlaneQuadric, SEAM};
 use crate::kernel::volume_costs::{BORDER_FACTOR, VOLUME_REGULARIZATION};
 use crate::kernel::weigh_quadrics::weighed;
 use crate::math::DVec3;
+use crate::mesh::limits::min_cos;
 
 use super::filter::{Rejection, ShapeLimits, link_condition, shapes_hold};
 use super::patch::{Patch, Placed};
@@ -48,7 +49,7 @@ impl Rules {
                 Metric::Volume => VOLUME_REGULARIZATION,
                 Metric::Plane => PLANE_REGULARIZATION,
             }),
-            limits: ShapeLimits { min_cos: options.min_cos(), min_height: MIN_HEIGHT },
+            limits: ShapeLimits { min_cos: min_cos(options.max_flip_rad), min_height: MIN_HEIGHT },
             max_deviation,
             joins: options.joins(),
         }

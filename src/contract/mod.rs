@@ -49,6 +49,7 @@ mod weighting;
 use crate::backend::Device;
 use crate::error::{Error, Result};
 use crate::kernel::pair_quadric::{ANYWHERE, AT_ENDS, AT_THREE, ON_SEGMENT};
+use crate::mesh::limits::{MAX_FLIP_RAD, check_max_flip};
 use crate::mesh::{Mesh, shapes};
 use crate::polish::Flips;
 use crate::simplify::{Budget, OnProgress, Outcome};
@@ -187,9 +188,6 @@ impl Default for Options {
     }
 }
 
-/// Default greatest turn of a normal, acos 0.2 or 78°. 90° folds thin parts, 60° leaves them dense.
-const MAX_FLIP_RAD: f32 = 1.369_438_4;
-
 impl Options {
     /// Half-edge contraction by plane quadrics that count features more \[Yang13\]: keeps vertices of the input where the
     /// curvature changes.
@@ -207,11 +205,6 @@ impl Options {
     pub fn averaged() -> Self {
         let quadrics = Quadrics { planes: PlaneWeight::One, format: Some(QuadricFormat::F32), ..Quadrics::default() };
         Self { metric: Metric::Plane, quadrics, ..Self::default() }
-    }
-
-    /// The cosine of the greatest turn; the default's is exact, for cosines differ between platforms.
-    fn min_cos(&self) -> f64 {
-        if self.max_flip_rad == MAX_FLIP_RAD { 0.2 } else { f64::from(self.max_flip_rad).cos() }
     }
 
     /// Whether parts may join.
@@ -239,10 +232,7 @@ impl Options {
         if !positive(self.border_weight) || self.border_weight > 1e6 {
             return Err(Error::Parameter(format!("the border weight is {}, not in 0 … 1e6", self.border_weight)));
         }
-        if !(self.max_flip_rad > 0.0 && self.max_flip_rad <= std::f32::consts::FRAC_PI_2) {
-            let degrees = self.max_flip_rad.to_degrees();
-            return Err(Error::Parameter(format!("the greatest turn of a normal is {degrees}°, not in 0 … 90")));
-        }
+        check_max_flip(self.max_flip_rad)?;
         if !(self.join_within >= 0.0 && self.join_within.is_finite()) {
             return Err(Error::Parameter(format!("the join distance is {}: give 0 or more", self.join_within)));
         }

@@ -9,14 +9,15 @@ use crate::kernel::rows::{BORDER, Face, JOINED, LOCKED, Position, SEAM, with_hub
 use crate::math::{DVec3, Vec3};
 use crate::mesh::adjacency::{EdgeUse, Rings};
 use crate::mesh::arrange::Arranged;
-use crate::mesh::fan::{Fan, fans};
+use crate::mesh::fan::Fan;
 use crate::mesh::frame::Frame;
-use crate::mesh::orient::orient_around;
+use crate::mesh::limits::check_weld;
+use crate::mesh::orient::{Oriented, TURNED, turn_to_agree};
 use crate::mesh::prune::prune;
 use crate::mesh::weld::{Welded, joined_attributes};
 use crate::mesh::{self, Mesh};
 
-use super::carry::{Carried, TURNED};
+use super::carry::Carried;
 use super::charts::Charts;
 use super::surface::Start;
 use super::{Metric, Options, Texture};
@@ -62,9 +63,7 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     if mesh.faces.is_empty() {
         return Err(Error::Mesh("it has no faces".into()));
     }
-    if let Some(tolerance) = options.weld.filter(|tolerance| !(*tolerance >= 0.0 && tolerance.is_finite())) {
-        return Err(Error::Parameter(format!("the weld distance is {tolerance}: give 0 or more")));
-    }
+    check_weld(options.weld)?;
     let textured = mesh.texcoords.is_some();
     if textured && options.texture == Texture::Keep && options.log {
         return Err(Error::Parameter("a log holds no texture coordinates: drop them, or leave out the log".into()));
@@ -94,7 +93,8 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
         warnings,
         weld_secs,
     };
-    let fans = prepared.orient(&mut faces);
+    let Oriented { fans, warning, .. } = turn_to_agree(&mut faces, &mut prepared.carried.face_origin, &prepared.rings);
+    prepared.warnings.extend(warning);
     let seams = prepared.chart(mesh, &faces, options.texture);
     prepared.place(&mesh.positions, &faces, &fans, &seams, options);
     prepared.faces = faces.into_iter().map(|[a, b, c]| Face { a, b, c }).collect();
@@ -144,26 +144,6 @@ fn arrange(mesh: &Mesh, options: &Options) -> Result<(Arranged, Attributes, Vec<
 }
 
 impl Prepared {
-    /// Turns faces over until neighbors agree, as far as they can; returns the fans of the vertices.
-    fn orient(&mut self, faces: &mut [[u32; 3]]) -> Vec<Fan> {
-        let found = fans(faces, &self.rings);
-        if !found.contains(&Fan::Complex) {
-            return found;
-        }
-        let Some(turned) = orient_around(faces, &self.rings, |v| found[v as usize] == Fan::Complex) else {
-            return found;
-        };
-        let count = turned.iter().filter(|&&turned| turned).count();
-        self.warnings
-            .push(format!("{count} faces are wound against their neighbors; they keep their winding in the result"));
-        let rows = faces.iter_mut().zip(&mut self.carried.face_origin).zip(turned);
-        rows.filter(|(_, turned)| *turned).for_each(|((face, origin), _)| {
-            face.swap(1, 2);
-            *origin |= TURNED;
-        });
-        fans(faces, &self.rings)
-    }
-
     /// Takes up the texture coordinates that are kept; returns which vertices are on their seams, or nothing.
     fn chart(&mut self, mesh: &Mesh, faces: &[[u32; 3]], texture: Texture) -> Vec<bool> {
         let Some(texcoords) = mesh.texcoords.as_ref().filter(|_| texture == Texture::Keep) else { return Vec::new() };

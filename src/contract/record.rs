@@ -3,9 +3,10 @@
 use crate::kernel::rows::{Contraction, Position};
 use crate::mesh::Mesh;
 use crate::mesh::frame::Frame;
+use crate::mesh::orient::TURNED;
 use crate::progressive::{self, CollapseLog};
 
-use super::carry::{Carried, MOVED_FROM, TURNED};
+use super::carry::{Carried, MOVED_FROM};
 use super::commit::Committed;
 use super::prepare::Prepared;
 use super::restore::model_position;

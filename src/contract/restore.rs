@@ -6,9 +6,10 @@ use crate::kernel::rows::{Face, Position};
 use crate::math::DVec3;
 use crate::mesh::Mesh;
 use crate::mesh::frame::Frame;
+use crate::mesh::orient::TURNED;
 use crate::simplify::MOVED;
 
-use super::carry::{Carried, MOVED_FROM, TURNED};
+use super::carry::{Carried, MOVED_FROM};
 use super::charts::Charts;
 use super::join::referenced;
 

@@ -15,6 +15,7 @@ mod disjoint;
 pub(crate) mod fan;
 pub(crate) mod frame;
 pub(crate) mod key_table;
+pub(crate) mod limits;
 mod near;
 pub mod orient;
 pub mod prune;

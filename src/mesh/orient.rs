@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::PARALLEL_ROWS;
 use super::adjacency::{Rings, from_corner};
+use super::fan::{Fan, fans};
 
 /// Which faces to turn over so that every two faces on a manifold edge run along it in opposite directions.
 ///
@@ -15,11 +16,7 @@ pub fn orient(faces: &[[u32; 3]], rings: &Rings) -> Option<Vec<bool>> {
 }
 
 /// [`orient`] where both ends of every edge whose faces disagree are known to be `suspect`.
-pub(crate) fn orient_around(
-    faces: &[[u32; 3]],
-    rings: &Rings,
-    suspect: impl Fn(u32) -> bool + Sync,
-) -> Option<Vec<bool>> {
+fn orient_around(faces: &[[u32; 3]], rings: &Rings, suspect: impl Fn(u32) -> bool + Sync) -> Option<Vec<bool>> {
     if agrees(faces, rings, suspect) {
         return None;
     }
@@ -76,6 +73,35 @@ fn across(faces: &[[u32; 3]], rings: &Rings, face: u32, [a, b]: [u32; 2]) -> Opt
 
 fn edges([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
     [[a, b], [b, c], [c, a]]
+}
+
+/// Set in the source of a face that was turned over; input faces are below it.
+pub const TURNED: u32 = 1 << 31;
+
+/// Faces after as many as possible were turned to agree with their neighbors.
+#[derive(Debug)]
+pub struct Oriented {
+    /// The fans of the vertices.
+    pub fans: Vec<Fan>,
+    /// Which faces were turned; empty where none had to be.
+    pub turned: Vec<bool>,
+    /// What a user should know.
+    pub warning: Option<String>,
+}
+
+/// Turns faces over until neighbors agree, as far as they can, and marks them in their sources by [`TURNED`].
+pub fn turn_to_agree(faces: &mut [[u32; 3]], sources: &mut [u32], rings: &Rings) -> Oriented {
+    let found = fans(faces, rings);
+    let is_complex = |v: u32| found[v as usize] == Fan::Complex;
+    let turned = if found.contains(&Fan::Complex) { orient_around(faces, rings, is_complex) } else { None };
+    let Some(turned) = turned else { return Oriented { fans: found, turned: Vec::new(), warning: None } };
+    let count = turned.iter().filter(|&&turned| turned).count();
+    for ((face, source), _) in faces.iter_mut().zip(sources).zip(&turned).filter(|(_, turned)| **turned) {
+        face.swap(1, 2);
+        *source |= TURNED;
+    }
+    let warning = format!("{count} faces are wound against their neighbors; they keep their winding in the result");
+    Oriented { fans: fans(faces, rings), turned, warning: Some(warning) }
 }
 
 #[cfg(test)]

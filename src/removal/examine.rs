@@ -3,6 +3,7 @@
 use crate::kernel::rows::{Face, Normal};
 use crate::kernel::stars::{Stars, faces_with};
 use crate::math::DVec3;
+use crate::mesh::limits::min_cos;
 
 use super::hole::Hole;
 use super::polygon::{Rejection, Worth};
@@ -28,7 +29,7 @@ impl Rules {
     pub fn new(options: &Options, max_deviation: f64) -> Self {
         Self {
             fill: options.fill,
-            min_cos: options.min_cos(),
+            min_cos: min_cos(options.max_flip_rad),
             crease_cos: options.crease_cos(),
             keeps_corners: options.keeps_corners(),
             max_deviation_sq: max_deviation * max_deviation,

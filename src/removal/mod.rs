@@ -34,6 +34,7 @@ mod surface;
 use crate::backend::Device;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+use crate::mesh::limits::{MAX_FLIP_RAD, check_max_flip, check_weld};
 use crate::polish::Flips;
 use crate::simplify::{Budget, OnProgress, Outcome};
 
@@ -110,15 +111,7 @@ impl Default for Options {
     }
 }
 
-/// Default greatest turn of a normal, acos 0.2 or 78°, as of contractions.
-const MAX_FLIP_RAD: f32 = 1.369_438_4;
-
 impl Options {
-    /// The cosine of the greatest turn; the default's is exact, for cosines differ between platforms.
-    fn min_cos(&self) -> f64 {
-        if self.max_flip_rad == MAX_FLIP_RAD { 0.2 } else { f64::from(self.max_flip_rad).cos() }
-    }
-
     /// The cosine below which an edge is a feature; −2 without any. The default's is exact.
     fn crease_cos(&self) -> f32 {
         match self.features {
@@ -134,22 +127,13 @@ impl Options {
     }
 
     fn check(&self) -> Result<()> {
-        use std::f32::consts::{FRAC_PI_2, PI};
-        if !(self.max_flip_rad > 0.0 && self.max_flip_rad <= FRAC_PI_2) {
-            let degrees = self.max_flip_rad.to_degrees();
-            return Err(Error::Parameter(format!("the greatest turn of a normal is {degrees}°, not in 0 … 90")));
-        }
+        check_max_flip(self.max_flip_rad)?;
         if let Features::Guide(angle) | Features::Keep(angle) = self.features
-            && !(0.0..=PI).contains(&angle)
+            && !(0.0..=std::f32::consts::PI).contains(&angle)
         {
             return Err(Error::Parameter(format!("the feature angle is {}°, not in 0 … 180", angle.to_degrees())));
         }
-        match self.weld {
-            Some(tolerance) if !(tolerance >= 0.0 && tolerance.is_finite()) => {
-                Err(Error::Parameter(format!("the weld distance is {tolerance}: give 0 or more")))
-            }
-            _ => Ok(()),
-        }
+        check_weld(self.weld)
     }
 }
 

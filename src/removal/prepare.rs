@@ -7,17 +7,14 @@ use crate::error::{Error, Result};
 use crate::kernel::rows::{BORDER, Face, LOCKED, Position, with_hub};
 use crate::mesh::Mesh;
 use crate::mesh::arrange::Arranged;
-use crate::mesh::fan::{Fan, fans};
+use crate::mesh::fan::Fan;
 use crate::mesh::frame::Frame;
-use crate::mesh::orient::orient_around;
+use crate::mesh::orient::{Oriented, TURNED, turn_to_agree};
 use crate::mesh::weld::joined_attributes;
 
 use super::Options;
 use super::samples::Samples;
 use super::surface::Surface;
-
-/// Set in the source of a face that was turned over; input faces are below it.
-pub const TURNED: u32 = 1 << 31;
 
 /// The start of a run.
 #[derive(Debug)]
@@ -56,7 +53,7 @@ pub fn prepare(mesh: &Mesh, options: &Options, queue: &mut Queue) -> Result<Prep
     if mesh.texcoords.is_some() {
         warnings.push("texture coordinates are dropped: they are not carried through removals".into());
     }
-    let fans = orient(&mut arranged, &mut warnings);
+    let fans = oriented(&mut arranged, &mut warnings);
     let Arranged { vertex_source, faces, face_source, rings, lowest, bounds, .. } = arranged;
     let at = |v: u32| mesh.positions[vertex_source[v as usize] as usize];
     let frame = Frame::new(&faces, at, bounds);
@@ -92,28 +89,21 @@ pub fn prepare(mesh: &Mesh, options: &Options, queue: &mut Queue) -> Result<Prep
 }
 
 /// Turns faces over until neighbors agree, as far as they can; returns the fans of the vertices.
-fn orient(arranged: &mut Arranged, warnings: &mut Vec<String>) -> Vec<Fan> {
+fn oriented(arranged: &mut Arranged, warnings: &mut Vec<String>) -> Vec<Fan> {
     let Arranged { faces, face_source, rings, .. } = arranged;
-    let found = fans(faces, rings);
-    if !found.contains(&Fan::Complex) {
-        return found;
-    }
-    let Some(turned) = orient_around(faces, rings, |v| found[v as usize] == Fan::Complex) else { return found };
-    let count = turned.iter().filter(|&&turned| turned).count();
-    warnings.push(format!("{count} faces are wound against their neighbors; they keep their winding in the result"));
-    for ((face, source), _) in faces.iter_mut().zip(face_source).zip(&turned).filter(|(_, turned)| **turned) {
-        face.swap(1, 2);
-        *source |= TURNED;
+    let Oriented { mut fans, turned, warning } = turn_to_agree(faces, face_source, rings);
+    warnings.extend(warning);
+    if turned.is_empty() {
+        return fans;
     }
     // What fills the hole of a vertex is wound as all faces around it are.
-    let mut found = fans(faces, rings);
-    for (vertex, fan) in (0..).zip(&mut found) {
+    for (vertex, fan) in (0..).zip(&mut fans) {
         let mut around = rings.ring(vertex).iter().map(|&f| turned[f as usize]);
         if around.next().is_some_and(|first| around.any(|other| other != first)) {
             *fan = Fan::Complex;
         }
     }
-    found
+    fans
 }
 
 /// The mesh at the end of a run in the order of the input, and the input vertex of each of its vertices.
