@@ -48,7 +48,7 @@
 //! # Where to read on
 //! - [`simplify()`]: the one entry; [`Budget`], [`Method`], [`Outcome`].
 //! - [`contract`]: the engine and its options; [`cluster`]: vertex clustering, the fast first pass;
-//!   [`removal`]: vertices taken away one by one, their holes filled;
+//!   [`removal`]: vertices taken away one by one, their holes filled; [`partition`]: regions of faces, each triangulated anew;
 //!   [`polish`]: edges turned after any of them.
 //! - [`kernel`]: what runs on a GPU, each kernel beside its twin; [`backend`]: who runs it.
 //! - [`progressive`]: the contractions of a run, to replay to any face count and back.
@@ -71,6 +71,7 @@ pub mod math;
 pub mod mesh;
 pub mod metrics;
 pub mod papers;
+pub mod partition;
 pub mod polish;
 pub mod progressive;
 pub mod removal;

@@ -18,15 +18,16 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("contract", &["backend", "error", "kernel", "math", "mesh", "polish", "progressive", "simplify", "spatial"]),
     ("cluster", &["backend", "error", "kernel", "math", "mesh", "polish", "simplify"]),
     ("removal", &["backend", "error", "kernel", "math", "mesh", "polish", "simplify", "spatial"]),
+    ("partition", &["backend", "error", "kernel", "math", "mesh", "polish", "simplify", "spatial"]),
     // Follows any driver; those take its options along and never call it.
     ("polish", &["backend", "error", "kernel", "math", "mesh", "spatial"]),
-    ("simplify", &["backend", "cluster", "contract", "error", "math", "mesh", "polish", "progressive", "removal"]),
+    ("simplify", &["backend", "cluster", "contract", "error", "math", "mesh", "partition", "polish", "progressive", "removal"]),
     ("formats", &["error", "math", "mesh"]),
     // A log needs nothing of the driver that made it, and is written as atomically as a mesh.
     ("progressive", &["error", "formats", "math", "mesh"]),
     ("metrics", &["backend", "error", "kernel", "math", "mesh", "spatial"]),
     // Runs methods and measures what they make: above both.
-    ("papers", &["backend", "contract", "error", "mesh", "metrics", "simplify"]),
+    ("papers", &["backend", "contract", "error", "mesh", "metrics", "partition", "simplify"]),
     ("report", &["error", "math", "mesh", "metrics", "simplify", "spatial"]),
     // The command line uses the library by its public name and nothing uses the command line.
     ("cli", &[]),

@@ -56,9 +56,14 @@ impl Frame {
         Self { center, scale: f64::from_bits(((1023 - exponent.clamp(-1000, 1000)) as u64) << 52) }
     }
 
+    /// A position in the frame.
+    pub fn to_frame(self, position: DVec3) -> DVec3 {
+        ((position - self.center) * self.scale).clamp(-FARTHEST, FARTHEST)
+    }
+
     /// A position in the frame, rounded to single precision.
     pub fn to_rows(self, position: DVec3) -> Vec3 {
-        ((position - self.center) * self.scale).clamp(-FARTHEST, FARTHEST).as_vec3()
+        self.to_frame(position).as_vec3()
     }
 
     /// A position of the frame in model units; a vertex beyond the greatest number stays there.

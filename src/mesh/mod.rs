@@ -12,6 +12,7 @@ pub(crate) mod arrange;
 mod circle;
 mod curve;
 mod disjoint;
+pub mod dual;
 pub(crate) mod fan;
 pub(crate) mod frame;
 pub(crate) mod key_table;

@@ -1,0 +1,11 @@
+//! Simplification by partition: faces into regions, the borders between regions simplified once for both sides, every region
+//! triangulated anew.
+//!
+//! # Invariants
+//! - A [`Partition`] puts every face into one region, and the faces of a region are connected across edges
+//!   ([`Partition::validate`]).
+
+mod labels;
+mod surface;
+
+pub use labels::{Fault, Partition};
