@@ -5,6 +5,7 @@
 //! - A [`Partition`] puts every face into one region, and the faces of a region are connected across edges
 //!   ([`Partition::validate`]).
 
+mod boundary;
 mod labels;
 mod surface;
 

@@ -78,9 +78,8 @@ impl Surface {
         let frame = Frame::new(&faces, at, bounds);
         let points: Vec<DVec3> =
             (0..vertex_source.len() as u32).into_par_iter().with_min_len(ROWS).map(|v| frame.to_frame(at(v))).collect();
-        let row = |(&point, &fan): (&DVec3, &Fan)| {
-            Position::new(point.as_vec3(), if fan == Fan::Open { BORDER } else { 0 })
-        };
+        let row =
+            |(&point, &fan): (&DVec3, &Fan)| Position::new(point.as_vec3(), if fan == Fan::Open { BORDER } else { 0 });
         Ok(Self {
             positions: points.par_iter().zip(&oriented.fans).with_min_len(ROWS).map(row).collect(),
             neighbors: neighbors(&faces, &rings),
