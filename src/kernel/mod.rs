@@ -12,6 +12,7 @@ pub mod cell_faces;
 pub mod cell_keys;
 pub mod cell_sums;
 pub mod cells;
+pub mod chain_deviations;
 pub mod compact_faces;
 pub mod compact_quadrics;
 pub mod compact_rings;

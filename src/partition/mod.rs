@@ -6,6 +6,7 @@
 //!   ([`Partition::validate`]).
 
 mod boundary;
+mod chains;
 mod labels;
 mod surface;
 

@@ -9,6 +9,7 @@ mod gate;
 mod inputs;
 mod near;
 mod nearest;
+mod partition;
 mod removal;
 mod surface;
 
@@ -75,6 +76,7 @@ pub fn trials() -> impl Iterator<Item = Trial> {
         .chain(fit::TRIALS)
         .chain(cells::TRIALS)
         .chain(removal::TRIALS)
+        .chain(partition::TRIALS)
 }
 
 fn exact_probe(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
