@@ -7,6 +7,7 @@ use crate::cluster;
 use crate::contract;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+use crate::partition;
 use crate::polish::{self, Flips};
 use crate::progressive::CollapseLog;
 use crate::removal;
@@ -22,6 +23,9 @@ pub enum Method {
     Cluster(cluster::Options),
     /// Vertex removal with retriangulation: the result's vertices are vertices of the input.
     Removal(removal::Options),
+    /// Regions of faces, each triangulated anew between borders simplified once for both sides: the result's vertices are
+    /// vertices of the input.
+    Partition(partition::Options),
 }
 
 impl Method {
@@ -31,6 +35,7 @@ impl Method {
             Self::Contract(options) => options.flips,
             Self::Cluster(options) => options.flips,
             Self::Removal(options) => options.flips,
+            Self::Partition(options) => options.flips,
         }
     }
 }
@@ -125,6 +130,8 @@ pub enum StopReason {
     Stuck,
     /// The grid that was asked for is done.
     GridReached,
+    /// Every region is rebuilt.
+    RegionsRebuilt,
     /// The progress callback asked to stop.
     Cancelled,
 }
@@ -225,6 +232,8 @@ pub struct Outcome {
     pub flips: usize,
     /// The contractions one by one, where asked for.
     pub log: Option<CollapseLog>,
+    /// The regions, of simplification by partition.
+    pub regions: Option<partition::Regions>,
     /// One record a round; none of clustering.
     pub rounds: Vec<RoundRecord>,
     /// Seconds by phase.
@@ -262,7 +271,7 @@ pub type OnProgress<'a> = dyn FnMut(Progress) -> ControlFlow<()> + Send + 'a;
 pub fn warm_up(method: &Method, device: &Device) -> Result<()> {
     match method {
         Method::Contract(options) => contract::warm_up(options, device),
-        Method::Cluster(_) | Method::Removal(_) => Ok(()),
+        Method::Cluster(_) | Method::Removal(_) | Method::Partition(_) => Ok(()),
     }
 }
 
@@ -286,6 +295,7 @@ pub fn simplify(
         Method::Contract(options) => contract::run(mesh, options, budget, device, progress),
         Method::Cluster(options) => cluster::run(mesh, options, budget, device, progress),
         Method::Removal(options) => removal::run(mesh, options, budget, device, progress),
+        Method::Partition(options) => partition::run(mesh, options, budget, device, progress),
     }?;
     if outcome.stop == StopReason::Cancelled {
         return Ok(outcome);

@@ -110,6 +110,7 @@ pub fn run(
     Ok(Outcome {
         quadrics: None,
         log: None,
+        regions: None,
         flips: 0,
         cell_size: (done.steps > 0).then(|| lattice.length(done.steps.into())),
         mesh: done.mesh,

@@ -457,6 +457,7 @@ impl<'a> Run<'a> {
             cell_size: None,
             quadrics: self.quadrics,
             log: self.recorder.map(Recorder::into_log),
+            regions: None,
             rounds: self.rounds,
             seconds: self.seconds,
             bytes_moved: self.bytes_moved + self.follower.as_ref().map_or(0, Follower::bytes_moved),

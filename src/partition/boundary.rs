@@ -77,6 +77,11 @@ impl Boundary {
         self.chain_starts[chain] as usize..self.chain_starts[chain + 1] as usize
     }
 
+    /// The chain that has a place.
+    pub fn chain_at(&self, place: usize) -> usize {
+        self.chain_starts.partition_point(|&start| start as usize <= place) - 1
+    }
+
     /// The vertices of a chain.
     pub fn chain(&self, chain: usize) -> &[u32] {
         &self.chain_vertices[self.places(chain)]

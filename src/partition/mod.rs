@@ -1,13 +1,93 @@
 //! Simplification by partition: faces into regions, the borders between regions simplified once for both sides, every region
-//! triangulated anew.
+//! triangulated anew. Vertices of the result are vertices of the input.
+//!
+//! The flow is in `driver`: the `surface`, its regions ([`By`]), their `boundary` as loops and chains, the `chains` simplified,
+//! regions triangulated by `rebuild`, and the mesh `restore`d.
 //!
 //! # Invariants
 //! - A [`Partition`] puts every face into one region, and the faces of a region are connected across edges
 //!   ([`Partition::validate`]).
+//! - Both sides of a chain keep the same vertices: no cracks, no T-junctions; closed in, closed out.
+//! - No edge inside a region is an edge anywhere else, and a region keeps its loops: manifold in, manifold out. A region that
+//!   cannot be drawn anew keeps its faces.
+//! - Decisions are the host's, in double precision and in a fixed order: the same bytes on any device.
 
 mod boundary;
 mod chains;
+mod coplanar;
+mod driver;
 mod labels;
+mod rebuild;
+mod restore;
 mod surface;
+mod triangulate;
 
+pub use coplanar::Flatness;
 pub use labels::{Fault, Partition};
+pub use restore::{NO_REGION, Regions};
+pub use triangulate::Triangulation;
+
+use crate::backend::Device;
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+use crate::mesh::limits::check_weld;
+use crate::polish::Flips;
+use crate::simplify::{Budget, OnProgress, Outcome};
+
+/// What makes a region.
+#[derive(Debug, Clone, PartialEq)]
+pub enum By {
+    /// Lying in a plane \[Wu12\]: what is flat collapses, and all else stays.
+    Coplanar(Flatness),
+}
+
+/// Options of simplification by partition.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// What makes a region.
+    pub by: By,
+    /// How outlines become triangles.
+    pub triangulation: Triangulation,
+    /// Join vertices at most this far apart first, in model units; `None` joins nothing, 0 joins equal positions.
+    pub weld: Option<f64>,
+    /// Edge flips after the rebuilding.
+    pub flips: Flips,
+}
+
+impl Options {
+    /// Flat regions: the budget is empty, or an error limit is the distance from a plane.
+    pub fn coplanar(flatness: Flatness) -> Self {
+        Self {
+            by: By::Coplanar(flatness),
+            triangulation: Triangulation::default(),
+            weld: Some(0.0),
+            flips: Flips::default(),
+        }
+    }
+
+    fn recipe(&self) -> rebuild::Recipe {
+        rebuild::Recipe { triangulation: self.triangulation }
+    }
+
+    fn check(&self, budget: &Budget) -> Result<()> {
+        check_weld(self.weld)?;
+        if budget.faces.is_some() || budget.keep.is_some() {
+            return Err(Error::Parameter("a number of faces cannot be asked for: it follows from the regions".into()));
+        }
+        match self.by {
+            By::Coplanar(flatness) => flatness.check(),
+        }
+    }
+}
+
+/// Runs simplification by partition: see [`crate::simplify()`].
+pub fn run(
+    mesh: &Mesh,
+    options: &Options,
+    budget: &Budget,
+    device: &Device,
+    progress: Option<&mut OnProgress<'_>>,
+) -> Result<Outcome> {
+    options.check(budget)?;
+    device.install(|| driver::run(mesh, options, budget, device, progress))
+}

@@ -193,6 +193,7 @@ impl<'a> Run<'a> {
             cell_size: None,
             quadrics: None,
             log: None,
+            regions: None,
             rounds: self.rounds,
             seconds: self.seconds,
             bytes_moved: self.bytes_moved,

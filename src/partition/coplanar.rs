@@ -1,0 +1,223 @@
+//! Flat regions: faces whose normals are near that of a plane and whose vertices lie in it.
+//!
+//! # Reference
+//! \[Wu12\] 1.6.
+
+use rayon::prelude::*;
+
+use super::Partition;
+use super::rebuild::Plane;
+use super::surface::Surface;
+use crate::error::{Error, Result};
+use crate::math::DVec3;
+use crate::mesh::dual::NONE;
+
+/// Faces that a thread takes at a time.
+const ROWS: usize = 1 << 12;
+
+/// What lies in a plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Flatness {
+    /// Largest angle between a face's normal and the plane's, in radians.
+    pub angle_rad: f64,
+    /// Greatest distance of a vertex from the plane, as a fraction of the bounding box's diagonal.
+    pub distance: f64,
+}
+
+impl Default for Flatness {
+    /// One degree, and what rounding to six digits does.
+    fn default() -> Self {
+        Self { angle_rad: 1_f64.to_radians(), distance: 1e-5 }
+    }
+}
+
+impl Flatness {
+    /// # Errors
+    /// [`Error::Parameter`] for an angle or a distance out of range.
+    pub(super) fn check(self) -> Result<()> {
+        if !(0.0..=std::f64::consts::FRAC_PI_2).contains(&self.angle_rad) {
+            let degrees = self.angle_rad.to_degrees();
+            return Err(Error::Parameter(format!("the angle of flat regions is {degrees}°, not in 0 … 90")));
+        }
+        if !(self.distance >= 0.0 && self.distance.is_finite()) {
+            let distance = self.distance;
+            return Err(Error::Parameter(format!("the distance from a plane is {distance}, not a length")));
+        }
+        Ok(())
+    }
+}
+
+/// Grows flat regions from the largest faces, within `distance` of a plane in the frame; `is_wall` tells faces that never share a region though they meet.
+///
+/// A region is grown twice: with the plane of what it has so far, then anew from the same face with the plane of all that was
+/// found, so that every vertex is within the distance of one plane.
+pub fn partition(
+    surface: &Surface,
+    angle_rad: f64,
+    distance: f64,
+    is_wall: impl Fn(u32, u32) -> bool,
+) -> Partition {
+    let mut growth = Growth::new(surface, angle_rad, distance);
+    let mut seeds: Vec<u32> = (0..surface.faces.len() as u32).collect();
+    seeds.par_sort_by(|&a, &b| {
+        let area = |f: u32| growth.normals[f as usize].length_squared();
+        area(b).total_cmp(&area(a)).then(a.cmp(&b))
+    });
+    let mut region_count = 0;
+    for seed in seeds {
+        if growth.labels[seed as usize] != NONE {
+            continue;
+        }
+        growth.grow(seed, region_count, &is_wall);
+        region_count += 1;
+    }
+    // In the order of the faces, so that what is near in space is near in memory.
+    let mut renamed = vec![NONE; region_count as usize];
+    let mut next = 0;
+    for label in &mut growth.labels {
+        let name = &mut renamed[*label as usize];
+        if *name == NONE {
+            *name = next;
+            next += 1;
+        }
+        *label = *name;
+    }
+    Partition { labels: growth.labels, region_count: region_count as usize }
+}
+
+struct Growth<'a> {
+    surface: &'a Surface,
+    /// Twice the area along the normal, a face.
+    normals: Vec<DVec3>,
+    least_cos: f64,
+    distance: f64,
+    labels: Vec<u32>,
+    found: Vec<u32>,
+}
+
+impl<'a> Growth<'a> {
+    fn new(surface: &'a Surface, angle_rad: f64, distance: f64) -> Self {
+        let normal = |face: &[u32; 3]| {
+            let [a, b, c] = face.map(|v| surface.points[v as usize]);
+            (b - a).cross(c - a)
+        };
+        Self {
+            surface,
+            normals: surface.faces.par_iter().with_min_len(ROWS).map(normal).collect(),
+            least_cos: angle_rad.cos(),
+            distance,
+            labels: vec![NONE; surface.faces.len()],
+            found: Vec::new(),
+        }
+    }
+
+    fn grow(&mut self, seed: u32, label: u32, is_wall: &impl Fn(u32, u32) -> bool) {
+        let [a, ..] = self.surface.faces[seed as usize];
+        let normal = self.normals[seed as usize];
+        self.labels[seed as usize] = label;
+        if normal.length_squared() <= 0.0 {
+            return;
+        }
+        let own = Plane::new(self.surface.points[a as usize], normal);
+        self.spread(seed, label, own, true, is_wall);
+        if self.found.len() < 3 {
+            return;
+        }
+        let Some(plane) = Plane::of(self.surface, &self.found) else { return };
+        let off = |v: u32| plane.height(self.surface.points[v as usize]).abs() > self.distance;
+        if !self.found.iter().any(|&f| self.surface.faces[f as usize].into_iter().any(off)) {
+            return;
+        }
+        for &face in &self.found {
+            self.labels[face as usize] = NONE;
+        }
+        self.labels[seed as usize] = label;
+        self.spread(seed, label, plane, false, is_wall);
+    }
+
+    /// Labels what hangs together with `seed` and lies in `plane`, which may lean to what was found.
+    fn spread(&mut self, seed: u32, label: u32, mut plane: Plane, leans: bool, is_wall: &impl Fn(u32, u32) -> bool) {
+        let surface = self.surface;
+        self.found.clear();
+        self.found.push(seed);
+        let (mut done, mut next_lean) = (0, 8);
+        while let Some(&face) = self.found.get(done) {
+            done += 1;
+            for &other in &surface.neighbors[face as usize] {
+                if other == NONE || self.labels[other as usize] != NONE || is_wall(face, other) {
+                    continue;
+                }
+                let near = |v: u32| plane.height(surface.points[v as usize]).abs() <= self.distance;
+                if self.faces_along(other, plane.normal) && surface.faces[other as usize].into_iter().all(near) {
+                    self.labels[other as usize] = label;
+                    self.found.push(other);
+                }
+            }
+            // Whenever it has doubled: the plane of few faces is theirs, rounded.
+            if leans && self.found.len() >= next_lean {
+                next_lean = 2 * self.found.len();
+                plane = Plane::of(surface, &self.found).unwrap_or(plane);
+            }
+        }
+    }
+
+    /// Whether a face is turned as a plane is. One without an area is; so is a sliver, whose corners tell all there is.
+    fn faces_along(&self, face: u32, normal: DVec3) -> bool {
+        let own = self.normals[face as usize];
+        let along = own.dot(normal);
+        if along >= self.least_cos * own.length() {
+            return true;
+        }
+        let corners = self.surface.faces[face as usize].map(|v| self.surface.points[v as usize]);
+        let longest_sq = (0..3).map(|k| (corners[(k + 1) % 3] - corners[k]).length_squared()).fold(0.0, f64::max);
+        own.length_squared() <= self.distance * self.distance * longest_sq
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Mesh, shapes};
+
+    fn regions(mesh: &Mesh, flatness: Flatness) -> usize {
+        let surface = Surface::new(mesh, Some(0.0)).expect("a valid mesh");
+        let distance = flatness.distance * surface.diagonal;
+        let partition = partition(&surface, flatness.angle_rad, distance, |_, _| false);
+        assert_eq!(partition.validate(&surface.neighbors), []);
+        partition.region_count
+    }
+
+    #[test]
+    fn flats_are_regions() {
+        assert_eq!(regions(&shapes::plane(9, 7), Flatness::default()), 1);
+        assert_eq!(regions(&shapes::double_torus(), Flatness::default()), 6 + 8);
+        let sphere = shapes::icosphere(3);
+        assert_eq!(regions(&sphere, Flatness::default()), sphere.faces.len());
+        assert!(regions(&sphere, Flatness { angle_rad: 0.3, distance: 0.02 }) < sphere.faces.len() / 8);
+    }
+
+    #[test]
+    fn every_vertex_is_within_the_distance() {
+        let surface = Surface::new(&shapes::icosphere(4), Some(0.0)).expect("a valid mesh");
+        let distance = 0.01 * surface.diagonal;
+        let partition = partition(&surface, 1.0, distance, |_, _| false);
+        let (starts, faces) = partition.faces_by_region();
+        for ends in starts.windows(2) {
+            let faces = &faces[ends[0] as usize..ends[1] as usize];
+            let corners = faces.iter().flat_map(|&f| surface.faces[f as usize]);
+            let normals = Growth::new(&surface, 1.0, distance).normals;
+            let sum: DVec3 = faces.iter().map(|&f| normals[f as usize]).sum();
+            // Some plane across the mean normal holds them all: their extent along it is twice the distance, and a little more
+            // where the plane of what was left is not the one it was grown in.
+            let heights = corners.map(|v| surface.points[v as usize].dot(sum.normalize()));
+            let (low, high) = heights.fold((f64::MAX, f64::MIN), |(low, high), h| (low.min(h), high.max(h)));
+            assert!(high - low <= 2.5 * distance, "{}", (high - low) / distance);
+        }
+    }
+
+    #[test]
+    fn walls_part_what_is_flat() {
+        let surface = Surface::new(&shapes::plane(4, 4), Some(0.0)).expect("a valid mesh");
+        assert_eq!(partition(&surface, 0.1, 0.1, |_, _| true).region_count, 32);
+    }
+}

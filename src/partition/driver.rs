@@ -1,0 +1,142 @@
+//! The run: faces to regions, regions to chains, chains simplified, regions rebuilt.
+
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use crate::backend::{Device, Queue, fallback};
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+use crate::simplify::{Blocked, Budget, OnProgress, Outcome, Phases, Progress, StopReason};
+
+use super::boundary::Boundary;
+use super::chains::{Chains, Tolerances};
+use super::coplanar;
+use super::rebuild::{Recipe, Rebuilt, rebuild};
+use super::restore::{Restored, restore};
+use super::surface::Surface;
+use super::{By, Options, Partition, Regions};
+
+/// Partitions and rebuilds on `device`; the calling thread belongs to its pool.
+pub fn run(
+    mesh: &Mesh,
+    options: &Options,
+    budget: &Budget,
+    device: &Device,
+    mut progress: Option<&mut OnProgress<'_>>,
+) -> Result<Outcome> {
+    let clock = Instant::now();
+    let mut surface = Surface::new(mesh, options.weld)?;
+    let mut warnings = std::mem::take(&mut surface.warnings);
+    if mesh.texcoords.is_some() {
+        warnings.push("texture coordinates are dropped: they are not carried through regions".into());
+    }
+    let mut seconds = Phases { build: clock.elapsed().as_secs_f64(), ..Phases::default() };
+    let mut queues = Queues::new(device);
+    let mut lap = Instant::now();
+    let mut lapped = move || std::mem::replace(&mut lap, Instant::now()).elapsed().as_secs_f64();
+
+    let found = find(mesh, &surface, options, budget)?;
+    seconds.select = lapped();
+    let boundary = Boundary::new(&surface, &found.partition);
+    let mut chains = Chains::new(&surface, &boundary);
+    queues.run(&mut warnings, |queue| chains.simplify(found.tolerances, None, queue))?;
+    seconds.cost = lapped();
+    let faces_in = mesh.faces.len();
+    let now = Progress { faces: surface.faces.len(), faces_in, target: 0 };
+    let cancelled = progress.as_mut().is_some_and(|report| report(now).is_break());
+    let rebuilt = match cancelled {
+        true => Rebuilt::nothing(&surface, &found.partition),
+        false => rebuild(&surface, &found.partition, &boundary, &mut chains, options.recipe()),
+    };
+    if rebuilt.kept > 0 && !cancelled {
+        // Of one face they are no news.
+        let several = rebuilt.kept_faces - rebuilt.kept;
+        if several > 0 {
+            warnings.push(format!("{} regions cannot be drawn anew and keep their {} faces", rebuilt.kept, rebuilt.kept_faces));
+        }
+    }
+    let Restored { mesh, vertex_origin, regions } = restore(mesh, &surface, &found.partition, rebuilt);
+    seconds.apply = lapped();
+    seconds.transfer = queues.seconds_moving();
+    seconds.total = clock.elapsed().as_secs_f64();
+    Ok(Outcome {
+        mesh,
+        vertex_origin,
+        faces_in,
+        target: 0,
+        stop: if cancelled { StopReason::Cancelled } else { StopReason::RegionsRebuilt },
+        blocked: Blocked::default(),
+        error_estimate: 0.0,
+        flips: 0,
+        cell_size: None,
+        quadrics: None,
+        log: None,
+        regions: Some(regions),
+        rounds: Vec::new(),
+        seconds,
+        bytes_moved: queues.bytes_moved(),
+        device: queues.description(device),
+        warnings,
+    })
+}
+
+/// What the rebuilding starts from.
+struct Found {
+    partition: Partition,
+    tolerances: Tolerances,
+}
+
+fn find(_mesh: &Mesh, surface: &Surface, options: &Options, budget: &Budget) -> Result<Found> {
+    match options.by {
+        By::Coplanar(flatness) => {
+            let limit = budget.max_deviation(surface.frame.length_to_model(surface.diagonal))?;
+            let given = flatness.distance * surface.diagonal;
+            let distance = if limit.is_finite() { surface.frame.length_to_rows(limit) } else { given };
+            let partition = coplanar::partition(surface, flatness.angle_rad, distance, |_, _| false);
+            let tolerances = Tolerances { distance, chord_ratio: f64::INFINITY, color: f64::INFINITY };
+            Ok(Found { partition, tolerances })
+        }
+    }
+}
+
+/// A GPU's queue while it works, and the host's.
+struct Queues {
+    gpu: Option<Queue>,
+    host: Queue,
+    used_gpu: bool,
+}
+
+impl Queues {
+    fn new(device: &Device) -> Self {
+        // One that was taken by itself would not gain: what kernels do here takes less than moving the mesh.
+        let gpu = device.gpu_queue().filter(|_| !device.is_auto());
+        Self { used_gpu: gpu.is_some(), gpu, host: device.cpu_queue() }
+    }
+
+    /// Runs `work` on the GPU, or on the host when there is none or it fails.
+    fn run<T>(&mut self, warnings: &mut Vec<String>, mut work: impl FnMut(&mut Queue) -> Result<T>) -> Result<T> {
+        if let Some(queue) = &mut self.gpu {
+            match work(queue) {
+                Err(reason @ (Error::Device(_) | Error::Limit(_))) => {
+                    warnings.push(fallback(&reason));
+                    self.gpu = None;
+                    self.used_gpu = false;
+                }
+                result => return result,
+            }
+        }
+        work(&mut self.host)
+    }
+
+    fn bytes_moved(&self) -> u64 {
+        self.gpu.as_ref().map_or(0, Queue::bytes_moved)
+    }
+
+    fn seconds_moving(&self) -> f64 {
+        self.gpu.as_ref().map_or(0.0, |queue| queue.time_moving().as_secs_f64())
+    }
+
+    fn description(&self, device: &Device) -> String {
+        if self.used_gpu { device.description() } else { device.cpu_description() }
+    }
+}

@@ -1,0 +1,143 @@
+//! One region with its borders as they are now: triangles, or what keeps it from having any.
+
+use super::plane::Plane;
+use crate::partition::boundary::{Boundary, Pass};
+use crate::partition::chains::{Chains, Segment};
+use crate::partition::surface::Surface;
+use crate::partition::triangulate::{Fault, Misfit, Outline, Triangulation, triangulate};
+
+/// What came of a region.
+#[derive(Debug)]
+pub enum Attempt {
+    /// Drawn in its plane.
+    Flat(Flat),
+    /// Filled in space, by vertices of the surface.
+    Spatial(Vec<[u32; 3]>),
+    /// Its chains need more vertices, at these places.
+    Split(Vec<usize>),
+    /// No vertices of its chains help: not in this plane.
+    Hopeless,
+}
+
+/// A region drawn in its plane.
+#[derive(Debug)]
+pub struct Flat {
+    pub outline: Outline,
+    /// Indices of the outline's points.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Attempts after which all segments of a region are split instead of those that are in the way: then the vertices double
+/// each time, so that it ends soon.
+const PATIENCE: u32 = 6;
+
+/// A region, its plane and its borders.
+#[derive(Debug, Clone, Copy)]
+pub struct Site<'a> {
+    pub region: usize,
+    pub plane: &'a Plane,
+    pub surface: &'a Surface,
+    pub boundary: &'a Boundary,
+    pub chains: &'a Chains<'a>,
+    /// How many attempts were made before.
+    pub attempts: u32,
+}
+
+impl Site<'_> {
+    /// Draws the region in its plane.
+    pub fn draw(self, by: Triangulation) -> Attempt {
+        let rings: Vec<Vec<Segment>> =
+            self.boundary.loops(self.region).map(|passes| segments(passes, self.chains)).collect();
+        let short: Vec<usize> =
+            rings.iter().filter(|ring| ring.len() < 3).filter_map(|ring| farthest(ring, self.chains)).collect();
+        if !short.is_empty() {
+            return Attempt::Split(short);
+        }
+        let vertices: Vec<Vec<u32>> = rings.iter().map(|ring| self.vertices(ring)).collect();
+        let outline = match self.outline(&vertices) {
+            Ok(outline) => outline,
+            Err(Misfit::Empty) => return Attempt::Hopeless,
+            Err(Misfit::Flat { ring } | Misfit::Outer { ring } | Misfit::Hole { ring }) => {
+                return self.split(&rings, &rings[ring]);
+            }
+        };
+        if let Some(triangles) = triangulate(&outline, by) {
+            return Attempt::Flat(Flat { outline, triangles });
+        }
+        // The outer ring comes first, the others as they were.
+        let first = &outline.vertices[..outline.ring_starts[1] as usize];
+        let outer = vertices.iter().position(|ring| ring == first).unwrap_or(0);
+        let order = std::iter::once(outer).chain((0..rings.len()).filter(|&ring| ring != outer));
+        let sides: Vec<Segment> = order.flat_map(|ring| rings[ring].iter().copied()).collect();
+        match outline.fault() {
+            Some(Fault::Crossing(edges)) => self.split(&rings, &edges.map(|edge| sides[edge])),
+            Some(Fault::Misplaced(_)) | None => self.split(&rings, &sides),
+        }
+    }
+
+    fn outline(self, rings: &[Vec<u32>]) -> Result<Outline, Misfit> {
+        Outline::from_rings(rings, |v| self.plane.project(self.surface.points[v as usize]))
+    }
+
+    /// The vertices where segments begin.
+    fn vertices(self, ring: &[Segment]) -> Vec<u32> {
+        ring.iter().map(|&[from, _]| self.boundary.chain_vertices[from]).collect()
+    }
+
+    /// More vertices where `segments` are in the way, if the region can be drawn with all of them.
+    fn split(self, rings: &[Vec<Segment>], segments: &[Segment]) -> Attempt {
+        if self.attempts == 0 && !self.is_drawable() {
+            return Attempt::Hopeless;
+        }
+        let all = || rings.iter().flatten();
+        let places: Vec<usize> = if self.attempts < PATIENCE {
+            farthest(segments, self.chains).or_else(|| farthest(all(), self.chains)).into_iter().collect()
+        } else {
+            all().filter_map(|segment| farthest([segment], self.chains)).collect()
+        };
+        if places.is_empty() { Attempt::Hopeless } else { Attempt::Split(places) }
+    }
+
+    /// Whether the region's loops with all their vertices are an outline.
+    fn is_drawable(self) -> bool {
+        let ring = |passes: &[Pass]| {
+            let mut ring = Vec::new();
+            for pass in passes {
+                let chain = self.boundary.chain(pass.chain());
+                match pass.is_reversed() {
+                    false => ring.extend_from_slice(&chain[..chain.len() - 1]),
+                    true => ring.extend(chain[1..].iter().rev()),
+                }
+            }
+            ring
+        };
+        let rings: Vec<Vec<u32>> = self.boundary.loops(self.region).map(ring).collect();
+        self.outline(&rings).is_ok_and(|outline| outline.fault().is_none())
+    }
+}
+
+/// The segments of a loop, each from where the loop comes to where it goes.
+pub fn segments(passes: &[Pass], chains: &Chains<'_>) -> Vec<Segment> {
+    let mut ring = Vec::new();
+    for pass in passes {
+        let start = ring.len();
+        ring.extend(chains.segments(pass.chain()));
+        if pass.is_reversed() {
+            ring[start..].reverse();
+            ring[start..].iter_mut().for_each(|segment| segment.reverse());
+        }
+    }
+    ring
+}
+
+/// The place of the vertex that is farthest from its segment.
+pub fn farthest<'s>(segments: impl IntoIterator<Item = &'s Segment>, chains: &Chains<'_>) -> Option<usize> {
+    let mut worst = None;
+    for &[from, to] in segments {
+        let Some((place, off)) = chains.farthest([from.min(to), from.max(to)]) else { continue };
+        if worst.is_none_or(|(_, most)| off > most) {
+            worst = Some((place, off));
+        }
+    }
+    worst.map(|(place, _)| place)
+}

@@ -1,0 +1,268 @@
+//! Regions to triangles: each drawn in its plane between the chains that it shares with its neighbors.
+//!
+//! A region whose outline crosses itself, or that chose an edge which another has too, gets more vertices on its chains, and its
+//! neighbors are drawn again; one that no vertices help is filled in space, or keeps its faces. Chains only ever gain vertices,
+//! so that this ends, at the input's own faces at the latest.
+//!
+//! # Invariants
+//! - Both sides of a chain have its segments as edges, each once: no cracks, no T-junctions.
+//! - No edge inside a region is an edge anywhere else: manifold in, manifold out.
+//! - A region drawn anew has the topology of the old one: as many loops, and no handle.
+
+mod attempt;
+mod conflicts;
+mod plane;
+mod topology;
+
+use rayon::prelude::*;
+
+pub use plane::Plane;
+
+use attempt::{Attempt, Flat, Site, farthest, segments};
+use topology::planar_regions;
+
+use super::Partition;
+use super::boundary::Boundary;
+use super::chains::Chains;
+use super::surface::Surface;
+use super::triangulate::{Triangulation, fill_in_space};
+
+/// Attempts at a region before it keeps its faces: each gave its chains more vertices.
+const MOST_ATTEMPTS: u32 = 64;
+/// Longest ring that is filled in space: the time grows with the cube.
+const MOST_IN_SPACE: usize = 200;
+
+/// What takes the place of a region.
+#[derive(Debug)]
+enum Filling {
+    /// Nothing yet, or not any more.
+    Open,
+    /// Triangles in its plane.
+    Flat(Flat),
+    /// Triangles of the surface's vertices on one loop, in space.
+    Spatial(Vec<[u32; 3]>),
+    /// Its own faces.
+    Own,
+}
+
+/// How regions are rebuilt.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Recipe {
+    pub triangulation: Triangulation,
+}
+
+/// A partition rebuilt.
+#[derive(Debug)]
+pub struct Rebuilt {
+    /// Triangles of the surface's vertices, region by region.
+    pub faces: Vec<[u32; 3]>,
+    /// R + 1 starts into `faces`.
+    pub region_starts: Vec<u32>,
+    /// Regions that keep their faces, and these.
+    pub kept: usize,
+    pub kept_faces: usize,
+    /// Regions filled in space.
+    pub spatial: usize,
+}
+
+impl Rebuilt {
+    /// Every region as it is.
+    pub fn nothing(surface: &Surface, partition: &Partition) -> Self {
+        let (region_starts, faces) = partition.faces_by_region();
+        Self {
+            faces: faces.iter().map(|&f| surface.faces[f as usize]).collect(),
+            region_starts,
+            kept: partition.region_count,
+            kept_faces: faces.len(),
+            spatial: 0,
+        }
+    }
+}
+
+/// Rebuilds every region of `partition` between `chains`, which get more vertices where needed.
+pub fn rebuild(
+    surface: &Surface,
+    partition: &Partition,
+    boundary: &Boundary,
+    chains: &mut Chains<'_>,
+    recipe: Recipe,
+) -> Rebuilt {
+    let mut work = Work::new(surface, partition, boundary, recipe);
+    loop {
+        work.draw(chains);
+        if work.open.is_empty() && !work.settle_conflicts(chains) {
+            return work.finish();
+        }
+    }
+}
+
+struct Work<'a> {
+    surface: &'a Surface,
+    partition: &'a Partition,
+    boundary: &'a Boundary,
+    recipe: Recipe,
+    /// The faces of every region, in compressed rows.
+    face_starts: Vec<u32>,
+    faces: Vec<u32>,
+    /// The regions on either side of every chain, in compressed rows.
+    side_starts: Vec<u32>,
+    sides: Vec<u32>,
+    planes: Vec<Option<Plane>>,
+    is_planar: Vec<bool>,
+    fillings: Vec<Filling>,
+    attempts: Vec<u32>,
+    /// Regions to draw, ascending.
+    open: Vec<u32>,
+}
+
+impl<'a> Work<'a> {
+    fn new(surface: &'a Surface, partition: &'a Partition, boundary: &'a Boundary, recipe: Recipe) -> Self {
+        let (face_starts, faces) = partition.faces_by_region();
+        let (side_starts, sides) = sides(boundary, partition.region_count);
+        let plane = |ends: &[u32]| Plane::of(surface, &faces[ends[0] as usize..ends[1] as usize]);
+        Self {
+            planes: face_starts.par_windows(2).map(plane).collect(),
+            is_planar: planar_regions(surface, partition, boundary),
+            fillings: (0..partition.region_count).map(|_| Filling::Open).collect(),
+            attempts: vec![0; partition.region_count],
+            open: (0..partition.region_count as u32).collect(),
+            surface,
+            partition,
+            boundary,
+            recipe,
+            face_starts,
+            faces,
+            side_starts,
+            sides,
+        }
+    }
+
+    fn faces_of(&self, region: u32) -> &[u32] {
+        &self.faces[self.face_starts[region as usize] as usize..self.face_starts[region as usize + 1] as usize]
+    }
+
+    /// Draws the open regions, all on the chains as they are; what needs more vertices opens its neighbors.
+    fn draw(&mut self, chains: &mut Chains<'_>) {
+        let open = std::mem::take(&mut self.open);
+        let shared = &*chains;
+        let attempts: Vec<Attempt> = open.par_iter().map(|&region| self.attempt(region, shared)).collect();
+        for (region, attempt) in open.into_iter().zip(attempts) {
+            self.attempts[region as usize] += 1;
+            match attempt {
+                Attempt::Flat(flat) => self.fillings[region as usize] = Filling::Flat(flat),
+                Attempt::Spatial(triangles) => {
+                    // No plane shows it, whatever its neighbors do.
+                    self.planes[region as usize] = None;
+                    self.fillings[region as usize] = Filling::Spatial(triangles);
+                }
+                Attempt::Split(places) => self.split(region, &places, chains),
+                Attempt::Hopeless => self.keep_own(region, chains),
+            }
+        }
+        self.open.sort_unstable();
+        self.open.dedup();
+        for &region in &self.open {
+            self.fillings[region as usize] = Filling::Open;
+        }
+    }
+
+    fn attempt(&self, region: u32, chains: &Chains<'_>) -> Attempt {
+        if self.attempts[region as usize] >= MOST_ATTEMPTS || !self.is_planar[region as usize] {
+            return Attempt::Hopeless;
+        }
+        let flat = match &self.planes[region as usize] {
+            Some(plane) => {
+                let (surface, boundary, attempts) = (self.surface, self.boundary, self.attempts[region as usize]);
+                let site = Site { region: region as usize, plane, surface, boundary, chains, attempts };
+                site.draw(self.recipe.triangulation)
+            }
+            None => Attempt::Hopeless,
+        };
+        match flat {
+            Attempt::Hopeless => self.fill_in_space(region, chains, |_, _| false),
+            other => other,
+        }
+    }
+
+    /// Fills a region with one loop in space, between diagonals that are not taken.
+    fn fill_in_space(&self, region: u32, chains: &Chains<'_>, is_taken: impl FnMut(u32, u32) -> bool) -> Attempt {
+        let mut loops = self.boundary.loops(region as usize);
+        let (Some(only), None) = (loops.next(), loops.next()) else { return Attempt::Hopeless };
+        let ring = segments(only, chains);
+        if ring.len() < 3 {
+            return farthest(&ring, chains).map_or(Attempt::Hopeless, |place| Attempt::Split(vec![place]));
+        }
+        if ring.len() > MOST_IN_SPACE {
+            return Attempt::Hopeless;
+        }
+        let vertices: Vec<u32> = ring.iter().map(|&[from, _]| self.boundary.chain_vertices[from]).collect();
+        let points: Vec<_> = vertices.iter().map(|&v| self.surface.points[v as usize]).collect();
+        match fill_in_space(&points, &vertices, is_taken) {
+            Some(triangles) => {
+                Attempt::Spatial(triangles.into_iter().map(|t| t.map(|i| vertices[i as usize])).collect())
+            }
+            None => Attempt::Hopeless,
+        }
+    }
+
+    /// Keeps the vertices at these places, and opens the regions beside their chains.
+    fn split(&mut self, region: u32, places: &[usize], chains: &mut Chains<'_>) {
+        self.open.push(region);
+        for &place in places {
+            chains.keep(place);
+            self.open_beside(self.boundary.chain_at(place));
+        }
+    }
+
+    /// Leaves a region as it is, with all vertices of its chains.
+    fn keep_own(&mut self, region: u32, chains: &mut Chains<'_>) {
+        self.fillings[region as usize] = Filling::Own;
+        let boundary = self.boundary;
+        for pass in boundary.loops(region as usize).flatten() {
+            if chains.keep_all(pass.chain()) {
+                self.open_beside(pass.chain());
+            }
+        }
+    }
+
+    /// Opens the regions beside a chain but for those that keep their faces.
+    fn open_beside(&mut self, chain: usize) {
+        let sides = self.side_starts[chain] as usize..self.side_starts[chain + 1] as usize;
+        let open = self.sides[sides].iter().filter(|&&side| !matches!(self.fillings[side as usize], Filling::Own));
+        self.open.extend(open);
+    }
+
+    fn finish(self) -> Rebuilt {
+        let mut rebuilt = Rebuilt { faces: Vec::new(), region_starts: vec![0], kept: 0, kept_faces: 0, spatial: 0 };
+        for (region, filling) in (0..).zip(&self.fillings) {
+            match filling {
+                Filling::Flat(flat) => rebuilt.faces.extend(flat.vertices()),
+                Filling::Spatial(triangles) => {
+                    rebuilt.spatial += 1;
+                    rebuilt.faces.extend_from_slice(triangles);
+                }
+                Filling::Open | Filling::Own => {
+                    rebuilt.kept += 1;
+                    rebuilt.kept_faces += self.faces_of(region).len();
+                    rebuilt.faces.extend(self.faces_of(region).iter().map(|&f| self.surface.faces[f as usize]));
+                }
+            }
+            rebuilt.region_starts.push(rebuilt.faces.len() as u32);
+        }
+        rebuilt
+    }
+}
+
+/// The regions beside every chain, each once, in compressed rows.
+fn sides(boundary: &Boundary, region_count: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut pairs: Vec<(u32, u32)> = Vec::with_capacity(boundary.passes.len());
+    for region in 0..region_count {
+        pairs.extend(boundary.loops(region).flatten().map(|pass| (pass.chain() as u32, region as u32)));
+    }
+    pairs.par_sort_unstable();
+    pairs.dedup();
+    let mut starts = vec![0; boundary.chain_count() + 1];
+    pairs.iter().for_each(|&(chain, _)| starts[chain as usize + 1] += 1);
+    (0..boundary.chain_count()).for_each(|chain| starts[chain + 1] += starts[chain]);
+    (starts, pairs.into_iter().map(|(_, region)| region).collect())
+}

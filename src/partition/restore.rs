@@ -1,0 +1,81 @@
+//! From a rebuilt partition back to a mesh in the order of the input.
+
+use rayon::prelude::*;
+
+use super::Partition;
+use super::rebuild::Rebuilt;
+use super::surface::Surface;
+use crate::mesh::Mesh;
+use crate::mesh::orient::TURNED;
+use crate::mesh::weld::joined_attributes;
+
+/// The region of a face that the input's preparation dropped.
+pub const NO_REGION: u32 = u32::MAX;
+
+/// The regions of a run.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Regions {
+    /// The region of every face of the input; [`NO_REGION`] of those that are degenerate or repeat another.
+    pub labels: Vec<u32>,
+    /// How many regions there are.
+    pub count: usize,
+    /// The region of every face of the result.
+    pub face_labels: Vec<u32>,
+    /// Regions that keep the input's faces, for they could not be drawn anew or have one only.
+    pub kept: usize,
+    /// Regions that no plane shows without folds, filled between their borders in space.
+    pub spatial: usize,
+}
+
+/// The mesh, the input vertex of each of its vertices, and its regions.
+#[derive(Debug)]
+pub struct Restored {
+    pub mesh: Mesh,
+    pub vertex_origin: Vec<u32>,
+    pub regions: Regions,
+}
+
+/// Names vertices in the order of the input and turns regions back over that were turned to agree with others.
+pub fn restore(input: &Mesh, surface: &Surface, partition: &Partition, rebuilt: Rebuilt) -> Restored {
+    let Rebuilt { faces, region_starts, kept, spatial, .. } = rebuilt;
+    let mut used = vec![false; surface.points.len()];
+    faces.iter().flatten().for_each(|&v| used[v as usize] = true);
+    let mut order: Vec<u32> = (0..used.len() as u32).filter(|&v| used[v as usize]).collect();
+    order.par_sort_unstable_by_key(|&v| surface.vertex_source[v as usize]);
+    let mut renamed = vec![0; used.len()];
+    (0..).zip(&order).for_each(|(new, &old)| renamed[old as usize] = new);
+    let vertex_origin: Vec<u32> = order.iter().map(|&v| surface.vertex_source[v as usize]).collect();
+
+    let is_turned = turned_regions(surface, partition);
+    let mut face_labels = Vec::with_capacity(faces.len());
+    for (region, ends) in (0..).zip(region_starts.windows(2)) {
+        face_labels.resize(face_labels.len() + (ends[1] - ends[0]) as usize, region);
+    }
+    let named = |(&face, &region): (&[u32; 3], &u32)| {
+        let [a, b, c] = face.map(|v| renamed[v as usize]);
+        if is_turned[region as usize] { [a, c, b] } else { [a, b, c] }
+    };
+    let mut labels = vec![NO_REGION; input.faces.len()];
+    for (&source, &label) in surface.face_source.iter().zip(&partition.labels) {
+        labels[(source & !TURNED) as usize] = label;
+    }
+    let (normals, colors) = joined_attributes(input, surface.lowest.as_ref(), &vertex_origin);
+    let mesh = Mesh {
+        positions: vertex_origin.iter().map(|&v| input.positions[v as usize]).collect(),
+        faces: faces.iter().zip(&face_labels).map(named).collect(),
+        normals,
+        colors,
+        texcoords: None,
+    };
+    let regions = Regions { labels, count: partition.region_count, face_labels, kept, spatial };
+    Restored { mesh, vertex_origin, regions }
+}
+
+/// For every region whether most of its faces were turned over.
+fn turned_regions(surface: &Surface, partition: &Partition) -> Vec<bool> {
+    let mut balance = vec![0_i64; partition.region_count];
+    for (&source, &label) in surface.face_source.iter().zip(&partition.labels) {
+        balance[label as usize] += if source & TURNED == 0 { -1 } else { 1 };
+    }
+    balance.into_iter().map(|balance| balance > 0).collect()
+}
