@@ -7,7 +7,7 @@ use coarsen::{Method, cluster, contract};
 use super::Exit;
 use super::failure::refuse;
 use super::values::Weld;
-use super::{args, quadrics, removal};
+use super::{args, quadrics, regions, removal};
 
 /// The method that the arguments name, with its options; features are found by `feature`.
 ///
@@ -23,13 +23,17 @@ pub fn method(args: &args::Simplify, feature: Feature) -> anyhow::Result<Method>
     if shape.method != args::Method::Removal && removal::is_asked(&args.removal) {
         return Err(refuse(Exit::Usage, "--fill and --feature-angle are for --method removal"));
     }
+    if shape.method != args::Method::Coplanar && regions::is_asked(&args.regions) {
+        return Err(refuse(Exit::Usage, "--flat-angle and --triangulation are for --method coplanar"));
+    }
     match shape.method {
         args::Method::Contract | args::Method::Feature | args::Method::Average => {
             Ok(Method::Contract(contract::Options { log, ..contract }))
         }
-        args::Method::Cluster | args::Method::Removal if log => {
+        args::Method::Cluster | args::Method::Removal | args::Method::Coplanar if log => {
             Err(refuse(Exit::Usage, "--write-log is for --method contract: nothing else contracts"))
         }
+        args::Method::Coplanar => regions::coplanar(&args.regions, &contract),
         args::Method::Removal => removal::options(&args.removal, &contract).map(Method::Removal),
         args::Method::Cluster => {
             let flips = contract.flips;
@@ -66,12 +70,14 @@ fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
         args::Candidates::Triangles => contract::Candidates::Triangles,
     };
     let defaults = match shape.method {
-        args::Method::Contract | args::Method::Cluster | args::Method::Removal
+        args::Method::Contract | args::Method::Cluster | args::Method::Removal | args::Method::Coplanar
             if shape.candidates == args::Candidates::Triangles =>
         {
             contract::Options { metric: contract::Metric::Plane, ..contract::Options::default() }
         }
-        args::Method::Contract | args::Method::Cluster | args::Method::Removal => contract::Options::default(),
+        args::Method::Contract | args::Method::Cluster | args::Method::Removal | args::Method::Coplanar => {
+            contract::Options::default()
+        }
         args::Method::Feature => {
             contract::Options { weighting: Weighting::Feature(feature), ..contract::Options::feature_weighted() }
         }

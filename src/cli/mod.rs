@@ -17,6 +17,7 @@ mod method;
 mod progress;
 mod quadrics;
 mod record;
+mod regions;
 mod removal;
 mod replay;
 mod resolve;

@@ -5,7 +5,7 @@ use std::fmt;
 use coarsen::backend::KernelTime;
 use coarsen::metrics::Spread;
 use coarsen::simplify::{Blocked, Outcome, Phases, RoundRecord};
-use coarsen::{Budget, Device, Mesh, Method, StopReason, contract, metrics};
+use coarsen::{Budget, Device, Mesh, Method, StopReason, contract, metrics, partition};
 use serde::Serialize;
 
 use super::memory;
@@ -148,6 +148,7 @@ impl Record {
             Method::Contract(options) => (method_name(options), Some(metric_name(options.metric))),
             Method::Cluster(_) => ("cluster", None),
             Method::Removal(_) => ("removal", None),
+            Method::Partition(options) => (regions_name(&options.by), None),
             _ => ("", None),
         };
         let diagonal = input.diagonal();
@@ -279,7 +280,7 @@ fn counts_faces(budget: &Budget) -> bool {
 /// An error limit beside a face count is a limit, not the target.
 fn is_reached(budget: &Budget, stop: StopReason) -> bool {
     match stop {
-        StopReason::FacesReached | StopReason::GridReached => true,
+        StopReason::FacesReached | StopReason::GridReached | StopReason::RegionsRebuilt => true,
         StopReason::ErrorReached => !counts_faces(budget),
         StopReason::Stuck | StopReason::Cancelled => false,
     }
@@ -290,6 +291,12 @@ fn method_name(options: &contract::Options) -> &'static str {
         (contract::Weighting::Feature(_), _) => "feature",
         (_, contract::PlaneWeight::One) => "average",
         (_, contract::PlaneWeight::Area) => "contract",
+    }
+}
+
+fn regions_name(by: &partition::By) -> &'static str {
+    match by {
+        partition::By::Coplanar(_) => "coplanar",
     }
 }
 
@@ -306,6 +313,7 @@ fn name(stop: StopReason) -> &'static str {
         StopReason::ErrorReached => "error_reached",
         StopReason::Stuck => "stuck",
         StopReason::GridReached => "grid_reached",
+        StopReason::RegionsRebuilt => "regions_rebuilt",
         StopReason::Cancelled => "cancelled",
     }
 }
@@ -354,8 +362,8 @@ mod tests {
 
     #[test]
     fn stop_reasons_have_one_name() {
-        use StopReason::{Cancelled, ErrorReached, FacesReached, GridReached, Stuck};
-        for stop in [FacesReached, ErrorReached, Stuck, GridReached, Cancelled] {
+        use StopReason::{Cancelled, ErrorReached, FacesReached, GridReached, RegionsRebuilt, Stuck};
+        for stop in [FacesReached, ErrorReached, Stuck, GridReached, RegionsRebuilt, Cancelled] {
             assert_eq!(serde_json::to_value(stop).ok(), Some(name(stop).into()));
         }
     }

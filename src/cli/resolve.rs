@@ -48,7 +48,7 @@ pub struct Job {
 /// All that is wrong with them, one a line; the first decides the exit code.
 pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
     let mut problems = Problems::default();
-    let budget = problems.note(budget(&args.target));
+    let budget = problems.note(budget(&args.target, args.shape.method));
     let feature = weights::feature(&args.weights);
     let method = problems.note(method::method(args, feature));
     let selector = problems.note(selector(&args.device.device));
@@ -213,10 +213,12 @@ impl Problems {
     }
 }
 
-fn budget(target: &args::Target) -> anyhow::Result<Budget> {
+fn budget(target: &args::Target, method: args::Method) -> anyhow::Result<Budget> {
     let by_faces = face_budget(target.faces, target.ratio, target.reduction);
     let budget = Budget { error: target.error, error_abs: target.error_abs, ..by_faces };
     match (target.grid, budget == Budget::default()) {
+        // Its regions are what they are.
+        (None, true) if method == args::Method::Coplanar => Ok(budget),
         (None, true) => {
             Err(refuse(Exit::Usage, "no target: give --faces, --ratio, --reduction, --error or --error-abs"))
         }

@@ -51,12 +51,7 @@ impl Flatness {
 ///
 /// A region is grown twice: with the plane of what it has so far, then anew from the same face with the plane of all that was
 /// found, so that every vertex is within the distance of one plane.
-pub fn partition(
-    surface: &Surface,
-    angle_rad: f64,
-    distance: f64,
-    is_wall: impl Fn(u32, u32) -> bool,
-) -> Partition {
+pub fn partition(surface: &Surface, angle_rad: f64, distance: f64, is_wall: impl Fn(u32, u32) -> bool) -> Partition {
     let mut growth = Growth::new(surface, angle_rad, distance);
     let mut seeds: Vec<u32> = (0..surface.faces.len() as u32).collect();
     seeds.par_sort_by(|&a, &b| {

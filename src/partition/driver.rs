@@ -1,6 +1,5 @@
 //! The run: faces to regions, regions to chains, chains simplified, regions rebuilt.
 
-use std::ops::ControlFlow;
 use std::time::Instant;
 
 use crate::backend::{Device, Queue, fallback};
@@ -11,10 +10,10 @@ use crate::simplify::{Blocked, Budget, OnProgress, Outcome, Phases, Progress, St
 use super::boundary::Boundary;
 use super::chains::{Chains, Tolerances};
 use super::coplanar;
-use super::rebuild::{Recipe, Rebuilt, rebuild};
+use super::rebuild::{Rebuilt, rebuild};
 use super::restore::{Restored, restore};
 use super::surface::Surface;
-use super::{By, Options, Partition, Regions};
+use super::{By, Options, Partition};
 
 /// Partitions and rebuilds on `device`; the calling thread belongs to its pool.
 pub fn run(
@@ -52,7 +51,10 @@ pub fn run(
         // Of one face they are no news.
         let several = rebuilt.kept_faces - rebuilt.kept;
         if several > 0 {
-            warnings.push(format!("{} regions cannot be drawn anew and keep their {} faces", rebuilt.kept, rebuilt.kept_faces));
+            warnings.push(format!(
+                "{} regions cannot be drawn anew and keep their {} faces",
+                rebuilt.kept, rebuilt.kept_faces
+            ));
         }
     }
     let Restored { mesh, vertex_origin, regions } = restore(mesh, &surface, &found.partition, rebuilt);

@@ -4,6 +4,7 @@
 
 mod bench;
 mod compare;
+mod regions;
 mod removal;
 mod replay;
 mod simplify;
@@ -14,6 +15,7 @@ use clap_complete::Shell;
 
 pub use bench::{Bench, Job as BenchJob};
 pub use compare::{Compare, Up};
+pub use regions::{Regions, Triangulation};
 pub use removal::{Fill, Removal};
 pub use replay::Replay;
 pub use simplify::{

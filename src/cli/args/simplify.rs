@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{Removal, Weights};
+use super::{Regions, Removal, Weights};
 use crate::cli::values::{self, Weld};
 
 /// Reduce the faces of a mesh
@@ -36,6 +36,8 @@ pub struct Simplify {
     pub shape: Shape,
     #[command(flatten)]
     pub removal: Removal,
+    #[command(flatten)]
+    pub regions: Regions,
     #[command(flatten)]
     pub weights: Weights,
     #[command(flatten)]
@@ -109,6 +111,8 @@ pub struct Shape {
     /// mostly 98% or more of them; with --error the coarsest grid that moves no vertex farther than that; or with --grid.
     /// 'removal' takes the vertices nearest to their neighborhood away in rounds and fills the holes: what is left are
     /// vertices of the input, and --error bounds how far each of those that went is from the result.
+    /// 'coplanar' draws what is flat anew with the fewest faces, and leaves all else: no target is needed, and --error is how
+    /// far from a plane its vertices may be, 0.001% of the diagonal without it.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Method::Contract, hide_possible_values = true,
         hide_default_value = true)]
     pub method: Method,
@@ -339,6 +343,8 @@ pub enum Method {
     Cluster,
     /// Vertex removal with retriangulation
     Removal,
+    /// Flat regions drawn anew
+    Coplanar,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -57,8 +57,7 @@ impl Work<'_> {
     /// Finds edges that two have and takes them from one; whether there were any.
     pub(super) fn settle_conflicts(&mut self, chains: &mut Chains<'_>) -> bool {
         let edges = self.edges(chains);
-        let groups: Vec<&[(u64, Owner)]> =
-            edges.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() > 1).collect();
+        let groups: Vec<&[(u64, Owner)]> = edges.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() > 1).collect();
         if groups.is_empty() {
             return false;
         }
@@ -169,7 +168,8 @@ impl Work<'_> {
                     taken.extend(edges);
                     return;
                 }
-                let ring: Vec<_> = self.boundary.loops(region as usize).flat_map(|l| super::segments(l, chains)).collect();
+                let ring: Vec<_> =
+                    self.boundary.loops(region as usize).flat_map(|l| super::segments(l, chains)).collect();
                 farthest(&ring, chains).map_or(Attempt::Hopeless, |place| Attempt::Split(vec![place]))
             }
             Filling::Spatial(_) => self.fill_in_space(region, chains, is_taken),
