@@ -1,16 +1,13 @@
 //! Polygons to triangles, every corner kept.
 
-use earcut::Earcut;
-
 use crate::math::{DVec3, Vec2};
 use crate::mesh::Mesh;
+use crate::mesh::clip::{Clipper, turn};
 
 /// Splits polygons into triangles; holds the scratch memory.
 pub(super) struct Triangulator {
-    earcut: Earcut<f64>,
+    clipper: Clipper,
     flat: Vec<[f64; 2]>,
-    clipped: Vec<u32>,
-    triangles: Vec<[u32; 3]>,
 }
 
 /// Polygons of more corners become fans. Clipping outlines that cross themselves takes time that grows with the square
@@ -19,7 +16,7 @@ const GREATEST_CLIPPED: usize = 1 << 15;
 
 impl Triangulator {
     pub(super) fn new() -> Self {
-        Self { earcut: Earcut::new(), flat: Vec::new(), clipped: Vec::new(), triangles: Vec::new() }
+        Self { clipper: Clipper::new(), flat: Vec::new() }
     }
 
     /// Appends the `corners.len() - 2` triangles of a polygon to `mesh`; none for fewer than three corners.
@@ -53,11 +50,12 @@ impl Triangulator {
             0..3 => {}
             3 => push([0, 1, 2]),
             count => {
-                let clippable = count <= GREATEST_CLIPPED && self.project(corners, positions);
-                if clippable && !is_convex(&self.flat) && self.clip() {
-                    self.triangles.iter().for_each(|triangle| push(triangle.map(|i| i as usize)));
-                } else {
-                    (2..count).for_each(|i| push([0, i - 1, i]));
+                let is_concave =
+                    count <= GREATEST_CLIPPED && self.project(corners, positions) && !is_convex(&self.flat);
+                let clipped = if is_concave { self.clipper.clip(&self.flat, &[]) } else { None };
+                match clipped {
+                    Some(triangles) => triangles.iter().for_each(|triangle| push(triangle.map(|i| i as usize))),
+                    None => (2..count).for_each(|i| push([0, i - 1, i])),
                 }
             }
         }
@@ -94,62 +92,6 @@ impl Triangulator {
         }));
         true
     }
-
-    /// Clips the projected polygon into `triangles`; false unless every corner is used and the count is right.
-    fn clip(&mut self) -> bool {
-        self.earcut.earcut_slice::<u32>(&self.flat, &[], &mut self.clipped);
-        // All triangles wind one way, those without an area too; which way is the clipper's choice.
-        let corner = |i: u32| self.flat[i as usize];
-        let area: f64 = self.clipped.chunks_exact(3).map(|t| turn(corner(t[0]), corner(t[1]), corner(t[2]))).sum();
-        let wind = |t: &[u32]| if area < 0.0 { [t[0], t[2], t[1]] } else { [t[0], t[1], t[2]] };
-        self.triangles.clear();
-        self.triangles.extend(self.clipped.chunks_exact(3).map(wind));
-        self.restore_dropped_corners();
-        self.triangles.len() + 2 == self.flat.len()
-    }
-
-    /// Puts back the corners that the clipper dropped because they add no area: repeated positions and spikes.
-    ///
-    /// Without them the neighbor across that side would not share its vertices, a crack. A dropped corner `m` between
-    /// the used corners `a` and `b` splits the triangle on that side:
-    /// ```text
-    ///      c             c
-    ///     / \           /|\
-    ///    a---b   →     a-m-b
-    /// ```
-    fn restore_dropped_corners(&mut self) {
-        let corner_count = self.flat.len();
-        let mut used = vec![false; corner_count];
-        for &corner in self.triangles.iter().flatten() {
-            used[corner as usize] = true;
-        }
-        let Some(first) = used.iter().position(|&used| used) else { return };
-        let mut a = first as u32;
-        for step in 1..corner_count {
-            let m = (first + step) % corner_count;
-            if !used[m] {
-                let Some(b) = (1..corner_count).map(|ahead| (m + ahead) % corner_count).find(|&b| used[b]) else {
-                    return;
-                };
-                let side = [a, b as u32];
-                let on_side = |t: &[u32; 3]| (0..3).find(|&i| [t[i], t[(i + 1) % 3]] == side);
-                let Some((at, i)) = self.triangles.iter().enumerate().find_map(|(at, t)| Some((at, on_side(t)?)))
-                else {
-                    return;
-                };
-                let c = self.triangles[at][(i + 2) % 3];
-                self.triangles[at] = [a, m as u32, c];
-                self.triangles.push([m as u32, b as u32, c]);
-                used[m] = true;
-            }
-            a = m as u32;
-        }
-    }
-}
-
-/// Twice the signed area of a triangle in the plane.
-fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
-    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
 /// Whether no corner turns right and the outline goes around once.

@@ -10,6 +10,7 @@
 pub mod adjacency;
 pub(crate) mod arrange;
 mod circle;
+pub(crate) mod clip;
 mod curve;
 mod disjoint;
 pub mod dual;

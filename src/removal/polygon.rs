@@ -1,6 +1,6 @@
 //! A polygon to fill: which faces may lie in it, and what a fill is worth.
 
-use crate::math::DVec3;
+use crate::math::{DVec3, radius_ratio};
 
 use super::hole::Hole;
 
@@ -124,9 +124,7 @@ impl Polygon<'_> {
                 return Err(Rejection::Aspect);
             }
         }
-        let [u, v, w] = [(c - b).length(), (a - c).length(), (b - a).length()];
-        let product = 2.0 * u * v * w;
-        let ratio = if product > 0.0 { (v + w - u) * (w + u - v) * (u + v - w) / product } else { 0.0 };
+        let ratio = radius_ratio([(c - b).length(), (a - c).length(), (b - a).length()]);
         Ok(Tile { normal: doubled.try_normalize(), ratio })
     }
 

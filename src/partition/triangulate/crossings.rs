@@ -1,0 +1,173 @@
+//! Where an outline crosses itself: a sweep from the top, in the manner of Shamos and Hoey.
+//!
+//! The line of the sweep leans by an infinitely small angle, so that it meets the points in the order of
+//! [`compare`](super::sides::compare) and no edge is parallel to it. Predicates are exact. Its work is n log n whatever the
+//! outline looks like.
+
+use super::Outline;
+use super::line::Line;
+use super::sides::{by_sign, compare, is_above, turn};
+use crate::math::DVec2;
+
+/// No edge.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// Why an outline has no inside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fault {
+    /// Two edges, by their first points, cross or touch other than at a vertex that they share, or go the wrong way around it.
+    Crossing([usize; 2]),
+    /// A ring lies where it may not: a hole outside the outer ring or inside another hole.
+    Misplaced(usize),
+}
+
+impl Outline {
+    /// The first edges found, by their first points, that cross or touch other than at a vertex that they share.
+    ///
+    /// That is also a point on an edge, edges over each other, different vertices at one place, an edge without length, and
+    /// passages through one vertex that cross. An outline whose parts do not fit together gives its first point twice.
+    pub fn crossing(&self) -> Option<[usize; 2]> {
+        match self.fault() {
+            Some(Fault::Crossing(edges)) => Some(edges),
+            _ => None,
+        }
+    }
+
+    /// A crossing; else a ring that lies where it may not; else nothing, and the outline has an inside, to the left of all its
+    /// edges.
+    pub fn fault(&self) -> Option<Fault> {
+        if self.is_sound() { sweep(self, &self.scaled()).err() } else { Some(Fault::Crossing([0, 0])) }
+    }
+}
+
+/// Edges by their first points.
+struct Edges<'a> {
+    points: &'a [DVec2],
+    next: Vec<u32>,
+    /// Whether an edge leads down.
+    is_down: Vec<bool>,
+}
+
+impl Edges<'_> {
+    fn ends(&self, edge: u32) -> [DVec2; 2] {
+        let [a, b] = [edge, self.next[edge as usize]].map(|i| self.points[i as usize]);
+        if self.is_down[edge as usize] { [a, b] } else { [b, a] }
+    }
+
+    fn high(&self, edge: u32) -> DVec2 {
+        self.ends(edge)[0]
+    }
+
+    fn low(&self, edge: u32) -> DVec2 {
+        self.ends(edge)[1]
+    }
+
+    /// Above zero where a point lies east of an edge.
+    fn side(&self, edge: u32, p: DVec2) -> f64 {
+        let [high, low] = self.ends(edge);
+        turn(high, low, p)
+    }
+
+    /// Whether neighbors on the line meet farther down other than at a common end.
+    fn clash(&self, west: u32, east: u32) -> bool {
+        let [west_low, east_low] = [self.low(west), self.low(east)];
+        if west_low == east_low {
+            self.side(west, self.high(east)) == 0.0
+        } else if is_above(west_low, east_low) {
+            self.side(east, west_low) >= 0.0
+        } else {
+            self.side(west, east_low) <= 0.0
+        }
+    }
+}
+
+/// The edge west of every point that no edge ends at from above, [`NONE`] where there is none; or a fault.
+///
+/// `points` are the outline's, [scaled](Outline::scaled); the outline is sound.
+pub(super) fn sweep(outline: &Outline, points: &[DVec2]) -> Result<Vec<u32>, Fault> {
+    let next = outline.successors();
+    let mut prev = vec![0; next.len()];
+    (0..).zip(&next).for_each(|(i, &after): (u32, _)| prev[after as usize] = i);
+    let is_down = (0..next.len()).map(|i| is_above(points[i], points[next[i] as usize])).collect();
+    let edges = Edges { points, next, is_down };
+    let crossing = |a: u32, b: u32| Err(Fault::Crossing([a as usize, b as usize]));
+    let mut order: Vec<u32> = (0..points.len() as u32).collect();
+    order.sort_unstable_by(|&a, &b| compare(points[b as usize], points[a as usize]).then(a.cmp(&b)));
+    one_place_each(outline, points)?;
+
+    let mut west_of = vec![NONE; points.len()];
+    let mut misplaced = None;
+    let mut line = Line::new();
+    let (mut ended, mut started): (Vec<u32>, Vec<u32>) = (Vec::new(), Vec::new());
+    for places in order.chunk_by(|&a, &b| points[a as usize] == points[b as usize]) {
+        let (first, p) = (places[0], points[places[0] as usize]);
+        let vertex = |i: u32| outline.vertices[i as usize];
+        if let Some(&other) = places.iter().find(|&&other| vertex(other) != vertex(first)) {
+            return crossing(first, other);
+        }
+        let gap = line.find(|edge| edges.side(edge, p) > 0.0);
+        ended.clear();
+        while let Some(edge) = line.east(gap).filter(|&edge| edges.side(edge, p) == 0.0) {
+            if edges.low(edge) != p {
+                return crossing(edge, first);
+            }
+            ended.push(edge);
+            line.remove_east(gap);
+        }
+        started.clear();
+        for &place in places {
+            let [before, after] = [prev[place as usize], edges.next[place as usize]];
+            if points[after as usize] == p {
+                return crossing(place, after);
+            }
+            started.extend([place, before].into_iter().filter(|&edge| edges.high(edge) == p));
+        }
+        if ended.len() + started.len() != 2 * places.len() {
+            return crossing(first, prev[first as usize]);
+        }
+        started.sort_unstable_by(|&a, &b| by_sign(turn(p, edges.low(b), edges.low(a))));
+        if let Some(pair) = started.windows(2).find(|pair| turn(p, edges.low(pair[0]), edges.low(pair[1])) == 0.0) {
+            return crossing(pair[0], pair[1]);
+        }
+        // Around a point the edges away from it and to it take turns, or the inside would overlap.
+        let around = || started.iter().chain(ended.iter().rev());
+        let leads_away = |edge: u32| points[edge as usize] == p;
+        if let Some((&a, &b)) = around().zip(around().cycle().skip(1)).find(|(a, b)| leads_away(**a) == leads_away(**b))
+        {
+            return crossing(a, b);
+        }
+        let west = line.west(gap);
+        if let ([], Some(&start)) = (ended.as_slice(), started.first()) {
+            // The inside lies east of edges that lead down.
+            let is_inside = west.is_some_and(|west| edges.is_down[west as usize]);
+            if is_inside == edges.is_down[start as usize] {
+                misplaced.get_or_insert(start);
+            }
+            places.iter().for_each(|&place| west_of[place as usize] = west.unwrap_or(NONE));
+        }
+        let east = line.east(gap);
+        let neighbors = match (started.first(), started.last()) {
+            (Some(&first), Some(&last)) => [(west, Some(first)), (Some(last), east)],
+            _ => [(west, east), (None, None)],
+        };
+        for (west, east) in neighbors.into_iter().filter_map(|(west, east)| west.zip(east)) {
+            if edges.clash(west, east) {
+                return crossing(west, east);
+            }
+        }
+        line.insert(gap, &started);
+    }
+    match misplaced {
+        Some(start) => Err(Fault::Misplaced(outline.ring_starts.partition_point(|&first| first <= start) - 1)),
+        None => Ok(west_of),
+    }
+}
+
+/// Refuses a mesh vertex that is at two places.
+fn one_place_each(outline: &Outline, points: &[DVec2]) -> Result<(), Fault> {
+    let mut order: Vec<u32> = (0..points.len() as u32).collect();
+    order.sort_unstable_by_key(|&i| (outline.vertices[i as usize], i));
+    let is_torn = |&[a, b]: &[usize; 2]| outline.vertices[a] == outline.vertices[b] && points[a] != points[b];
+    let pairs = order.windows(2).map(|pair| [pair[0] as usize, pair[1] as usize]);
+    pairs.into_iter().find(is_torn).map_or(Ok(()), |pair| Err(Fault::Crossing(pair)))
+}

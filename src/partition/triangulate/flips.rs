@@ -1,0 +1,159 @@
+//! Diagonals of triangulated outlines replaced by others.
+
+use robust::{Coord, incircle};
+use rustc_hash::FxHashMap;
+
+use super::Outline;
+use super::sides::turn;
+use crate::math::DVec2;
+
+/// Times that [`improve`] looks at all edges, at most. Most outlines need two to four.
+const MOST_SWEEPS: usize = 16;
+
+/// Flips that [`flip_away`] tries one after another, at most.
+const MOST_FLIPS: usize = 4;
+
+/// Replaces diagonals until the triangles are Delaunay's, as far as the outline lets them: of two triangles that are a convex
+/// quadrilateral the other two where a corner lies in the circle around the other three.
+///
+/// Edges of the outline stay, and none becomes an edge whose mesh vertices `is_taken` accepts. The triangles are those of
+/// [`triangulate`](super::triangulate).
+pub fn improve(outline: &Outline, triangles: &mut [[u32; 3]], is_taken: impl FnMut(u32, u32) -> bool) {
+    let Some(mut flips) = Flips::new(outline, triangles, is_taken) else { return };
+    for _ in 0..MOST_SWEEPS {
+        let mut is_done = true;
+        for triangle in 0..flips.triangles.len() {
+            for k in 0..3 {
+                let [a, b] = [k, (k + 1) % 3].map(|i| flips.triangles[triangle][i]);
+                if flips.quad(a, b).is_some_and(|quad| flips.is_crowded(quad)) {
+                    is_done &= flips.flip(a, b).is_none();
+                }
+            }
+        }
+        if is_done {
+            return;
+        }
+    }
+}
+
+/// Replaces diagonals so that none joins these two mesh vertices any more; false, with nothing changed, where a few flips do
+/// not do it or there is no such diagonal. As in [`improve`], edges of the outline stay and none becomes a taken one.
+pub fn flip_away(
+    outline: &Outline,
+    triangles: &mut [[u32; 3]],
+    diagonal: [u32; 2],
+    is_taken: impl FnMut(u32, u32) -> bool,
+) -> bool {
+    let Some(mut flips) = Flips::new(outline, triangles, is_taken) else { return false };
+    let vertex = |i: u32| outline.vertices[i as usize];
+    let sides = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]];
+    let found = flips.triangles.iter().flat_map(sides).find(|side| side.map(vertex) == diagonal);
+    found.is_some_and(|[a, b]| (1..=MOST_FLIPS).any(|most| flips.clear([a, b], diagonal, most)))
+}
+
+/// Triangles and which lies at every edge.
+struct Flips<'a, F> {
+    outline: &'a Outline,
+    points: Vec<DVec2>,
+    triangles: &'a mut [[u32; 3]],
+    /// The triangle to the left of every edge, by the mesh vertices.
+    left: FxHashMap<[u32; 2], u32>,
+    is_taken: F,
+}
+
+/// Two triangles, `a b c` and `b a d`, at the diagonal from `a` to `b`.
+#[derive(Clone, Copy)]
+struct Quad {
+    corners: [u32; 4],
+    triangles: [u32; 2],
+}
+
+impl<'a, F: FnMut(u32, u32) -> bool> Flips<'a, F> {
+    fn new(outline: &'a Outline, triangles: &'a mut [[u32; 3]], is_taken: F) -> Option<Self> {
+        let is_known = |&i: &u32| (i as usize) < outline.points.len();
+        if !outline.is_sound() || !triangles.iter().flatten().all(is_known) {
+            return None;
+        }
+        let vertex = |i: u32| outline.vertices[i as usize];
+        let sides = |(at, &[a, b, c]): (u32, &[u32; 3])| [[a, b], [b, c], [c, a]].map(|side| (side.map(vertex), at));
+        let left = (0..).zip(triangles.iter()).flat_map(sides).collect();
+        Some(Self { outline, points: outline.scaled(), triangles, left, is_taken })
+    }
+
+    fn side(&self, a: u32, b: u32) -> [u32; 2] {
+        [a, b].map(|i| self.outline.vertices[i as usize])
+    }
+
+    /// The triangle to the left of an edge, and its third corner.
+    fn apex(&self, a: u32, b: u32) -> Option<(u32, u32)> {
+        let triangle = *self.left.get(&self.side(a, b))?;
+        let is_other = |&&c: &&u32| !self.side(a, b).contains(&self.outline.vertices[c as usize]);
+        Some((triangle, *self.triangles[triangle as usize].iter().find(is_other)?))
+    }
+
+    fn quad(&self, a: u32, b: u32) -> Option<Quad> {
+        let (first, c) = self.apex(a, b)?;
+        let (second, d) = self.apex(b, a)?;
+        Some(Quad { corners: [a, b, c, d], triangles: [first, second] })
+    }
+
+    /// Whether a corner lies in the circle around the other three.
+    fn is_crowded(&self, quad: Quad) -> bool {
+        let [a, b, c, d] = quad.corners.map(|i| self.points[i as usize]).map(|p| Coord { x: p.x, y: p.y });
+        incircle(a, b, c, d) > 0.0
+    }
+
+    /// Replaces the diagonal from `a` to `b`, if that is legal, and returns the other one.
+    /// ```text
+    ///     c            c
+    ///   /   \        / | \
+    ///  a --- b   →  a  |  b
+    ///   \   /        \ | /
+    ///     d            d
+    /// ```
+    fn flip(&mut self, a: u32, b: u32) -> Option<[u32; 2]> {
+        let quad = self.quad(a, b)?;
+        let [p, q, r, s] = quad.corners.map(|i| self.points[i as usize]);
+        let is_convex = turn(p, s, r) > 0.0 && turn(s, q, r) > 0.0;
+        let [_, _, c, d] = quad.corners;
+        let [v, w] = self.side(c, d);
+        let is_new = v != w && !self.left.contains_key(&[v, w]) && !self.left.contains_key(&[w, v]);
+        if !is_convex || !is_new || (self.is_taken)(v, w) {
+            return None;
+        }
+        self.turn_diagonal(quad);
+        Some([c, d])
+    }
+
+    fn turn_diagonal(&mut self, Quad { corners: [a, b, c, d], triangles: [first, second] }: Quad) {
+        self.left.remove(&self.side(a, b));
+        self.left.remove(&self.side(b, a));
+        for (at, [a, b, c]) in [(first, [a, d, c]), (second, [d, b, c])] {
+            self.triangles[at as usize] = [a, b, c];
+            let sides = [[a, b], [b, c], [c, a]].map(|[a, b]| (self.side(a, b), at));
+            self.left.extend(sides);
+        }
+    }
+
+    /// Takes an edge out of the way of another one, then that one, by so many flips at most; false with nothing changed.
+    fn clear(&mut self, [a, b]: [u32; 2], diagonal: [u32; 2], most: usize) -> bool {
+        if most == 0 {
+            return false;
+        }
+        if self.flip(a, b).is_some() {
+            return true;
+        }
+        let Some(Quad { corners: [a, b, c, d], .. }) = self.quad(a, b) else { return false };
+        for [e, f] in [[b, c], [c, a], [a, d], [d, b]] {
+            if let Some([g, h]) = self.flip(e, f) {
+                if self.clear([a, b], diagonal, most - 1) {
+                    return true;
+                }
+                if let Some(quad) = self.quad(g, h) {
+                    self.turn_diagonal(quad);
+                }
+            }
+        }
+        false
+    }
+}
