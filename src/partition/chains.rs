@@ -46,6 +46,8 @@ pub struct Chains<'a> {
     boundary: &'a Boundary,
     /// One a place in [`Boundary::chain_vertices`].
     kept: Vec<bool>,
+    /// How many vertices each chain leaves out.
+    missing: Vec<u32>,
 }
 
 /// A segment: the places of its ends.
@@ -55,11 +57,13 @@ impl<'a> Chains<'a> {
     /// Chains with nothing but their ends.
     pub fn new(surface: &'a Surface, boundary: &'a Boundary) -> Self {
         let mut kept = vec![false; boundary.chain_vertices.len()];
+        let mut missing = Vec::with_capacity(boundary.chain_count());
         for chain in 0..boundary.chain_count() {
             let Range { start, end } = boundary.places(chain);
             (kept[start], kept[end - 1]) = (true, true);
+            missing.push((end - start - 2) as u32);
         }
-        Self { surface, boundary, kept }
+        Self { surface, boundary, kept, missing }
     }
 
     /// Splits segments until all are within `tolerances`; `colors` has one row a vertex of the surface.
@@ -115,6 +119,9 @@ impl<'a> Chains<'a> {
             open = next;
         }
         self.kept = kept;
+        for (chain, missing) in self.missing.iter_mut().enumerate() {
+            *missing = self.kept[self.boundary.places(chain)].iter().filter(|&&kept| !kept).count() as u32;
+        }
         Ok(())
     }
 
@@ -162,15 +169,20 @@ impl<'a> Chains<'a> {
 
     /// Keeps the vertex at a place.
     pub fn keep(&mut self, place: usize) {
-        self.kept[place] = true;
+        if !std::mem::replace(&mut self.kept[place], true) {
+            self.missing[self.boundary.chain_at(place)] -= 1;
+        }
+    }
+
+    /// Whether a chain has all of its vertices.
+    pub fn is_whole(&self, chain: usize) -> bool {
+        self.missing[chain] == 0
     }
 
     /// Keeps every vertex of a chain; whether that changes it.
     pub fn keep_all(&mut self, chain: usize) -> bool {
-        let places = self.boundary.places(chain);
-        let changes = self.kept[places.clone()].contains(&false);
-        self.kept[places].fill(true);
-        changes
+        self.kept[self.boundary.places(chain)].fill(true);
+        std::mem::take(&mut self.missing[chain]) > 0
     }
 }
 

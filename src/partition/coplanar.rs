@@ -53,17 +53,16 @@ impl Flatness {
 /// found, so that every vertex is within the distance of one plane.
 pub fn partition(surface: &Surface, angle_rad: f64, distance: f64, is_wall: impl Fn(u32, u32) -> bool) -> Partition {
     let mut growth = Growth::new(surface, angle_rad, distance);
-    let mut seeds: Vec<u32> = (0..surface.faces.len() as u32).collect();
-    seeds.par_sort_by(|&a, &b| {
-        let area = |f: u32| growth.normals[f as usize].length_squared();
-        area(b).total_cmp(&area(a)).then(a.cmp(&b))
-    });
     let mut region_count = 0;
-    for seed in seeds {
-        if growth.labels[seed as usize] != NONE {
-            continue;
+    for seed in growth.seeds() {
+        if growth.labels[seed as usize] == NONE {
+            growth.grow(seed, region_count, &is_wall);
+            region_count += 1;
         }
-        growth.grow(seed, region_count, &is_wall);
+    }
+    // What nothing lies beside is on its own.
+    for label in growth.labels.iter_mut().filter(|label| **label == NONE) {
+        *label = region_count;
         region_count += 1;
     }
     // In the order of the faces, so that what is near in space is near in memory.
@@ -104,6 +103,28 @@ impl<'a> Growth<'a> {
             labels: vec![NONE; surface.faces.len()],
             found: Vec::new(),
         }
+    }
+
+    /// The faces that have another beside them in their own plane, the largest first.
+    fn seeds(&self) -> Vec<u32> {
+        let has_other = |&face: &u32| {
+            let normal = self.normals[face as usize];
+            let length = normal.length();
+            let origin = self.surface.points[self.surface.faces[face as usize][0] as usize];
+            let near = |v: u32| (self.surface.points[v as usize] - origin).dot(normal).abs() <= self.distance * length;
+            length > 0.0
+                && self.surface.neighbors[face as usize].iter().any(|&other| {
+                    other != NONE
+                        && self.surface.faces[other as usize].into_iter().all(near)
+                        && self.faces_along(other, normal / length)
+                })
+        };
+        let faces = (0..self.surface.faces.len() as u32).into_par_iter().with_min_len(ROWS);
+        // Areas are positive: their bits are in their order.
+        let key = |face: u32| (!self.normals[face as usize].length_squared().to_bits(), face);
+        let mut seeds: Vec<(u64, u32)> = faces.filter(has_other).map(key).collect();
+        seeds.par_sort_unstable();
+        seeds.into_iter().map(|(_, face)| face).collect()
     }
 
     fn grow(&mut self, seed: u32, label: u32, is_wall: &impl Fn(u32, u32) -> bool) {

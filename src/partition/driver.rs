@@ -10,10 +10,14 @@ use crate::simplify::{Blocked, Budget, OnProgress, Outcome, Phases, Progress, St
 use super::boundary::Boundary;
 use super::chains::{Chains, Tolerances};
 use super::coplanar;
+use super::cut::Parts;
 use super::rebuild::{Rebuilt, rebuild};
 use super::restore::{Restored, restore};
 use super::surface::Surface;
 use super::{By, Options, Partition};
+
+/// How often regions that cannot be drawn are cut in two.
+const MOST_CUTS: usize = 8;
 
 /// Partitions and rebuilds on `device`; the calling thread belongs to its pool.
 pub fn run(
@@ -36,35 +40,36 @@ pub fn run(
 
     let found = find(mesh, &surface, options, budget)?;
     seconds.select = lapped();
-    let boundary = Boundary::new(&surface, &found.partition);
-    let mut chains = Chains::new(&surface, &boundary);
-    queues.run(&mut warnings, |queue| chains.simplify(found.tolerances, None, queue))?;
-    seconds.cost = lapped();
-    let faces_in = mesh.faces.len();
-    let now = Progress { faces: surface.faces.len(), faces_in, target: 0 };
+    let now = Progress { faces: surface.faces.len(), faces_in: mesh.faces.len(), target: 0 };
     let cancelled = progress.as_mut().is_some_and(|report| report(now).is_break());
-    let rebuilt = match cancelled {
-        true => Rebuilt::nothing(&surface, &found.partition),
-        false => rebuild(&surface, &found.partition, &boundary, &mut chains, options.recipe()),
-    };
-    if rebuilt.kept > 0 && !cancelled {
-        // Of one face they are no news.
-        let several = rebuilt.kept_faces - rebuilt.kept;
-        if several > 0 {
-            warnings.push(format!(
-                "{} regions cannot be drawn anew and keep their {} faces",
-                rebuilt.kept, rebuilt.kept_faces
-            ));
+    let mut parts = Parts::new(found.partition);
+    let mut rebuilt = Rebuilt::nothing(&surface, &parts.partition);
+    for cuts in 0..=MOST_CUTS {
+        if cancelled {
+            break;
+        }
+        let boundary = Boundary::new(&surface, &parts.partition);
+        let mut chains = Chains::new(&surface, &boundary);
+        queues.run(&mut warnings, |queue| chains.simplify(found.tolerances, None, queue))?;
+        seconds.cost += lapped();
+        rebuilt = rebuild(&surface, &parts.partition, &boundary, &mut chains, options.recipe());
+        seconds.apply += lapped();
+        if cuts == MOST_CUTS || !parts.cut(&surface, &rebuilt.undrawn) {
+            break;
         }
     }
-    let Restored { mesh, vertex_origin, regions } = restore(mesh, &surface, &found.partition, rebuilt);
-    seconds.apply = lapped();
+    if !rebuilt.undrawn.is_empty() {
+        let count = rebuilt.undrawn.len();
+        warnings.push(format!("{count} regions, or parts of them, cannot be drawn anew and keep their faces"));
+    }
+    let Restored { mesh, vertex_origin, regions } = restore(mesh, &surface, &parts, rebuilt);
+    seconds.apply += lapped();
     seconds.transfer = queues.seconds_moving();
     seconds.total = clock.elapsed().as_secs_f64();
     Ok(Outcome {
         mesh,
         vertex_origin,
-        faces_in,
+        faces_in: regions.labels.len(),
         target: 0,
         stop: if cancelled { StopReason::Cancelled } else { StopReason::RegionsRebuilt },
         blocked: Blocked::default(),

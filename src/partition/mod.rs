@@ -15,6 +15,7 @@
 mod boundary;
 mod chains;
 mod coplanar;
+mod cut;
 mod driver;
 mod labels;
 mod rebuild;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::Partition;
+use super::cut::Parts;
 use super::rebuild::Rebuilt;
 use super::surface::Surface;
 use crate::mesh::Mesh;
@@ -21,9 +21,9 @@ pub struct Regions {
     pub count: usize,
     /// The region of every face of the result.
     pub face_labels: Vec<u32>,
-    /// Regions that keep the input's faces, for they could not be drawn anew or have one only.
-    pub kept: usize,
-    /// Regions that no plane shows without folds, filled between their borders in space.
+    /// Regions, or parts of them, that keep the input's faces for they could not be drawn anew.
+    pub undrawn: usize,
+    /// Those that no plane shows without folds, filled between their borders in space.
     pub spatial: usize,
 }
 
@@ -36,8 +36,9 @@ pub struct Restored {
 }
 
 /// Names vertices in the order of the input and turns regions back over that were turned to agree with others.
-pub fn restore(input: &Mesh, surface: &Surface, partition: &Partition, rebuilt: Rebuilt) -> Restored {
-    let Rebuilt { faces, region_starts, kept, spatial, .. } = rebuilt;
+pub fn restore(input: &Mesh, surface: &Surface, parts: &Parts, rebuilt: Rebuilt) -> Restored {
+    let Rebuilt { faces, region_starts, undrawn, spatial, .. } = rebuilt;
+    let whole = |part: u32| parts.whole[part as usize];
     let mut used = vec![false; surface.points.len()];
     faces.iter().flatten().for_each(|&v| used[v as usize] = true);
     let mut order: Vec<u32> = (0..used.len() as u32).filter(|&v| used[v as usize]).collect();
@@ -46,18 +47,18 @@ pub fn restore(input: &Mesh, surface: &Surface, partition: &Partition, rebuilt: 
     (0..).zip(&order).for_each(|(new, &old)| renamed[old as usize] = new);
     let vertex_origin: Vec<u32> = order.iter().map(|&v| surface.vertex_source[v as usize]).collect();
 
-    let is_turned = turned_regions(surface, partition);
+    let is_turned = turned_regions(surface, parts);
     let mut face_labels = Vec::with_capacity(faces.len());
-    for (region, ends) in (0..).zip(region_starts.windows(2)) {
-        face_labels.resize(face_labels.len() + (ends[1] - ends[0]) as usize, region);
+    for (part, ends) in (0..).zip(region_starts.windows(2)) {
+        face_labels.resize(face_labels.len() + (ends[1] - ends[0]) as usize, part);
     }
-    let named = |(&face, &region): (&[u32; 3], &u32)| {
+    let named = |(&face, &part): (&[u32; 3], &u32)| {
         let [a, b, c] = face.map(|v| renamed[v as usize]);
-        if is_turned[region as usize] { [a, c, b] } else { [a, b, c] }
+        if is_turned[part as usize] { [a, c, b] } else { [a, b, c] }
     };
     let mut labels = vec![NO_REGION; input.faces.len()];
-    for (&source, &label) in surface.face_source.iter().zip(&partition.labels) {
-        labels[(source & !TURNED) as usize] = label;
+    for (&source, &part) in surface.face_source.iter().zip(&parts.partition.labels) {
+        labels[(source & !TURNED) as usize] = whole(part);
     }
     let (normals, colors) = joined_attributes(input, surface.lowest.as_ref(), &vertex_origin);
     let mesh = Mesh {
@@ -67,12 +68,15 @@ pub fn restore(input: &Mesh, surface: &Surface, partition: &Partition, rebuilt: 
         colors,
         texcoords: None,
     };
-    let regions = Regions { labels, count: partition.region_count, face_labels, kept, spatial };
+    face_labels.iter_mut().for_each(|label| *label = whole(*label));
+    // Parts come last: the number of regions is that of the wholes.
+    let count = parts.whole.iter().max().map_or(0, |&last| last as usize + 1);
+    let regions = Regions { labels, count, face_labels, undrawn: undrawn.len(), spatial };
     Restored { mesh, vertex_origin, regions }
 }
 
 /// For every region whether most of its faces were turned over.
-fn turned_regions(surface: &Surface, partition: &Partition) -> Vec<bool> {
+fn turned_regions(surface: &Surface, Parts { partition, .. }: &Parts) -> Vec<bool> {
     let mut balance = vec![0_i64; partition.region_count];
     for (&source, &label) in surface.face_source.iter().zip(&partition.labels) {
         balance[label as usize] += if source & TURNED == 0 { -1 } else { 1 };

@@ -9,6 +9,8 @@ use crate::partition::triangulate::{Fault, Misfit, Outline, Triangulation, trian
 /// What came of a region.
 #[derive(Debug)]
 pub enum Attempt {
+    /// Its own faces are as few as can be.
+    Least,
     /// Drawn in its plane.
     Flat(Flat),
     /// Filled in space, by vertices of the surface.

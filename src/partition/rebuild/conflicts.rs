@@ -4,9 +4,8 @@
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
-use super::attempt::{Attempt, Flat, farthest};
-use super::{Filling, Work};
-use crate::mesh::dual::NONE;
+use super::attempt::{Attempt, Flat, farthest, segments};
+use super::{Filling, ROWS, Work};
 use crate::partition::chains::Chains;
 use crate::partition::triangulate::flip_away;
 
@@ -55,9 +54,13 @@ fn inner_edges(triangles: impl Iterator<Item = [u32; 3]>, edges: &mut Vec<u64>) 
 
 impl Work<'_> {
     /// Finds edges that two have and takes them from one; whether there were any.
+    ///
+    /// Edges of the input are each there once: only those that are new can meet another, or one of the input.
     pub(super) fn settle_conflicts(&mut self, chains: &mut Chains<'_>) -> bool {
-        let edges = self.edges(chains);
-        let groups: Vec<&[(u64, Owner)]> = edges.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() > 1).collect();
+        let edges = self.new_edges(chains);
+        let groups: Vec<&[(u64, Owner)]> = edges.chunk_by(|a, b| a.0 == b.0).collect();
+        let in_conflict = |group: &&[(u64, Owner)]| group.len() > 1 || self.is_in_input(group[0].0, Some(group[0].1));
+        let groups: Vec<&[(u64, Owner)]> = groups.into_par_iter().filter(in_conflict).collect();
         if groups.is_empty() {
             return false;
         }
@@ -73,46 +76,41 @@ impl Work<'_> {
         true
     }
 
-    /// Every edge of the result with those who have it, sorted.
-    fn edges(&self, chains: &Chains<'_>) -> Vec<(u64, Owner)> {
+    /// Every edge that the input does not have there, with those who have it, sorted: segments that leave vertices out, and
+    /// what is inside regions drawn anew.
+    fn new_edges(&self, chains: &Chains<'_>) -> Vec<(u64, Owner)> {
         let vertex = |place: usize| self.boundary.chain_vertices[place];
+        let segments = |chain: usize| {
+            let longer = chains.segments(chain).filter(|[a, b]| b - a > 1);
+            longer.map(|[a, b]| (key(vertex(a), vertex(b)), Owner::Chain(a as u32)))
+        };
         let mut edges: Vec<(u64, Owner)> = (0..self.boundary.chain_count())
             .into_par_iter()
-            .flat_map_iter(|chain| {
-                chains.segments(chain).map(|[a, b]| (key(vertex(a), vertex(b)), Owner::Chain(a as u32)))
-            })
+            .with_min_len(ROWS)
+            .filter(|&chain| !chains.is_whole(chain))
+            .flat_map_iter(segments)
             .collect();
-        let inside: Vec<(u64, Owner)> = (0..self.fillings.len() as u32)
-            .into_par_iter()
-            .map_init(Vec::new, |edges, region| {
-                self.inner_edges_of(region, chains, edges);
-                edges.iter().map(|&edge| (edge, Owner::Region(region))).collect::<Vec<_>>()
-            })
-            .flatten_iter()
-            .collect();
-        edges.extend(inside);
+        let inside = |edges: &mut Vec<u64>, region: u32| {
+            self.inner_edges_of(region, chains, edges);
+            edges.iter().map(|&edge| (edge, Owner::Region(region))).collect::<Vec<_>>()
+        };
+        let regions = (0..self.fillings.len() as u32).into_par_iter().with_min_len(ROWS);
+        edges.par_extend(
+            regions
+                .filter(|&region| matches!(self.fillings[region as usize], Filling::Flat(_) | Filling::Spatial(_)))
+                .map_init(Vec::new, inside)
+                .flatten_iter(),
+        );
         edges.par_sort_unstable();
         edges
     }
 
+    /// The edges inside a region that is drawn anew.
     fn inner_edges_of(&self, region: u32, chains: &Chains<'_>, edges: &mut Vec<u64>) {
         match &self.fillings[region as usize] {
             Filling::Flat(flat) => inner_edges(flat.vertices(), edges),
             Filling::Spatial(triangles) => inner_edges(triangles.iter().copied(), edges),
-            Filling::Open | Filling::Own => {
-                let surface = self.surface;
-                let inside = self.faces_of(region).iter().flat_map(|&f| {
-                    let face = surface.faces[f as usize];
-                    let inside = move |k: &usize| {
-                        let other = surface.neighbors[f as usize][*k];
-                        other != NONE && f < other && self.partition.labels[other as usize] == region
-                    };
-                    (0..3).filter(inside).map(move |k| key(face[k], face[(k + 1) % 3]))
-                });
-                edges.clear();
-                edges.extend(inside);
-                return;
-            }
+            Filling::Open | Filling::Least | Filling::Own => edges.clear(),
         }
         // A slit in the region: its segments run both ways and are the chain's.
         let mut passed: Vec<usize> = self.boundary.loops(region as usize).flatten().map(|pass| pass.chain()).collect();
@@ -124,19 +122,35 @@ impl Work<'_> {
         }
     }
 
-    /// Takes an edge from all who have it but one: what cannot change keeps it, then a chain, then the first region.
+    /// Whether an edge between vertices of the result is an edge of the input that the result has too, from another than
+    /// `but`.
+    ///
+    /// On the boundary it is: a vertex that stays is a junction, or within the one chain that has the edge. Inside a region
+    /// it is where that keeps its faces; of a region drawn anew all edges are listed as its own.
+    fn is_in_input(&self, edge: u64, but: Option<Owner>) -> bool {
+        let [a, b] = ends(edge);
+        let surface = self.surface;
+        let mut faces = surface.rings.faces_of_edge(&surface.faces, a, b);
+        let Some(first) = faces.next() else { return false };
+        let region = self.partition.labels[first as usize];
+        let other = faces.next();
+        let is_inside = faces.next().is_none()
+            && other.is_some_and(|other| {
+                surface.neighbors[first as usize].contains(&other) && self.partition.labels[other as usize] == region
+            });
+        !is_inside
+            || (but != Some(Owner::Region(region))
+                && matches!(self.fillings[region as usize], Filling::Least | Filling::Own))
+    }
+
+    /// Takes an edge from all who have it but one, or from all if the input has it: a chain keeps it that has no other vertex
+    /// to give, else the first.
     fn settle(&mut self, group: &[(u64, Owner)], taken: &mut FxHashSet<u64>, chains: &mut Chains<'_>) {
         let edge = group[0].0;
-        let is_fixed = |work: &Self, chains: &Chains<'_>, owner: Owner| match owner {
-            Owner::Region(region) => matches!(work.fillings[region as usize], Filling::Own),
-            Owner::Chain(place) => chains.farthest(work.segment_at(place as usize, chains)).is_none(),
-        };
-        let keeper = group.iter().position(|&(_, owner)| is_fixed(self, chains, owner)).unwrap_or(0);
+        let keeper = if self.is_in_input(edge, Some(group[0].1)) { usize::MAX } else { 0 };
         for (i, &(_, owner)) in group.iter().enumerate() {
-            if i == keeper {
-                continue;
-            }
             match owner {
+                _ if i == keeper => {}
                 Owner::Chain(place) => {
                     let segment = self.segment_at(place as usize, chains);
                     if let Some((place, _)) = chains.farthest(segment) {
@@ -157,19 +171,23 @@ impl Work<'_> {
 
     /// Has a region do without an edge: by turning it, by other triangles in space, by more vertices on its chains.
     fn take_from(&mut self, region: u32, edge: u64, taken: &mut FxHashSet<u64>, chains: &mut Chains<'_>) {
-        let is_taken = |a: u32, b: u32| taken.contains(&key(a, b));
-        let attempt = match &mut self.fillings[region as usize] {
-            // Its neighbor has changed since, or it cannot change.
-            Filling::Open | Filling::Own => return,
+        let mut filling = std::mem::replace(&mut self.fillings[region as usize], Filling::Open);
+        let is_taken =
+            |a: u32, b: u32| taken.contains(&key(a, b)) || self.is_in_input(key(a, b), Some(Owner::Region(region)));
+        let attempt = match &mut filling {
+            // Its neighbor has changed since.
+            Filling::Open => return,
+            Filling::Least | Filling::Own => Attempt::Hopeless,
             Filling::Flat(flat) => {
                 if flip_away(&flat.outline, &mut flat.triangles, ends(edge), is_taken) {
                     let mut edges = Vec::new();
                     inner_edges(flat.vertices(), &mut edges);
                     taken.extend(edges);
+                    self.fillings[region as usize] = filling;
                     return;
                 }
                 let ring: Vec<_> =
-                    self.boundary.loops(region as usize).flat_map(|l| super::segments(l, chains)).collect();
+                    self.boundary.loops(region as usize).flat_map(|passes| segments(passes, chains)).collect();
                 farthest(&ring, chains).map_or(Attempt::Hopeless, |place| Attempt::Split(vec![place]))
             }
             Filling::Spatial(_) => self.fill_in_space(region, chains, is_taken),
@@ -182,7 +200,7 @@ impl Work<'_> {
                 self.fillings[region as usize] = Filling::Spatial(triangles);
             }
             Attempt::Split(places) => self.split(region, &places, chains),
-            Attempt::Flat(_) | Attempt::Hopeless => self.keep_own(region, chains),
+            Attempt::Least | Attempt::Flat(_) | Attempt::Hopeless => self.keep_own(region, chains),
         }
     }
 }

@@ -32,6 +32,9 @@ const MOST_ATTEMPTS: u32 = 64;
 /// Longest ring that is filled in space: the time grows with the cube.
 const MOST_IN_SPACE: usize = 200;
 
+/// Regions or chains that a thread takes at a time.
+const ROWS: usize = 1 << 8;
+
 /// What takes the place of a region.
 #[derive(Debug)]
 enum Filling {
@@ -41,7 +44,9 @@ enum Filling {
     Flat(Flat),
     /// Triangles of the surface's vertices on one loop, in space.
     Spatial(Vec<[u32; 3]>),
-    /// Its own faces.
+    /// Its own faces, which are as few as can be.
+    Least,
+    /// Its own faces, for nothing else can be.
     Own,
 }
 
@@ -58,9 +63,8 @@ pub struct Rebuilt {
     pub faces: Vec<[u32; 3]>,
     /// R + 1 starts into `faces`.
     pub region_starts: Vec<u32>,
-    /// Regions that keep their faces, and these.
-    pub kept: usize,
-    pub kept_faces: usize,
+    /// Regions that keep their faces for they cannot be drawn.
+    pub undrawn: Vec<u32>,
     /// Regions filled in space.
     pub spatial: usize,
 }
@@ -72,8 +76,7 @@ impl Rebuilt {
         Self {
             faces: faces.iter().map(|&f| surface.faces[f as usize]).collect(),
             region_starts,
-            kept: partition.region_count,
-            kept_faces: faces.len(),
+            undrawn: Vec::new(),
             spatial: 0,
         }
     }
@@ -145,10 +148,12 @@ impl<'a> Work<'a> {
     fn draw(&mut self, chains: &mut Chains<'_>) {
         let open = std::mem::take(&mut self.open);
         let shared = &*chains;
-        let attempts: Vec<Attempt> = open.par_iter().map(|&region| self.attempt(region, shared)).collect();
+        let attempts: Vec<Attempt> =
+            open.par_iter().with_min_len(ROWS).map(|&region| self.attempt(region, shared)).collect();
         for (region, attempt) in open.into_iter().zip(attempts) {
             self.attempts[region as usize] += 1;
             match attempt {
+                Attempt::Least => self.fillings[region as usize] = Filling::Least,
                 Attempt::Flat(flat) => self.fillings[region as usize] = Filling::Flat(flat),
                 Attempt::Spatial(triangles) => {
                     // No plane shows it, whatever its neighbors do.
@@ -170,6 +175,9 @@ impl<'a> Work<'a> {
         if self.attempts[region as usize] >= MOST_ATTEMPTS || !self.is_planar[region as usize] {
             return Attempt::Hopeless;
         }
+        if self.is_least(region, chains) {
+            return Attempt::Least;
+        }
         let flat = match &self.planes[region as usize] {
             Some(plane) => {
                 let (surface, boundary, attempts) = (self.surface, self.boundary, self.attempts[region as usize]);
@@ -182,6 +190,21 @@ impl<'a> Work<'a> {
             Attempt::Hopeless => self.fill_in_space(region, chains, |_, _| false),
             other => other,
         }
+    }
+
+    /// Whether its faces are the fewest that there can be: its chains are whole, and none of its vertices is inside.
+    fn is_least(&self, region: u32, chains: &Chains<'_>) -> bool {
+        let (mut loops, mut vertices) = (0, 0);
+        for passes in self.boundary.loops(region as usize) {
+            loops += 1;
+            for pass in passes {
+                if !chains.is_whole(pass.chain()) {
+                    return false;
+                }
+                vertices += self.boundary.places(pass.chain()).len() - 1;
+            }
+        }
+        self.faces_of(region).len() + 4 == vertices + 2 * loops
     }
 
     /// Fills a region with one loop in space, between diagonals that are not taken.
@@ -233,7 +256,7 @@ impl<'a> Work<'a> {
     }
 
     fn finish(self) -> Rebuilt {
-        let mut rebuilt = Rebuilt { faces: Vec::new(), region_starts: vec![0], kept: 0, kept_faces: 0, spatial: 0 };
+        let mut rebuilt = Rebuilt { faces: Vec::new(), region_starts: vec![0], undrawn: Vec::new(), spatial: 0 };
         for (region, filling) in (0..).zip(&self.fillings) {
             match filling {
                 Filling::Flat(flat) => rebuilt.faces.extend(flat.vertices()),
@@ -241,9 +264,10 @@ impl<'a> Work<'a> {
                     rebuilt.spatial += 1;
                     rebuilt.faces.extend_from_slice(triangles);
                 }
-                Filling::Open | Filling::Own => {
-                    rebuilt.kept += 1;
-                    rebuilt.kept_faces += self.faces_of(region).len();
+                Filling::Open | Filling::Own | Filling::Least => {
+                    if !matches!(filling, Filling::Least) {
+                        rebuilt.undrawn.push(region);
+                    }
                     rebuilt.faces.extend(self.faces_of(region).iter().map(|&f| self.surface.faces[f as usize]));
                 }
             }
