@@ -3,8 +3,8 @@
 use robust::{Coord, incircle};
 use rustc_hash::{FxBuildHasher, FxHashMap};
 
-use super::Outline;
 use super::sides::turn;
+use super::{Outline, Sketch};
 use crate::math::DVec2;
 
 /// Flips of [`improve`] for each triangle, at most. Most outlines need less than one, long combs and spirals up to ten.
@@ -35,18 +35,31 @@ pub fn improve(outline: &Outline, triangles: &mut [[u32; 3]], is_taken: impl FnM
     }
 }
 
-/// Replaces diagonals so that none joins these two mesh vertices any more; false, with nothing changed, where a few flips do
-/// not do it or there is no such diagonal. As in [`improve`], edges of the outline stay and none becomes a taken one.
+/// Replaces diagonals so that none joins these two mesh vertices any more: by a few flips, else by other ears. False, with
+/// nothing changed, where neither does it or there is no such diagonal. As in [`improve`], edges of the outline stay and none
+/// becomes a taken one; what `is_taken` says of the diagonals that are there does not matter.
 pub fn flip_away(
     outline: &Outline,
     triangles: &mut [[u32; 3]],
     diagonal: [u32; 2],
-    is_taken: impl FnMut(u32, u32) -> bool,
+    is_taken: impl Fn(u32, u32) -> bool,
 ) -> bool {
-    let Some(mut flips) = Flips::new(outline, triangles, is_taken) else { return false };
     let vertex = |i: u32| outline.vertices[i as usize];
+    let Some(mut flips) = Flips::new(outline, triangles, &is_taken) else { return false };
     let found = flips.triangles.iter().flat_map(sides).find(|side| side.map(vertex) == diagonal);
-    found.is_some_and(|[a, b]| (1..=MOST_FLIPS).any(|most| flips.clear([a, b], most)))
+    let Some([a, b]) = found.filter(|&[a, b]| flips.quad(a, b).is_some()) else { return false };
+    if (1..=MOST_FLIPS).any(|most| flips.clear([a, b], most)) {
+        return true;
+    }
+    let [v, w] = diagonal;
+    let own = flips.left;
+    let may_join =
+        |a: u32, b: u32| [a, b] != [v, w] && [b, a] != [v, w] && (own.contains_key(&[a, b]) || !is_taken(a, b));
+    match Sketch::new(outline).and_then(|mut sketch| sketch.clip_ears(may_join)) {
+        Some(ears) if ears.len() == triangles.len() => triangles.copy_from_slice(&ears),
+        _ => return false,
+    }
+    true
 }
 
 fn sides(&[a, b, c]: &[u32; 3]) -> [[u32; 2]; 3] {

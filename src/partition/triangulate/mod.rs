@@ -54,22 +54,53 @@ const AREA_TOLERANCE: f64 = 1e-9;
 /// sees. None is without area: where `Earcut` leaves such a one, or a gap, and for more than [`MOST_EARCUT`] points, ears are cut
 /// as with `Ears`. `None` for an outline with a [`Fault`].
 pub fn triangulate(outline: &Outline, by: Triangulation) -> Option<Vec<[u32; 3]>> {
-    if !outline.is_sound() {
-        return None;
-    }
-    let points = outline.scaled();
-    let west = crossings::sweep(outline, &points).ok()?;
-    let mut nodes = Nodes::new(outline, &points);
-    let count = nodes.triangle_count();
-    let is_whole = |triangles: &Vec<[u32; 3]>| triangles.len() == count && is_whole(outline, &points, triangles);
+    let mut sketch = Sketch::new(outline)?;
     if by == Triangulation::Earcut
-        && points.len() <= MOST_EARCUT
-        && let Some(triangles) = earcut::earcut(&nodes, &points, &west).filter(is_whole)
+        && outline.points.len() <= MOST_EARCUT
+        && let Some(triangles) = earcut::earcut(&sketch.nodes, &sketch.points, &sketch.west)
+        && sketch.is_filled(&triangles)
     {
         return Some(triangles);
     }
-    bridge::bridge(&mut nodes, &points, &west)?;
-    Some(ears::clip_ears(&mut nodes, &points, &outline.vertices)).filter(is_whole)
+    sketch.clip_ears(|_, _| true)
+}
+
+/// An outline without fault, and what is known of it.
+struct Sketch<'a> {
+    outline: &'a Outline,
+    /// The outline's, scaled.
+    points: Vec<DVec2>,
+    /// What [`sweep`](crossings::sweep) found.
+    west: Vec<u32>,
+    nodes: Nodes,
+    /// How many triangles fill it.
+    count: usize,
+}
+
+impl<'a> Sketch<'a> {
+    fn new(outline: &'a Outline) -> Option<Self> {
+        if !outline.is_sound() {
+            return None;
+        }
+        let points = outline.scaled();
+        let west = crossings::sweep(outline, &points).ok()?;
+        let nodes = Nodes::new(outline, &points);
+        Some(Self { outline, west, count: nodes.triangle_count(), nodes, points })
+    }
+
+    /// Cuts ears, by diagonals between mesh vertices that `may_join` accepts: for each two of them it says always the same.
+    fn clip_ears(&mut self, may_join: impl Fn(u32, u32) -> bool) -> Option<Vec<[u32; 3]>> {
+        let vertices = &self.outline.vertices;
+        bridge::bridge(&mut self.nodes, &self.points, &self.west, |a, b| {
+            may_join(vertices[a as usize], vertices[b as usize])
+        })?;
+        let triangles = ears::clip_ears(&mut self.nodes, &self.points, vertices, may_join);
+        self.is_filled(&triangles).then_some(triangles)
+    }
+
+    fn is_filled(&self, triangles: &[[u32; 3]]) -> bool {
+        triangles.len() == self.count && is_whole(self.outline, &self.points, triangles)
+    }
 }
 
 /// Whether triangles fill an outline: none is turned over or without area, the areas add up, every edge of the outline has one
