@@ -14,6 +14,7 @@ pub(crate) mod clip;
 mod curve;
 mod disjoint;
 pub mod dual;
+pub(crate) mod dynamic;
 pub(crate) mod fan;
 pub(crate) mod frame;
 pub(crate) mod key_table;

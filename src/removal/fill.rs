@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use super::polygon::{Polygon, Rejection, Tile, Worth};
 use super::{Fill, MOST_DYNAMIC, MOST_ENUMERATED};
+use crate::mesh::dynamic::best_triangles;
 
 /// Corners in ascending order, by their place in the polygon.
 type Triangle = [usize; 3];
@@ -106,58 +107,38 @@ fn holds(polygon: &Polygon<'_>, [a, b, c]: Triangle, other: usize) -> bool {
 #[derive(Debug, Clone, Copy)]
 struct Part {
     worth: Worth,
-    /// The third corner of the triangle at the side between them.
-    tip: usize,
-    /// That triangle's normal; of two neighbors what lies beyond their side.
+    /// The normal of the triangle at the side between them; of two neighbors what lies beyond their side.
     normal: Option<crate::math::DVec3>,
 }
 
 /// The best fill of every part from the best fills of smaller ones: exact but for the bends at the sides of parts, where
 /// only the triangle counts that is best on its own.
 fn dynamic(polygon: &Polygon<'_>, min_cos: f64) -> Result<Filled, Rejection> {
-    let count = polygon.len();
-    let mut parts: Vec<Option<Part>> = vec![None; count * count];
+    let last = polygon.len() - 1;
     let mut rejection = Rejection::Link;
-    for i in 0..count - 1 {
-        parts[i * count + i + 1] = Some(Part { worth: Worth::NONE, tip: i, normal: polygon.outside(i) });
-    }
-    for length in 2..count {
-        for i in 0..count - length {
-            let j = i + length;
-            if !polygon.may_join(i, j) {
-                continue;
+    let join = |corners: Triangle, [first, second]: [Part; 2]| match polygon.tile(corners, min_cos) {
+        Ok(Tile { normal, ratio }) => {
+            let mut worth = first.worth.and(second.worth);
+            worth.ratios += ratio;
+            worth = worth.with_edge(first.normal, normal).with_edge(second.normal, normal);
+            if (corners[0], corners[2]) == (0, last) {
+                worth = worth.with_edge(polygon.outside(last), normal);
             }
-            let mut found: Option<Part> = None;
-            for tip in i + 1..j {
-                let (Some(first), Some(second)) = (parts[i * count + tip], parts[tip * count + j]) else { continue };
-                match polygon.tile([i, tip, j], min_cos) {
-                    Ok(Tile { normal, ratio }) => {
-                        let mut worth = first.worth.and(second.worth);
-                        worth.ratios += ratio;
-                        worth = worth.with_edge(first.normal, normal).with_edge(second.normal, normal);
-                        if length + 1 == count {
-                            worth = worth.with_edge(polygon.outside(j), normal);
-                        }
-                        if worth.beats(found.map(|part| part.worth)) {
-                            found = Some(Part { worth, tip, normal });
-                        }
-                    }
-                    Err(reason) => rejection = reason,
-                }
-            }
-            parts[i * count + j] = found;
+            Some(Part { worth, normal })
         }
-    }
-    let worth = parts[count - 1].ok_or(rejection)?.worth;
-    let mut triangles = Vec::with_capacity(count - 2);
-    let mut open = vec![(0, count - 1)];
-    while let Some((i, j)) = open.pop() {
-        if let Some(part) = parts[i * count + j].filter(|_| j > i + 1) {
-            triangles.push([i, part.tip, j]);
-            open.extend([(i, part.tip), (part.tip, j)]);
+        Err(reason) => {
+            rejection = reason;
+            None
         }
-    }
-    Ok((triangles, worth))
+    };
+    let filled = best_triangles(
+        polygon.len(),
+        |i| Part { worth: Worth::NONE, normal: polygon.outside(i) },
+        |i, j| polygon.may_join(i, j),
+        join,
+        |part, best| part.worth.beats(best.map(|best| best.worth)),
+    );
+    filled.map(|(triangles, whole)| (triangles, whole.worth)).ok_or(rejection)
 }
 
 /// All triangulations of a convex polygon of so many vertices: 1, 2, 5, 14, 42 from three on, the Catalan numbers.

@@ -18,8 +18,8 @@ use crate::math::DVec2;
 
 /// Joins every hole with what surrounds it. `west` is what [`sweep`](super::crossings::sweep) found.
 ///
-/// `None` where a hole has no way out, which is of no outline without fault.
-pub fn bridge(nodes: &mut Nodes, points: &[DVec2], west: &[u32]) -> Option<()> {
+/// `None` where a hole has no way out between points that `may_join` accepts; if it accepts all, an outline without fault has one.
+pub fn bridge(nodes: &mut Nodes, points: &[DVec2], west: &[u32], may_join: impl Fn(u32, u32) -> bool) -> Option<()> {
     let mut holes = nodes.holes.clone();
     if holes.is_empty() {
         return Some(());
@@ -31,7 +31,7 @@ pub fn bridge(nodes: &mut Nodes, points: &[DVec2], west: &[u32]) -> Option<()> {
         // The place of a bridge, which is near the top.
         .chain(holes.iter().map(|&top| [top; 2]))
         .map(|ends| Rect::around(&ends.map(at)));
-    let mut town = Town { points, boxes: Boxes::new(boxes.collect()), edges };
+    let mut town = Town { points, may_join, boxes: Boxes::new(boxes.collect()), edges };
     for &top in &holes {
         let [from, to] = town.way_out(nodes, top, west[top as usize])?;
         town.build(nodes, from, to);
@@ -40,15 +40,16 @@ pub fn bridge(nodes: &mut Nodes, points: &[DVec2], west: &[u32]) -> Option<()> {
 }
 
 /// Edges and the bridges between them.
-struct Town<'a> {
+struct Town<'a, F> {
     points: &'a [DVec2],
+    may_join: F,
     /// Of the edges, then of the bridges; one not built yet is a point.
     boxes: Boxes,
     /// The ends of the edges and of the bridges built, as points.
     edges: Vec<[u32; 2]>,
 }
 
-impl Town<'_> {
+impl<F: Fn(u32, u32) -> bool> Town<'_, F> {
     fn at(&self, point: u32) -> DVec2 {
         self.points[point as usize]
     }
@@ -111,7 +112,7 @@ impl Town<'_> {
     /// The nodes that a bridge from `top` to the vertex of `end` joins, unless something is in its way.
     fn sight(&self, nodes: &Nodes, top: u32, end: u32) -> Option<[u32; 2]> {
         let [p, q] = [top, end].map(|point| self.at(point));
-        if !is_above(q, p) {
+        if !is_above(q, p) || !(self.may_join)(top, end) {
             return None;
         }
         // Of several corners at one vertex the one that looks at the other end.

@@ -35,10 +35,12 @@ impl PartialOrd for Ear {
 }
 
 /// Rings being cut up.
-struct Ears<'a> {
+struct Ears<'a, F> {
     nodes: &'a mut Nodes,
     points: &'a [DVec2],
     vertices: &'a [u32],
+    /// Which mesh vertices a diagonal may join.
+    may_join: F,
     heap: BinaryHeap<Ear>,
     ages: Vec<u32>,
     /// The nodes that may lie in an ear: if one does, then also one whose corner is not convex.
@@ -50,11 +52,16 @@ struct Ears<'a> {
     triangles: Vec<[u32; 3]>,
 }
 
-/// The triangles of rings without holes, as points; fewer than there should be where rounding or the rings leave no ear.
+/// The triangles of rings without holes, as points; fewer than there should be where `may_join` leaves no ear.
 ///
 /// An ear holds no other vertex, not on its sides either. So a vertex on a straight side is used and not passed over, and no
-/// triangle is without area; with exact predicates there always is an ear.
-pub fn clip_ears(nodes: &mut Nodes, points: &[DVec2], vertices: &[u32]) -> Vec<[u32; 3]> {
+/// triangle is without area; with exact predicates there always is an ear, if all diagonals may be used.
+pub fn clip_ears(
+    nodes: &mut Nodes,
+    points: &[DVec2],
+    vertices: &[u32],
+    may_join: impl Fn(u32, u32) -> bool,
+) -> Vec<[u32; 3]> {
     let count = nodes.next.len();
     let rect = |node: u32| {
         let [before, at, after] = nodes.corner(node, points);
@@ -65,6 +72,7 @@ pub fn clip_ears(nodes: &mut Nodes, points: &[DVec2], vertices: &[u32]) -> Vec<[
         nodes,
         points,
         vertices,
+        may_join,
         heap: BinaryHeap::with_capacity(count),
         ages: vec![0; count],
         hollow,
@@ -84,7 +92,7 @@ pub fn clip_ears(nodes: &mut Nodes, points: &[DVec2], vertices: &[u32]) -> Vec<[
     ears.triangles
 }
 
-impl Ears<'_> {
+impl<F: Fn(u32, u32) -> bool> Ears<'_, F> {
     fn vertex(&self, node: u32) -> u32 {
         self.vertices[self.nodes.point[node as usize] as usize]
     }
@@ -93,7 +101,12 @@ impl Ears<'_> {
     fn offer(&mut self, tip: u32) {
         let corner = self.nodes.corner(tip, self.points);
         let [before, after] = [self.nodes.prev[tip as usize], self.nodes.next[tip as usize]];
-        if turn(corner[0], corner[1], corner[2]) > 0.0 && self.vertex(before) != self.vertex(after) {
+        let [first, last] = [before, after].map(|node| self.vertex(node));
+        let may_leave = || {
+            let is_last = self.nodes.next[after as usize] == before;
+            is_last || (first != last && (self.may_join)(first, last))
+        };
+        if turn(corner[0], corner[1], corner[2]) > 0.0 && may_leave() {
             let sides = [0, 1, 2].map(|i| corner[i].distance(corner[(i + 1) % 3]));
             self.heap.push(Ear { ratio: radius_ratio(sides), tip, age: self.ages[tip as usize] });
         }

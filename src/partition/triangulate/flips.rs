@@ -1,14 +1,14 @@
 //! Diagonals of triangulated outlines replaced by others.
 
 use robust::{Coord, incircle};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxBuildHasher, FxHashMap};
 
-use super::Outline;
 use super::sides::turn;
+use super::{Outline, Sketch};
 use crate::math::DVec2;
 
-/// Times that [`improve`] looks at all edges, at most. Most outlines need two to four.
-const MOST_SWEEPS: usize = 16;
+/// Flips of [`improve`] for each triangle, at most. Most outlines need less than one, long combs and spirals up to ten.
+const MOST_A_TRIANGLE: usize = 64;
 
 /// Flips that [`flip_away`] tries one after another, at most.
 const MOST_FLIPS: usize = 4;
@@ -20,35 +20,50 @@ const MOST_FLIPS: usize = 4;
 /// [`triangulate`](super::triangulate).
 pub fn improve(outline: &Outline, triangles: &mut [[u32; 3]], is_taken: impl FnMut(u32, u32) -> bool) {
     let Some(mut flips) = Flips::new(outline, triangles, is_taken) else { return };
-    for _ in 0..MOST_SWEEPS {
-        let mut is_done = true;
-        for triangle in 0..flips.triangles.len() {
-            for k in 0..3 {
-                let [a, b] = [k, (k + 1) % 3].map(|i| flips.triangles[triangle][i]);
-                if flips.quad(a, b).is_some_and(|quad| flips.is_crowded(quad)) {
-                    is_done &= flips.flip(a, b).is_none();
-                }
+    // The last edge first, so that what one flip makes possible comes next.
+    let mut open: Vec<[u32; 2]> = flips.triangles.iter().flat_map(sides).filter(|[a, b]| a < b).collect();
+    let mut left = MOST_A_TRIANGLE * flips.triangles.len();
+    while let Some([a, b]) = open.pop() {
+        let Some(quad) = flips.quad(a, b).filter(|&quad| flips.is_crowded(quad)) else { continue };
+        if flips.flip(quad).is_some() {
+            open.extend(quad.sides());
+            left -= 1;
+            if left == 0 {
+                return;
             }
-        }
-        if is_done {
-            return;
         }
     }
 }
 
-/// Replaces diagonals so that none joins these two mesh vertices any more; false, with nothing changed, where a few flips do
-/// not do it or there is no such diagonal. As in [`improve`], edges of the outline stay and none becomes a taken one.
+/// Replaces diagonals so that none joins these two mesh vertices any more: by a few flips, else by other ears. False, with
+/// nothing changed, where neither does it or there is no such diagonal. As in [`improve`], edges of the outline stay and none
+/// becomes a taken one; what `is_taken` says of the diagonals that are there does not matter.
 pub fn flip_away(
     outline: &Outline,
     triangles: &mut [[u32; 3]],
     diagonal: [u32; 2],
-    is_taken: impl FnMut(u32, u32) -> bool,
+    is_taken: impl Fn(u32, u32) -> bool,
 ) -> bool {
-    let Some(mut flips) = Flips::new(outline, triangles, is_taken) else { return false };
     let vertex = |i: u32| outline.vertices[i as usize];
-    let sides = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]];
+    let Some(mut flips) = Flips::new(outline, triangles, &is_taken) else { return false };
     let found = flips.triangles.iter().flat_map(sides).find(|side| side.map(vertex) == diagonal);
-    found.is_some_and(|[a, b]| (1..=MOST_FLIPS).any(|most| flips.clear([a, b], diagonal, most)))
+    let Some([a, b]) = found.filter(|&[a, b]| flips.quad(a, b).is_some()) else { return false };
+    if (1..=MOST_FLIPS).any(|most| flips.clear([a, b], most)) {
+        return true;
+    }
+    let [v, w] = diagonal;
+    let own = flips.left;
+    let may_join =
+        |a: u32, b: u32| [a, b] != [v, w] && [b, a] != [v, w] && (own.contains_key(&[a, b]) || !is_taken(a, b));
+    match Sketch::new(outline).and_then(|mut sketch| sketch.clip_ears(may_join)) {
+        Some(ears) if ears.len() == triangles.len() => triangles.copy_from_slice(&ears),
+        _ => return false,
+    }
+    true
+}
+
+fn sides(&[a, b, c]: &[u32; 3]) -> [[u32; 2]; 3] {
+    [[a, b], [b, c], [c, a]]
 }
 
 /// Triangles and which lies at every edge.
@@ -68,16 +83,31 @@ struct Quad {
     triangles: [u32; 2],
 }
 
+impl Quad {
+    fn sides(self) -> [[u32; 2]; 4] {
+        let [a, b, c, d] = self.corners;
+        [[b, c], [c, a], [a, d], [d, b]]
+    }
+}
+
 impl<'a, F: FnMut(u32, u32) -> bool> Flips<'a, F> {
     fn new(outline: &'a Outline, triangles: &'a mut [[u32; 3]], is_taken: F) -> Option<Self> {
         let is_known = |&i: &u32| (i as usize) < outline.points.len();
         if !outline.is_sound() || !triangles.iter().flatten().all(is_known) {
             return None;
         }
-        let vertex = |i: u32| outline.vertices[i as usize];
-        let sides = |(at, &[a, b, c]): (u32, &[u32; 3])| [[a, b], [b, c], [c, a]].map(|side| (side.map(vertex), at));
-        let left = (0..).zip(triangles.iter()).flat_map(sides).collect();
-        Some(Self { outline, points: outline.scaled(), triangles, left, is_taken })
+        let left = FxHashMap::with_capacity_and_hasher(3 * triangles.len(), FxBuildHasher);
+        let mut flips = Self { outline, points: outline.scaled(), triangles, left, is_taken };
+        (0..flips.triangles.len()).for_each(|at| flips.put(at as u32, flips.triangles[at]));
+        Some(flips)
+    }
+
+    /// Makes this the triangle of that number.
+    fn put(&mut self, at: u32, triangle: [u32; 3]) {
+        self.triangles[at as usize] = triangle;
+        for [a, b] in sides(&triangle) {
+            self.left.insert(self.side(a, b), at);
+        }
     }
 
     fn side(&self, a: u32, b: u32) -> [u32; 2] {
@@ -111,48 +141,43 @@ impl<'a, F: FnMut(u32, u32) -> bool> Flips<'a, F> {
     ///   \   /        \ | /
     ///     d            d
     /// ```
-    fn flip(&mut self, a: u32, b: u32) -> Option<[u32; 2]> {
-        let quad = self.quad(a, b)?;
+    fn flip(&mut self, quad: Quad) -> Option<[u32; 2]> {
         let [p, q, r, s] = quad.corners.map(|i| self.points[i as usize]);
         let is_convex = turn(p, s, r) > 0.0 && turn(s, q, r) > 0.0;
-        let [_, _, c, d] = quad.corners;
+        let [a, b, c, d] = quad.corners;
         let [v, w] = self.side(c, d);
         let is_new = v != w && !self.left.contains_key(&[v, w]) && !self.left.contains_key(&[w, v]);
         if !is_convex || !is_new || (self.is_taken)(v, w) {
             return None;
         }
-        self.turn_diagonal(quad);
+        self.replace([a, b], quad.triangles, [[a, d, c], [d, b, c]]);
         Some([c, d])
     }
 
-    fn turn_diagonal(&mut self, Quad { corners: [a, b, c, d], triangles: [first, second] }: Quad) {
+    /// Puts two triangles in the place of those at a diagonal.
+    fn replace(&mut self, [a, b]: [u32; 2], places: [u32; 2], triangles: [[u32; 3]; 2]) {
         self.left.remove(&self.side(a, b));
         self.left.remove(&self.side(b, a));
-        for (at, [a, b, c]) in [(first, [a, d, c]), (second, [d, b, c])] {
-            self.triangles[at as usize] = [a, b, c];
-            let sides = [[a, b], [b, c], [c, a]].map(|[a, b]| (self.side(a, b), at));
-            self.left.extend(sides);
-        }
+        places.into_iter().zip(triangles).for_each(|(at, triangle)| self.put(at, triangle));
     }
 
     /// Takes an edge out of the way of another one, then that one, by so many flips at most; false with nothing changed.
-    fn clear(&mut self, [a, b]: [u32; 2], diagonal: [u32; 2], most: usize) -> bool {
+    fn clear(&mut self, [a, b]: [u32; 2], most: usize) -> bool {
         if most == 0 {
             return false;
         }
-        if self.flip(a, b).is_some() {
+        let Some(quad) = self.quad(a, b) else { return false };
+        if self.flip(quad).is_some() {
             return true;
         }
-        let Some(Quad { corners: [a, b, c, d], .. }) = self.quad(a, b) else { return false };
-        for [e, f] in [[b, c], [c, a], [a, d], [d, b]] {
-            if let Some([g, h]) = self.flip(e, f) {
-                if self.clear([a, b], diagonal, most - 1) {
-                    return true;
-                }
-                if let Some(quad) = self.quad(g, h) {
-                    self.turn_diagonal(quad);
-                }
+        for [e, f] in quad.sides() {
+            let Some(beside) = self.quad(e, f) else { continue };
+            let before = beside.triangles.map(|at| self.triangles[at as usize]);
+            let Some(new) = self.flip(beside) else { continue };
+            if self.clear([a, b], most - 1) {
+                return true;
             }
+            self.replace(new, beside.triangles, before);
         }
         false
     }

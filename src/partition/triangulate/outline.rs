@@ -123,7 +123,7 @@ impl Outline {
 }
 
 /// The area to the left of a ring.
-fn signed_area(ring: &[DVec2]) -> f64 {
+pub(super) fn signed_area(ring: &[DVec2]) -> f64 {
     let Some(&origin) = ring.first() else { return 0.0 };
     let next = ring.iter().cycle().skip(1);
     ring.iter().zip(next).map(|(&a, &b)| (a - origin).perp_dot(b - origin)).sum::<f64>() / 2.0
