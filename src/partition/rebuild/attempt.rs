@@ -4,7 +4,7 @@ use super::plane::Plane;
 use crate::partition::boundary::{Boundary, Pass};
 use crate::partition::chains::{Chains, Segment};
 use crate::partition::surface::Surface;
-use crate::partition::triangulate::{Fault, Misfit, Outline, Triangulation, triangulate};
+use crate::partition::triangulate::{Fault, Misfit, Outline, Triangulation, improve, triangulate};
 
 /// What came of a region.
 #[derive(Debug)]
@@ -63,7 +63,8 @@ impl Site<'_> {
                 return self.split(&rings, &rings[ring]);
             }
         };
-        if let Some(triangles) = triangulate(&outline, by) {
+        if let Some(mut triangles) = triangulate(&outline, by) {
+            improve(&outline, &mut triangles, |_, _| false);
             return Attempt::Flat(Flat { outline, triangles });
         }
         // The outer ring comes first, the others as they were.
