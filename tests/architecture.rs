@@ -21,7 +21,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("partition", &["backend", "error", "kernel", "math", "mesh", "polish", "simplify", "spatial"]),
     // Follows any driver; those take its options along and never call it.
     ("polish", &["backend", "error", "kernel", "math", "mesh", "spatial"]),
-    ("simplify", &["backend", "cluster", "contract", "error", "math", "mesh", "partition", "polish", "progressive", "removal"]),
+    (
+        "simplify",
+        &["backend", "cluster", "contract", "error", "math", "mesh", "partition", "polish", "progressive", "removal"],
+    ),
     ("formats", &["error", "math", "mesh"]),
     // A log needs nothing of the driver that made it, and is written as atomically as a mesh.
     ("progressive", &["error", "formats", "math", "mesh"]),

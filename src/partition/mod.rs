@@ -7,5 +7,7 @@
 
 mod labels;
 mod surface;
+pub mod vsa;
 
 pub use labels::{Fault, Partition};
+pub use surface::Surface;
