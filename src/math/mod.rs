@@ -20,6 +20,14 @@ pub fn tie_hash(index: u32, round: u32) -> u32 {
     x ^ (x >> 16)
 }
 
+/// 64 bits that look random: the splitmix64 generator \[SLF14\] from `seed` on, after so many steps.
+pub fn random(seed: u64, steps: u64) -> u64 {
+    let z = seed.wrapping_add(steps.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -13,7 +13,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::math::DVec3;
+use crate::math::{DVec3, random};
 use crate::mesh::{Mesh, Rings};
 use crate::spatial::Frame;
 
@@ -230,14 +230,6 @@ impl<'a> Sampler<'a> {
             samples.push(Sample { position, face: f as u32, weights });
         }
     }
-}
-
-/// 64 bits that look random: the splitmix64 generator \[SLF14\] from `seed` on, after so many steps.
-fn random(seed: u64, steps: u64) -> u64 {
-    let z = seed.wrapping_add(steps.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }
 
 /// The bits as a number in `[0, 1)`.

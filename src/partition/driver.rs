@@ -1,5 +1,6 @@
 //! The run: faces to regions, regions to chains, chains simplified, regions rebuilt.
 
+use std::ops::ControlFlow;
 use std::time::Instant;
 
 use crate::backend::{Device, Queue, fallback};
@@ -14,7 +15,7 @@ use super::cut::Parts;
 use super::rebuild::{Rebuilt, rebuild};
 use super::restore::{Restored, restore};
 use super::surface::Surface;
-use super::{By, Options, Partition};
+use super::{By, Options, Partition, Variational, vsa};
 
 /// How often regions that cannot be drawn are cut in two.
 const MOST_CUTS: usize = 8;
@@ -38,10 +39,11 @@ pub fn run(
     let mut lap = Instant::now();
     let mut lapped = move || std::mem::replace(&mut lap, Instant::now()).elapsed().as_secs_f64();
 
-    let found = find(mesh, &surface, options, budget)?;
-    seconds.select = lapped();
     let now = Progress { faces: surface.faces.len(), faces_in: mesh.faces.len(), target: 0 };
-    let cancelled = progress.as_mut().is_some_and(|report| report(now).is_break());
+    let mut report = || progress.as_mut().map_or(ControlFlow::Continue(()), |report| report(now));
+    let found = find(&surface, options, budget, device, &mut warnings, &mut report)?;
+    seconds.select = lapped();
+    let cancelled = found.is_cancelled;
     let mut parts = Parts::new(found.partition);
     let mut rebuilt = Rebuilt::nothing(&surface, &parts.partition);
     for cuts in 0..=MOST_CUTS {
@@ -62,7 +64,9 @@ pub fn run(
         let count = rebuilt.undrawn.len();
         warnings.push(format!("{count} regions, or parts of them, cannot be drawn anew and keep their faces"));
     }
-    let Restored { mesh, vertex_origin, regions } = restore(mesh, &surface, &parts, rebuilt);
+    let Restored { mesh, vertex_origin, mut regions } = restore(mesh, &surface, &parts, rebuilt);
+    regions.proxies = found.proxies;
+    regions.energies = found.energies;
     seconds.apply += lapped();
     seconds.transfer = queues.seconds_moving();
     seconds.total = clock.elapsed().as_secs_f64();
@@ -91,17 +95,49 @@ pub fn run(
 struct Found {
     partition: Partition,
     tolerances: Tolerances,
+    proxies: Vec<vsa::Proxy>,
+    energies: Vec<f64>,
+    is_cancelled: bool,
+    on_gpu: bool,
 }
 
-fn find(_mesh: &Mesh, surface: &Surface, options: &Options, budget: &Budget) -> Result<Found> {
-    match options.by {
+/// No limit.
+const ANY: Tolerances = Tolerances { distance: f64::INFINITY, chord_ratio: f64::INFINITY, color: f64::INFINITY };
+
+impl Found {
+    fn new(partition: Partition, tolerances: Tolerances) -> Self {
+        Self { partition, tolerances, proxies: Vec::new(), energies: Vec::new(), is_cancelled: false, on_gpu: false }
+    }
+}
+
+fn find(
+    surface: &Surface,
+    options: &Options,
+    budget: &Budget,
+    device: &Device,
+    warnings: &mut Vec<String>,
+    report: &mut (dyn FnMut() -> ControlFlow<()> + Send),
+) -> Result<Found> {
+    let limit = budget.max_deviation(surface.frame.length_to_model(surface.diagonal))?;
+    match &options.by {
         By::Coplanar(flatness) => {
-            let limit = budget.max_deviation(surface.frame.length_to_model(surface.diagonal))?;
             let given = flatness.distance * surface.diagonal;
             let distance = if limit.is_finite() { surface.frame.length_to_rows(limit) } else { given };
             let partition = coplanar::partition(surface, flatness.angle_rad, distance, |_, _| false);
-            let tolerances = Tolerances { distance, chord_ratio: f64::INFINITY, color: f64::INFINITY };
-            Ok(Found { partition, tolerances })
+            Ok(Found { is_cancelled: report().is_break(), ..Found::new(partition, Tolerances { distance, ..ANY }) })
+        }
+        By::Variational(Variational { regions, chord_ratio }) => {
+            let goal = if limit.is_finite() { vsa::Goal::Deviation(limit) } else { regions.goal };
+            let mut on_pass = |_| report();
+            let found = vsa::partition(surface, &vsa::Options { goal, ..*regions }, device, Some(&mut on_pass))?;
+            warnings.extend(found.warnings);
+            Ok(Found {
+                proxies: found.proxies,
+                energies: found.energies,
+                is_cancelled: found.is_cancelled,
+                on_gpu: found.on_gpu,
+                ..Found::new(found.partition, Tolerances { chord_ratio: *chord_ratio, ..ANY })
+            })
         }
     }
 }

@@ -22,6 +22,7 @@ mod rebuild;
 mod restore;
 mod surface;
 mod triangulate;
+pub mod vsa;
 
 pub use coplanar::Flatness;
 pub use labels::{Fault, Partition};
@@ -40,7 +41,37 @@ use crate::simplify::{Budget, OnProgress, Outcome};
 pub enum By {
     /// Lying in a plane \[Wu12\]: what is flat collapses, and all else stays.
     Coplanar(Flatness),
+    /// Facing one way as nearly as can be with a number of regions \[Jin09\].
+    Variational(Variational),
 }
+
+/// Regions by variational shape approximation, and what becomes of their borders.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Variational {
+    /// The regions. A budget with an error limit takes the place of the goal, as [`vsa::Goal::Deviation`].
+    pub regions: vsa::Options,
+    /// How far vertices may be off the segment that takes their place, as a fraction of its length.
+    pub chord_ratio: f64,
+}
+
+impl Variational {
+    /// The defaults for a goal.
+    pub fn new(goal: vsa::Goal) -> Self {
+        Self { regions: vsa::Options::new(goal), chord_ratio: CHORD_RATIO }
+    }
+
+    fn check(&self) -> Result<()> {
+        self.regions.check()?;
+        if self.chord_ratio > 0.0 {
+            Ok(())
+        } else {
+            Err(Error::Parameter(format!("the ratio of chords is {}, not above 0", self.chord_ratio)))
+        }
+    }
+}
+
+/// The paper leaves it open; a fifth is what its pictures show.
+const CHORD_RATIO: f64 = 0.2;
 
 /// Options of simplification by partition.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,12 +89,16 @@ pub struct Options {
 impl Options {
     /// Flat regions: the budget is empty, or an error limit is the distance from a plane.
     pub fn coplanar(flatness: Flatness) -> Self {
-        Self {
-            by: By::Coplanar(flatness),
-            triangulation: Triangulation::default(),
-            weld: Some(0.0),
-            flips: Flips::default(),
-        }
+        Self::new(By::Coplanar(flatness))
+    }
+
+    /// Variational shape approximation to a goal; an error limit as the budget takes its place.
+    pub fn variational(goal: vsa::Goal) -> Self {
+        Self::new(By::Variational(Variational::new(goal)))
+    }
+
+    fn new(by: By) -> Self {
+        Self { by, triangulation: Triangulation::default(), weld: Some(0.0), flips: Flips::default() }
     }
 
     fn recipe(&self) -> rebuild::Recipe {
@@ -75,8 +110,9 @@ impl Options {
         if budget.faces.is_some() || budget.keep.is_some() {
             return Err(Error::Parameter("a number of faces cannot be asked for: it follows from the regions".into()));
         }
-        match self.by {
+        match &self.by {
             By::Coplanar(flatness) => flatness.check(),
+            By::Variational(variational) => variational.check(),
         }
     }
 }
@@ -92,3 +128,4 @@ pub fn run(
     options.check(budget)?;
     device.install(|| driver::run(mesh, options, budget, device, progress))
 }
+pub use surface::Surface;

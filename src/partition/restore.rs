@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::cut::Parts;
 use super::rebuild::Rebuilt;
 use super::surface::Surface;
+use super::vsa::Proxy;
 use crate::mesh::Mesh;
 use crate::mesh::orient::TURNED;
 use crate::mesh::weld::joined_attributes;
@@ -25,6 +26,10 @@ pub struct Regions {
     pub undrawn: usize,
     /// Those that no plane shows without folds, filled between their borders in space.
     pub spatial: usize,
+    /// What each region is like on the whole, of variational shape approximation.
+    pub proxies: Vec<Proxy>,
+    /// Its energy after every pass, the last that of the regions.
+    pub energies: Vec<f64>,
 }
 
 /// The mesh, the input vertex of each of its vertices, and its regions.
@@ -71,7 +76,7 @@ pub fn restore(input: &Mesh, surface: &Surface, parts: &Parts, rebuilt: Rebuilt)
     face_labels.iter_mut().for_each(|label| *label = whole(*label));
     // Parts come last: the number of regions is that of the wholes.
     let count = parts.whole.iter().max().map_or(0, |&last| last as usize + 1);
-    let regions = Regions { labels, count, face_labels, undrawn: undrawn.len(), spatial };
+    let regions = Regions { labels, count, face_labels, undrawn: undrawn.len(), spatial, ..Regions::default() };
     Restored { mesh, vertex_origin, regions }
 }
 

@@ -20,6 +20,7 @@ const ROWS: usize = 1 << 12;
 /// A mesh to partition. Vertices lie along a curve through space, and faces by their lowest vertex.
 #[derive(Debug)]
 pub struct Surface {
+    /// Between model units and the coordinates here.
     pub frame: Frame,
     /// V positions in the frame, as the input has them.
     pub points: Vec<DVec3>,
@@ -27,6 +28,7 @@ pub struct Surface {
     pub positions: Vec<Position>,
     /// F faces, counter-clockwise; neighbors agree as far as the surface can be oriented.
     pub faces: Vec<[u32; 3]>,
+    /// The faces around every vertex.
     pub rings: Rings,
     /// The face across each edge of every face, [`NONE`] at a wall.
     pub neighbors: Vec<[u32; 3]>,
@@ -40,6 +42,7 @@ pub struct Surface {
     pub lowest: Option<Vec<u32>>,
     /// The bounding box's diagonal, in the frame.
     pub diagonal: f64,
+    /// What was dropped or could not be oriented.
     pub warnings: Vec<String>,
 }
 

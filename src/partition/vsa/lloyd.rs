@@ -1,0 +1,105 @@
+//! Lloyd's iterations: directions from regions, regions from directions.
+//!
+//! # Reference
+//! \[CSAD04\], what \[Jin09\] compares itself with: random seeds, growth by a queue over the whole surface, and again from the
+//! face nearest to each new direction.
+
+use crate::math::{DVec3, random};
+
+use super::exchange::merge_down;
+use super::flood::{Frontier, fill, flood};
+use super::regions::{FREE, Regions, Sum};
+use super::scene::Scene;
+use super::seeds::below;
+use super::split::{Members, nearest};
+
+/// Iterations at most.
+const MOST_ITERATIONS: usize = 20;
+
+/// `count` regions, at least one a component; `go_on` is asked after each iteration.
+pub fn lloyd(scene: &Scene<'_>, count: usize, seed: u64, mut go_on: impl FnMut(&Regions) -> bool) -> Regions {
+    let mut seeds = random_faces(scene.face_count(), count, seed);
+    let mut directions: Vec<DVec3> = seeds.iter().map(|&face| scene.shapes[face as usize].normal).collect();
+    let mut regions = Regions::none(scene);
+    for iteration in 0..MOST_ITERATIONS {
+        let mut labels = vec![FREE; scene.face_count()];
+        grow(scene, &mut labels, &seeds, &directions);
+        if labels == regions.labels {
+            break;
+        }
+        regions = Regions::new(scene, labels, seeds.len());
+        if iteration == 0 {
+            fill(scene, &mut regions);
+            merge_down(scene, &mut regions, count, f64::INFINITY);
+        }
+        if !go_on(&regions) {
+            break;
+        }
+        directions = regions.sums.iter().map(Sum::direction).collect();
+        let members = Members::new(&regions);
+        let seed_of = |region: u32| nearest(scene, members.of(region).iter().copied(), directions[region as usize]);
+        seeds = (0..regions.count() as u32).filter_map(seed_of).collect();
+    }
+    regions
+}
+
+/// Grows a region from every seed.
+fn grow(scene: &Scene<'_>, labels: &mut [u32], seeds: &[u32], directions: &[DVec3]) {
+    let mut frontier = Frontier::default();
+    for (label, &seed) in (0..).zip(seeds) {
+        labels[seed as usize] = label;
+    }
+    for (label, &seed) in (0..).zip(seeds) {
+        for other in scene.around(seed).filter(|&other| labels[other as usize] == FREE) {
+            frontier.push(scene.shapes[other as usize].distance_sq(directions[label as usize]), other, label);
+        }
+    }
+    flood(scene, labels, directions, &mut frontier);
+}
+
+/// `count` different faces; all, where there are not more.
+fn random_faces(face_count: usize, count: usize, seed: u64) -> Vec<u32> {
+    let mut is_taken = vec![false; face_count];
+    let mut faces = Vec::with_capacity(count.min(face_count));
+    for step in 0..count.min(face_count) {
+        let mut face = below(random(seed, step as u64), face_count) as usize;
+        while std::mem::replace(&mut is_taken[face], true) {
+            face = (face + 1) % face_count;
+        }
+        faces.push(face as u32);
+    }
+    faces
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+    use crate::partition::Partition;
+    use crate::partition::vsa::scene::tests::{scene, surface};
+
+    #[test]
+    fn iterations_lower_the_energy() {
+        let surface = surface(&shapes::torus(60, 40));
+        let scene = scene(&surface);
+        let mut energies = Vec::new();
+        let regions = lloyd(&scene, 30, 5, |regions| {
+            energies.push(regions.energy());
+            true
+        });
+        assert!(energies.len() > 3 && energies[energies.len() - 1] < 0.8 * energies[0], "{energies:?}");
+        assert_eq!(regions.count(), 30);
+        let partition = Partition { labels: regions.labels, region_count: 30 };
+        assert_eq!(partition.validate(&surface.neighbors), []);
+    }
+
+    #[test]
+    fn seeds_differ() {
+        for (count, wanted) in [(5, 5), (10, 10), (40, 10)] {
+            let mut faces = random_faces(10, count, 3);
+            faces.sort_unstable();
+            faces.dedup();
+            assert_eq!(faces.len(), wanted);
+        }
+    }
+}
