@@ -23,17 +23,17 @@ pub fn method(args: &args::Simplify, feature: Feature) -> anyhow::Result<Method>
     if shape.method != args::Method::Removal && removal::is_asked(&args.removal) {
         return Err(refuse(Exit::Usage, "--fill and --feature-angle are for --method removal"));
     }
-    if shape.method != args::Method::Coplanar && regions::is_asked(&args.regions) {
-        return Err(refuse(Exit::Usage, "--flat-angle and --triangulation are for --method coplanar"));
+    if !shape.method.makes_regions() && regions::is_asked(&args.regions) {
+        return Err(refuse(Exit::Usage, "options of regions are for --method vsa and coplanar"));
     }
     match shape.method {
         args::Method::Contract | args::Method::Feature | args::Method::Average => {
             Ok(Method::Contract(contract::Options { log, ..contract }))
         }
-        args::Method::Cluster | args::Method::Removal | args::Method::Coplanar if log => {
+        args::Method::Cluster | args::Method::Removal | args::Method::Coplanar | args::Method::Vsa if log => {
             Err(refuse(Exit::Usage, "--write-log is for --method contract: nothing else contracts"))
         }
-        args::Method::Coplanar => regions::coplanar(&args.regions, &contract),
+        args::Method::Coplanar | args::Method::Vsa => regions::options(shape.method, &args.regions, target, &contract),
         args::Method::Removal => removal::options(&args.removal, &contract).map(Method::Removal),
         args::Method::Cluster => {
             let flips = contract.flips;
@@ -70,18 +70,14 @@ fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
         args::Candidates::Triangles => contract::Candidates::Triangles,
     };
     let defaults = match shape.method {
-        args::Method::Contract | args::Method::Cluster | args::Method::Removal | args::Method::Coplanar
-            if shape.candidates == args::Candidates::Triangles =>
-        {
-            contract::Options { metric: contract::Metric::Plane, ..contract::Options::default() }
-        }
-        args::Method::Contract | args::Method::Cluster | args::Method::Removal | args::Method::Coplanar => {
-            contract::Options::default()
-        }
         args::Method::Feature => {
             contract::Options { weighting: Weighting::Feature(feature), ..contract::Options::feature_weighted() }
         }
         args::Method::Average => contract::Options::averaged(),
+        _ if shape.candidates == args::Candidates::Triangles => {
+            contract::Options { metric: contract::Metric::Plane, ..contract::Options::default() }
+        }
+        _ => contract::Options::default(),
     };
     contract::Options {
         metric: shape.metric.map_or(defaults.metric, |metric| match metric {

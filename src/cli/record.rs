@@ -36,6 +36,8 @@ pub struct Record {
     cell_size: Option<f64>,
     /// How the initial quadrics were stored; null where they were left as they were found.
     quadrics: Option<Stored>,
+    /// The regions that faces were made into; null with another method.
+    regions: Option<Regions>,
     /// Edges turned after the run.
     flips: usize,
     /// Milliseconds from mesh in memory to mesh in memory.
@@ -59,6 +61,24 @@ struct Deviation {
     estimate_relative: f64,
     /// With --measure.
     measured: Option<Measured>,
+}
+
+/// Regions of faces.
+#[derive(Debug, Serialize)]
+struct Regions {
+    count: usize,
+    /// Regions or parts of them that keep their faces, and those filled in space.
+    undrawn: usize,
+    spatial: usize,
+    /// Of variational shape approximation, where half the diagonal is 1; null otherwise.
+    energy: Option<f64>,
+}
+
+impl From<&partition::Regions> for Regions {
+    fn from(regions: &partition::Regions) -> Self {
+        let partition::Regions { count, undrawn, spatial, .. } = *regions;
+        Self { count, undrawn, spatial, energy: regions.energies.last().copied() }
+    }
 }
 
 /// Quadrics in a format.
@@ -171,6 +191,7 @@ impl Record {
             stop_reason: outcome.stop,
             cell_size: outcome.cell_size,
             quadrics: outcome.quadrics.map(Stored::from),
+            regions: outcome.regions.as_ref().map(Regions::from),
             flips: outcome.flips,
             simplify_ms: clocks.solve * 1e3,
             blocked: outcome.blocked,
@@ -297,6 +318,7 @@ fn method_name(options: &contract::Options) -> &'static str {
 fn regions_name(by: &partition::By) -> &'static str {
     match by {
         partition::By::Coplanar(_) => "coplanar",
+        partition::By::Variational(_) => "vsa",
     }
 }
 

@@ -1,23 +1,64 @@
 //! From arguments to the options of methods that make regions of faces.
 
-use coarsen::partition::{self, By, Flatness};
+use coarsen::partition::{self, By, Flatness, Variational, vsa};
 use coarsen::{Method, contract};
 
 use super::Exit;
-use super::args::{self, Triangulation};
+use super::args::{self, Solver, Triangulation};
 use super::failure::refuse;
 
-/// The options of flat regions; `shared` are those of shape, as contraction would take them.
+/// The options of the method that `method` names; `shared` are those of shape, as contraction would take them.
 ///
 /// # Errors
-/// An option that regions do not have.
-pub fn coplanar(args: &args::Regions, shared: &contract::Options) -> anyhow::Result<Method> {
-    let defaults = Flatness::default();
-    let angle_rad = args.flat_angle.map_or(defaults.angle_rad, f64::from);
-    options(By::Coplanar(Flatness { angle_rad, ..defaults }), args, shared)
+/// An option that it does not have, and a goal that is missing or given twice.
+pub fn options(
+    method: args::Method,
+    args: &args::Regions,
+    target: &args::Target,
+    shared: &contract::Options,
+) -> anyhow::Result<Method> {
+    let by = if method == args::Method::Vsa { variational(args, target)? } else { coplanar(args)? };
+    with_shape(by, args, shared)
 }
 
-fn options(by: By, args: &args::Regions, shared: &contract::Options) -> anyhow::Result<Method> {
+fn coplanar(args: &args::Regions) -> anyhow::Result<By> {
+    if *args != (args::Regions { flat_angle: args.flat_angle, triangulation: args.triangulation, ..NONE }) {
+        let message =
+            "--method coplanar takes --flat-angle and --triangulation of the options of regions: leave the others away";
+        return Err(refuse(Exit::Usage, message));
+    }
+    let defaults = Flatness::default();
+    let angle_rad = args.flat_angle.map_or(defaults.angle_rad, f64::from);
+    Ok(By::Coplanar(Flatness { angle_rad, ..defaults }))
+}
+
+fn variational(args: &args::Regions, target: &args::Target) -> anyhow::Result<By> {
+    let by_error = target.error.is_some() || target.error_abs.is_some();
+    let goal = match (args.regions, args.energy, by_error) {
+        (Some(count), None, false) => vsa::Goal::Regions(count),
+        (None, Some(energy), false) => vsa::Goal::Energy(energy),
+        // The budget takes its place.
+        (None, None, true) => vsa::Goal::Regions(1),
+        (None, None, false) => {
+            return Err(refuse(Exit::Usage, "--method vsa needs one of --regions, --energy, --error and --error-abs"));
+        }
+        _ => return Err(refuse(Exit::Usage, "--regions, --energy and an error limit contradict each other: give one")),
+    };
+    if args.flat_angle.is_some() {
+        return Err(refuse(Exit::Usage, "--flat-angle is for --method coplanar"));
+    }
+    let mut found = Variational::new(goal);
+    found.chord_ratio = args.chord_ratio.unwrap_or(found.chord_ratio);
+    found.regions.restarts = args.restarts.unwrap_or(found.regions.restarts);
+    found.regions.solver = match args.vsa_solver {
+        Some(Solver::Greedy) | None => vsa::Solver::Greedy,
+        Some(Solver::Rounds) => vsa::Solver::Rounds,
+        Some(Solver::Lloyd) => vsa::Solver::Lloyd,
+    };
+    Ok(By::Variational(found))
+}
+
+fn with_shape(by: By, args: &args::Regions, shared: &contract::Options) -> anyhow::Result<Method> {
     let contract::Options { weld, flips, .. } = *shared;
     if *shared != (contract::Options { weld, flips, ..contract::Options::default() }) {
         let message =
@@ -36,7 +77,18 @@ fn options(by: By, args: &args::Regions, shared: &contract::Options) -> anyhow::
     }))
 }
 
+/// Nothing given.
+const NONE: args::Regions = args::Regions {
+    flat_angle: None,
+    regions: None,
+    energy: None,
+    vsa_solver: None,
+    restarts: None,
+    chord_ratio: None,
+    triangulation: None,
+};
+
 /// Whether an option is given that only regions have.
 pub fn is_asked(args: &args::Regions) -> bool {
-    args.flat_angle.is_some() || args.triangulation.is_some()
+    *args != NONE
 }

@@ -217,8 +217,8 @@ fn budget(target: &args::Target, method: args::Method) -> anyhow::Result<Budget>
     let by_faces = face_budget(target.faces, target.ratio, target.reduction);
     let budget = Budget { error: target.error, error_abs: target.error_abs, ..by_faces };
     match (target.grid, budget == Budget::default()) {
-        // Its regions are what they are.
-        (None, true) if method == args::Method::Coplanar => Ok(budget),
+        // Regions are what they are, or have goals of their own.
+        (None, true) if method.makes_regions() => Ok(budget),
         (None, true) => {
             Err(refuse(Exit::Usage, "no target: give --faces, --ratio, --reduction, --error or --error-abs"))
         }

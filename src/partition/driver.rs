@@ -12,7 +12,7 @@ use super::boundary::Boundary;
 use super::chains::{Chains, Tolerances};
 use super::coplanar;
 use super::cut::Parts;
-use super::rebuild::{Rebuilt, rebuild};
+use super::rebuild::{Rebuilt, Recipe, rebuild};
 use super::restore::{Restored, restore};
 use super::surface::Surface;
 use super::{By, Options, Partition, Variational, vsa};
@@ -54,7 +54,8 @@ pub fn run(
         let mut chains = Chains::new(&surface, &boundary);
         queues.run(&mut warnings, |queue| chains.simplify(found.tolerances, None, queue))?;
         seconds.cost += lapped();
-        rebuilt = rebuild(&surface, &parts.partition, &boundary, &mut chains, options.recipe());
+        let recipe = Recipe { triangulation: options.triangulation, fills_in_space: cuts == MOST_CUTS };
+        rebuilt = rebuild(&surface, &parts.partition, &boundary, &mut chains, recipe);
         seconds.apply += lapped();
         if cuts == MOST_CUTS || !parts.cut(&surface, &rebuilt.undrawn) {
             break;

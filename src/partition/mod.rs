@@ -101,10 +101,6 @@ impl Options {
         Self { by, triangulation: Triangulation::default(), weld: Some(0.0), flips: Flips::default() }
     }
 
-    fn recipe(&self) -> rebuild::Recipe {
-        rebuild::Recipe { triangulation: self.triangulation }
-    }
-
     fn check(&self, budget: &Budget) -> Result<()> {
         check_weld(self.weld)?;
         if budget.faces.is_some() || budget.keep.is_some() {

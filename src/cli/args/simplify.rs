@@ -111,6 +111,8 @@ pub struct Shape {
     /// mostly 98% or more of them; with --error the coarsest grid that moves no vertex farther than that; or with --grid.
     /// 'removal' takes the vertices nearest to their neighborhood away in rounds and fills the holes: what is left are
     /// vertices of the input, and --error bounds how far each of those that went is from the result.
+    /// 'vsa' parts the surface into regions that face one way as nearly as can be, --regions of them or as many as --energy or
+    /// --error ask for, and draws each anew between borders that both sides share.
     /// 'coplanar' draws what is flat anew with the fewest faces, and leaves all else: no target is needed, and --error is how
     /// far from a plane its vertices may be, 0.001% of the diagonal without it.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Method::Contract, hide_possible_values = true,
@@ -343,8 +345,17 @@ pub enum Method {
     Cluster,
     /// Vertex removal with retriangulation
     Removal,
+    /// Variational shape approximation
+    Vsa,
     /// Flat regions drawn anew
     Coplanar,
+}
+
+impl Method {
+    /// Whether it makes regions of faces, and draws these anew.
+    pub fn makes_regions(self) -> bool {
+        matches!(self, Self::Vsa | Self::Coplanar)
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -9,6 +9,9 @@ use super::{Filling, ROWS, Work};
 use crate::partition::chains::Chains;
 use crate::partition::triangulate::flip_away;
 
+/// Edges that a region gives up before it keeps its faces, and is cut.
+const MOST_CONFLICTS: u32 = 8;
+
 /// Who has an edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Owner {
@@ -61,12 +64,16 @@ impl Work<'_> {
         let groups: Vec<&[(u64, Owner)]> = edges.chunk_by(|a, b| a.0 == b.0).collect();
         let in_conflict = |group: &&[(u64, Owner)]| group.len() > 1 || self.is_in_input(group[0].0, Some(group[0].1));
         let groups: Vec<&[(u64, Owner)]> = groups.into_par_iter().filter(in_conflict).collect();
-        if groups.is_empty() {
+        let doubles = self.doubles();
+        if groups.is_empty() && doubles.is_empty() {
             return false;
         }
         let mut taken: FxHashSet<u64> = edges.iter().map(|&(edge, _)| edge).collect();
         for group in groups {
             self.settle(group, &mut taken, chains);
+        }
+        for region in doubles {
+            self.more_vertices(region, chains);
         }
         self.open.sort_unstable();
         self.open.dedup();
@@ -74,6 +81,33 @@ impl Work<'_> {
             self.fillings[region as usize] = Filling::Open;
         }
         true
+    }
+
+    /// Regions that became the back of another's triangle: their edges are both sides of the same segments.
+    fn doubles(&self) -> Vec<u32> {
+        let corners = |[a, b, c]: [u32; 3]| {
+            let mut corners = [a, b, c];
+            corners.sort_unstable();
+            corners
+        };
+        let single = |(region, filling): (usize, &Filling)| match filling {
+            Filling::Flat(flat) if flat.triangles.len() == 1 => {
+                flat.vertices().next().map(|triangle| (corners(triangle), region as u32))
+            }
+            Filling::Spatial(triangles) if triangles.len() == 1 => Some((corners(triangles[0]), region as u32)),
+            _ => None,
+        };
+        let mut singles: Vec<([u32; 3], u32)> = self.fillings.iter().enumerate().filter_map(single).collect();
+        singles.sort_unstable();
+        let (surface, labels) = (self.surface, &self.partition.labels);
+        let stays = |[a, b, c]: [u32; 3]| {
+            surface.rings.faces_of_edge(&surface.faces, a, b).any(|f| {
+                let is_own = matches!(self.fillings[labels[f as usize] as usize], Filling::Least | Filling::Own);
+                is_own && surface.faces[f as usize].contains(&c)
+            })
+        };
+        let behind = singles.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| pair[1].1);
+        behind.chain(singles.iter().filter(|single| stays(single.0)).map(|single| single.1)).collect()
     }
 
     /// Every edge that the input does not have there, with those who have it, sorted: segments that leave vertices out, and
@@ -171,6 +205,10 @@ impl Work<'_> {
 
     /// Has a region do without an edge: by turning it, by other triangles in space, by more vertices on its chains.
     fn take_from(&mut self, region: u32, edge: u64, taken: &mut FxHashSet<u64>, chains: &mut Chains<'_>) {
+        self.conflicts[region as usize] += 1;
+        if self.conflicts[region as usize] > MOST_CONFLICTS {
+            return self.keep_own(region, chains);
+        }
         let mut filling = std::mem::replace(&mut self.fillings[region as usize], Filling::Open);
         let is_taken =
             |a: u32, b: u32| taken.contains(&key(a, b)) || self.is_in_input(key(a, b), Some(Owner::Region(region)));
@@ -186,9 +224,7 @@ impl Work<'_> {
                     self.fillings[region as usize] = filling;
                     return;
                 }
-                let ring: Vec<_> =
-                    self.boundary.loops(region as usize).flat_map(|passes| segments(passes, chains)).collect();
-                farthest(&ring, chains).map_or(Attempt::Hopeless, |place| Attempt::Split(vec![place]))
+                return self.more_vertices(region, chains);
             }
             Filling::Spatial(_) => self.fill_in_space(region, chains, is_taken),
         };
@@ -201,6 +237,15 @@ impl Work<'_> {
             }
             Attempt::Split(places) => self.split(region, &places, chains),
             Attempt::Least | Attempt::Flat(_) | Attempt::Hopeless => self.keep_own(region, chains),
+        }
+    }
+
+    /// Gives the chains around a region one more vertex; without any left it keeps its faces.
+    fn more_vertices(&mut self, region: u32, chains: &mut Chains<'_>) {
+        let ring: Vec<_> = self.boundary.loops(region as usize).flat_map(|passes| segments(passes, chains)).collect();
+        match farthest(&ring, chains) {
+            Some(place) => self.split(region, &[place], chains),
+            None => self.keep_own(region, chains),
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Regions to triangles: each drawn in its plane between the chains that it shares with its neighbors.
 //!
 //! A region whose outline crosses itself, or that chose an edge which another has too, gets more vertices on its chains, and its
-//! neighbors are drawn again; one that no vertices help is filled in space, or keeps its faces. Chains only ever gain vertices,
-//! so that this ends, at the input's own faces at the latest.
+//! neighbors are drawn again; one that no vertices help keeps its faces, to be cut in two, or is filled in space. Chains only
+//! ever gain vertices, so that this ends, at the input's own faces at the latest.
 //!
 //! # Invariants
 //! - Both sides of a chain have its segments as edges, each once: no cracks, no T-junctions.
@@ -54,6 +54,8 @@ enum Filling {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Recipe {
     pub triangulation: Triangulation,
+    /// Whether what no plane shows is filled in space: nearer to the surface is a region cut in two, where that is possible.
+    pub fills_in_space: bool,
 }
 
 /// A partition rebuilt.
@@ -114,6 +116,8 @@ struct Work<'a> {
     is_planar: Vec<bool>,
     fillings: Vec<Filling>,
     attempts: Vec<u32>,
+    /// How many edges each region gave up.
+    conflicts: Vec<u32>,
     /// Regions to draw, ascending.
     open: Vec<u32>,
 }
@@ -128,6 +132,7 @@ impl<'a> Work<'a> {
             is_planar: planar_regions(surface, partition, boundary),
             fillings: (0..partition.region_count).map(|_| Filling::Open).collect(),
             attempts: vec![0; partition.region_count],
+            conflicts: vec![0; partition.region_count],
             open: (0..partition.region_count as u32).collect(),
             surface,
             partition,
@@ -187,7 +192,7 @@ impl<'a> Work<'a> {
             None => Attempt::Hopeless,
         };
         match flat {
-            Attempt::Hopeless => self.fill_in_space(region, chains, |_, _| false),
+            Attempt::Hopeless if self.recipe.fills_in_space => self.fill_in_space(region, chains, |_, _| false),
             other => other,
         }
     }
