@@ -224,14 +224,18 @@ fn attributes_are_means_and_unused_vertices_do_not_count() {
     mesh.colors = Some(vec![[1.0; 4], [0.0; 4], [1.0, 0.5, 0.0, 1.0], [0.25; 4], [0.75; 4]]);
     mesh.normals = Some(vec![Vec3::X, Vec3::Z, Vec3::Y, Vec3::Z, Vec3::Z]);
     mesh.texcoords = Some(vec![[Vec2::ZERO; 3]; 2]);
+    mesh.face_colors = Some(vec![[0.5; 4]; 2]);
     let outcome = on_grid(&mesh, 2, Representative::Mean);
     assert_eq!(outcome.mesh.faces, [[0, 1, 2]]);
     assert_eq!(outcome.mesh.colors, Some(vec![[0.5, 0.25, 0.0, 0.5], [0.25; 4], [0.75; 4]]));
     let normals = outcome.mesh.normals.expect("normals");
     assert!(normals[0].abs_diff_eq(Vec3::new(0.0, 0.5_f32.sqrt(), 0.5_f32.sqrt()), 1e-6));
     assert_eq!(outcome.vertex_origin, [MOVED, 3, 4]);
-    assert!(outcome.mesh.texcoords.is_none());
-    assert!(outcome.warnings.iter().any(|warning| warning.starts_with("texture coordinates are dropped")));
+    assert!(outcome.mesh.texcoords.is_none() && outcome.mesh.face_colors.is_none());
+    for what in ["texture coordinates", "face colors"] {
+        let told = format!("{what} are dropped");
+        assert!(outcome.warnings.iter().any(|warning| warning.starts_with(&told)), "{what}");
+    }
 }
 
 // Budgets
