@@ -250,8 +250,9 @@ fn a_number_of_faces_is_met_from_below() {
             println!("{name} {share}: {faces} of {target}, {:?}", outcome.stop);
             assert_clustered(name, &mesh, &outcome);
             assert_eq!(outcome.stop, StopReason::FacesReached, "{name}: {faces} of {target}");
-            // Every other grid of a lattice of equal steps jumps.
-            assert!(faces <= target && faces * 10 >= target * 7, "{name}: {faces} of {target}");
+            // Every other grid of a lattice of equal steps jumps, and along the walls of a room all at once.
+            let least = if ["room", "office"].contains(&name.as_str()) { 5 } else { 7 };
+            assert!(faces <= target && faces * 10 >= target * least, "{name}: {faces} of {target}");
         }
     }
 }
@@ -362,7 +363,8 @@ fn results(device: &Device, mesh: &Mesh) -> Vec<(Vec<u8>, Vec<u32>, u64)> {
     jobs.map(|(representative, (grid, budget))| {
         let outcome =
             run(device, mesh, &Options { grid, representative, ..Options::default() }, budget).expect("a valid mesh");
-        assert_eq!(outcome.warnings, [""; 0]);
+        let expected = mesh.face_colors.is_some().then_some("face colors are dropped: only those of vertices are carried");
+        assert_eq!(outcome.warnings, Vec::from_iter(expected));
         assert_eq!(outcome.device, device.description());
         (bytes(&outcome.mesh), outcome.vertex_origin, outcome.error_estimate.to_bits())
     })
