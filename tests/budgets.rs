@@ -181,6 +181,7 @@ fn meshes_that_are_none_are_refused() {
         Mesh { colors: Some(vec![[0.0; 4]; 2]), ..with(0, DVec3::ZERO) },
         Mesh { normals: Some(vec![]), ..with(0, DVec3::ZERO) },
         Mesh { texcoords: Some(vec![[Vec2::ZERO; 3]; 2]), ..with(0, DVec3::ZERO) },
+        Mesh { face_colors: Some(vec![[0.0; 4]; 2]), ..with(0, DVec3::ZERO) },
         Mesh { texcoords: Some(vec![[Vec2::ZERO, Vec2::NAN, Vec2::ZERO]]), ..with(0, DVec3::ZERO) },
     ];
     for mesh in bad {

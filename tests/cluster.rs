@@ -224,14 +224,18 @@ fn attributes_are_means_and_unused_vertices_do_not_count() {
     mesh.colors = Some(vec![[1.0; 4], [0.0; 4], [1.0, 0.5, 0.0, 1.0], [0.25; 4], [0.75; 4]]);
     mesh.normals = Some(vec![Vec3::X, Vec3::Z, Vec3::Y, Vec3::Z, Vec3::Z]);
     mesh.texcoords = Some(vec![[Vec2::ZERO; 3]; 2]);
+    mesh.face_colors = Some(vec![[0.5; 4]; 2]);
     let outcome = on_grid(&mesh, 2, Representative::Mean);
     assert_eq!(outcome.mesh.faces, [[0, 1, 2]]);
     assert_eq!(outcome.mesh.colors, Some(vec![[0.5, 0.25, 0.0, 0.5], [0.25; 4], [0.75; 4]]));
     let normals = outcome.mesh.normals.expect("normals");
     assert!(normals[0].abs_diff_eq(Vec3::new(0.0, 0.5_f32.sqrt(), 0.5_f32.sqrt()), 1e-6));
     assert_eq!(outcome.vertex_origin, [MOVED, 3, 4]);
-    assert!(outcome.mesh.texcoords.is_none());
-    assert!(outcome.warnings.iter().any(|warning| warning.starts_with("texture coordinates are dropped")));
+    assert!(outcome.mesh.texcoords.is_none() && outcome.mesh.face_colors.is_none());
+    for what in ["texture coordinates", "face colors"] {
+        let told = format!("{what} are dropped");
+        assert!(outcome.warnings.iter().any(|warning| warning.starts_with(&told)), "{what}");
+    }
 }
 
 // Budgets
@@ -246,8 +250,9 @@ fn a_number_of_faces_is_met_from_below() {
             println!("{name} {share}: {faces} of {target}, {:?}", outcome.stop);
             assert_clustered(name, &mesh, &outcome);
             assert_eq!(outcome.stop, StopReason::FacesReached, "{name}: {faces} of {target}");
-            // Every other grid of a lattice of equal steps jumps.
-            assert!(faces <= target && faces * 10 >= target * 7, "{name}: {faces} of {target}");
+            // Every other grid of a lattice of equal steps jumps, and along the walls of a room all at once.
+            let least = if ["room", "office"].contains(&name.as_str()) { 5 } else { 7 };
+            assert!(faces <= target && faces * 10 >= target * least, "{name}: {faces} of {target}");
         }
     }
 }
@@ -358,7 +363,8 @@ fn results(device: &Device, mesh: &Mesh) -> Vec<(Vec<u8>, Vec<u32>, u64)> {
     jobs.map(|(representative, (grid, budget))| {
         let outcome =
             run(device, mesh, &Options { grid, representative, ..Options::default() }, budget).expect("a valid mesh");
-        assert_eq!(outcome.warnings, [""; 0]);
+        let expected = mesh.face_colors.is_some().then_some("face colors are dropped: only those of vertices are carried");
+        assert_eq!(outcome.warnings, Vec::from_iter(expected));
         assert_eq!(outcome.device, device.description());
         (bytes(&outcome.mesh), outcome.vertex_origin, outcome.error_estimate.to_bits())
     })

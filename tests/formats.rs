@@ -30,6 +30,7 @@ fn with_attributes(mut mesh: Mesh) -> Mesh {
     mesh.normals = Some(mesh.positions.iter().map(unit).collect());
     let shade = |i: usize| (i % 97) as f32 / 96.0;
     mesh.colors = Some((0..mesh.positions.len()).map(|i| [shade(i), shade(3 * i), 1.0, shade(5 * i)]).collect());
+    mesh.face_colors = Some((0..mesh.faces.len()).map(|f| [shade(7 * f), 0.0, shade(f), shade(2 * f)]).collect());
     // Every seventh face is a chart of its own, every eleventh has none.
     let place = |f: usize, v: u32| match f {
         f if f % 11 == 0 => Vec2::ZERO,
@@ -64,6 +65,12 @@ fn assert_same(read: &Mesh, written: &Mesh, format: Format, name: &str) {
         let expected = if traits.colors == "rgb" { [b[0], b[1], b[2], 1.0] } else { *b };
         let far = a.iter().zip(expected).any(|(a, b)| (a - b).abs() > 1.0 / 255.0);
         assert!(!far, "{name}: color {vertex} is {a:?}, expected {expected:?}");
+    }
+    let face_colors = written.face_colors.as_ref().filter(|_| !traits.face_colors.is_empty());
+    assert_eq!(read.face_colors.is_some(), face_colors.is_some(), "{name}: face colors");
+    for (face, (a, b)) in read.face_colors.iter().flatten().zip(face_colors.into_iter().flatten()).enumerate() {
+        let far = a.iter().zip(b).any(|(a, b)| (a - b).abs() > 1.0 / 255.0);
+        assert!(!far, "{name}: color of face {face} is {a:?}, expected {b:?}");
     }
     assert_eq!(read.texcoords.as_ref(), written.texcoords.as_ref().filter(|_| traits.texcoords), "{name}: texture");
 }
@@ -166,7 +173,7 @@ fn corpus(kind: &str) -> Vec<Case> {
 #[test]
 fn good_files_are_read() {
     let cases = corpus("good");
-    assert_eq!(cases.len(), 28);
+    assert_eq!(cases.len(), 33);
     for case in cases {
         let mesh = formats::read_bytes(&case.bytes, case.format).unwrap_or_else(|e| panic!("{}: {e}", case.name));
         mesh.check().unwrap();
@@ -179,6 +186,11 @@ fn good_files_are_read() {
         let covered = |[a, b, c]: &[Vec2; 3]| f64::from((b - a).perp_dot(c - a).abs()) / 2.0;
         let texture: Option<f64> = mesh.texcoords.as_ref().map(|rows| rows.iter().map(covered).sum());
         assert_eq!(texture, line("texture"), "{}: the area in the texture", case.name);
+        // Of red, green, blue and alpha.
+        let light = |colors: &Vec<[f32; 4]>| (0..4).map(|i| colors.iter().map(|color| color[i]).sum()).collect();
+        let listed = case.expect.lines().find_map(|line| line.strip_prefix("face colors"));
+        let listed: Option<Vec<f32>> = listed.map(|sums| sums.split_whitespace().flat_map(str::parse).collect());
+        assert_eq!(mesh.face_colors.as_ref().map(light), listed, "{}: the sums of face colors", case.name);
     }
 }
 

@@ -120,6 +120,7 @@ fn mesh(random: &mut Random) -> Mesh {
     }
     if below(random, 3) == 0 {
         mesh.texcoords = Some(texcoords(random, &mesh));
+        mesh.face_colors = Some(mesh.faces.iter().map(|_| [(); 4].map(|()| random.unit() as f32)).collect());
     }
     mesh
 }

@@ -18,6 +18,7 @@ struct Record {
     input: String,
     has_normals: bool,
     has_colors: bool,
+    has_face_colors: bool,
     bounds: Bounds,
     /// In squared model units.
     area: f64,
@@ -61,6 +62,7 @@ impl Record {
             input,
             has_normals: mesh.normals.is_some(),
             has_colors: mesh.colors.is_some(),
+            has_face_colors: mesh.face_colors.is_some(),
             bounds: Bounds { low: low.to_array(), high: high.to_array(), diagonal: mesh.diagonal() },
             area: mesh.area(),
             volume: welded.topology.is_closed().then(|| mesh.volume()),
@@ -111,6 +113,9 @@ impl Record {
         line("area", format!("{:.6}", self.area));
         line("volume", self.volume.map_or_else(|| "- (not closed)".into(), |volume| format!("{volume:.6}")));
         line("carried at vertices", carried.into());
+        if self.has_face_colors {
+            line("carried at faces", "colors".into());
+        }
         line("", String::new());
         line("fewest faces possible", self.welded.floor_faces.to_string());
         for reason in &self.welded.reasons {

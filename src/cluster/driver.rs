@@ -6,8 +6,8 @@ use std::time::Instant;
 use crate::backend::{Device, Queue, fallback};
 use crate::error::{Error, Result};
 use crate::kernel::cell_keys::LEAST_STEPS;
-use crate::mesh::Mesh;
 use crate::mesh::weld::used_vertices;
+use crate::mesh::{FACE_COLORS_DROPPED, Mesh};
 use crate::simplify::{Blocked, Budget, OnProgress, Outcome, Phases, Progress, StopReason};
 
 use super::Options;
@@ -81,6 +81,7 @@ pub fn run(
     if mesh.texcoords.is_some() {
         warnings.push("texture coordinates are dropped: they are not carried through clustering yet".into());
     }
+    warnings.extend(mesh.face_colors.is_some().then(|| FACE_COLORS_DROPPED.into()));
     let mut on = |queue: Queue| {
         let mut report = |faces: usize| {
             let now = Progress { faces, faces_in: mesh.faces.len(), target: goal.target() };

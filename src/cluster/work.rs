@@ -44,7 +44,7 @@ impl Done {
     /// The input as it is.
     pub fn nothing(mesh: &Mesh) -> Self {
         Self {
-            mesh: Mesh { texcoords: None, ..mesh.clone() },
+            mesh: Mesh { texcoords: None, face_colors: None, ..mesh.clone() },
             origin: (0..mesh.positions.len() as u32).collect(),
             steps: 0,
             estimate: 0.0,

@@ -15,7 +15,7 @@ use crate::mesh::limits::check_weld;
 use crate::mesh::orient::{Oriented, TURNED, turn_to_agree};
 use crate::mesh::prune::prune;
 use crate::mesh::weld::{Welded, joined_attributes};
-use crate::mesh::{self, Mesh};
+use crate::mesh::{self, FACE_COLORS_DROPPED, Mesh};
 
 use super::carry::Carried;
 use super::charts::Charts;
@@ -140,7 +140,8 @@ fn arrange(mesh: &Mesh, options: &Options) -> Result<(Arranged, Attributes, Vec<
     let warnings = warnings.filter(|&(count, _)| count > 0).map(|(count, what)| format!("{count} {what}"));
     let drops = mesh.texcoords.is_some() && options.texture == Texture::Drop;
     let dropped = drops.then(|| "texture coordinates are dropped: the option 'texture' keeps them".into());
-    Ok((arranged, attributes, warnings.chain(dropped).collect()))
+    let face_colors = mesh.face_colors.is_some().then(|| FACE_COLORS_DROPPED.into());
+    Ok((arranged, attributes, warnings.chain(dropped).chain(face_colors).collect()))
 }
 
 impl Prepared {
@@ -207,6 +208,8 @@ fn weld(mesh: &Mesh, tolerance: Option<f64>) -> Welded {
             normals: mesh.normals.clone(),
             colors: mesh.colors.clone(),
             texcoords: mesh.texcoords.as_ref().map(|rows| face_source.iter().map(|&f| rows[f as usize]).collect()),
+            // A run carries none.
+            face_colors: None,
         },
         vertex_source: (0..mesh.positions.len() as u32).collect(),
         face_source,
@@ -251,6 +254,9 @@ mod tests {
         mesh.texcoords = Some(vec![[Vec2::ZERO; 3]; mesh.faces.len()]);
         assert!(dropped(&mesh, &Options::default()));
         assert!(dropped(&mesh, &Options { weld: None, ..Options::default() }));
+        mesh.face_colors = Some(vec![[0.5; 4]; mesh.faces.len()]);
+        let told = |mesh| prepare(mesh, &Options::default()).expect("a valid mesh").warnings;
+        assert!(told(&mesh).iter().any(|warning| warning == FACE_COLORS_DROPPED));
     }
 
     #[test]

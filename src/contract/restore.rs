@@ -53,6 +53,7 @@ pub fn restore(
         normals: normals.map(|rows| take(&rows, &vertex_order)),
         colors: colors.map(|rows| take(&rows, &vertex_order)),
         texcoords: charts.as_ref().map(texcoords),
+        face_colors: None,
     };
     let origin = take(&origin, &vertex_order);
     (mesh, origin.into_iter().map(|origin| if origin & MOVED_FROM == 0 { origin } else { MOVED }).collect())

@@ -2,12 +2,12 @@
 //!
 //! The format follows from the extension and is checked against the content; `.gz` and `.zst` behind it compress.
 //!
-//! | format | extension | text | binary | positions | normals | colors | texture coordinates | faces read |
-//! |--------|-----------|------|--------|-----------|---------|--------|---------------------|------------|
-//! | OBJ | obj | yes | no | f64 | yes | rgb | yes | polygons |
-//! | PLY | ply | yes | yes | f32 or f64 | yes | rgba | yes | polygons |
-//! | STL | stl | yes | yes | f32 | no | no | no | triangles |
-//! | OFF | off | yes | no | f64 | yes | rgba | no | polygons |
+//! | format | extension | text | binary | positions | normals | colors | face colors | texture coordinates | faces read |
+//! |--------|-----------|------|--------|-----------|---------|--------|-------------|---------------------|------------|
+//! | OBJ | obj | yes | no | f64 | yes | rgb | no | yes | polygons |
+//! | PLY | ply | yes | yes | f32 or f64 | yes | rgba | rgba | yes | polygons |
+//! | STL | stl | yes | yes | f32 | no | no | no | no | triangles |
+//! | OFF | off | yes | no | f64 | yes | rgba | rgba | no | polygons |
 //!
 //! The same table as data is [`Format::traits`]. What every reader does:
 //! - polygons become triangles, concave ones by ear clipping ([`earcut`]), and keep every corner;
@@ -16,7 +16,8 @@
 //! - colors become `[0, 1]` with alpha 1 where none is stored; normals become unit length, zero where a vertex has none;
 //! - texture coordinates belong to corners, zero where a corner has none or one that is not finite; those that a file has
 //!   at its vertices (PLY, OFF with `ST`) are given to the corners, and what no corner has is none;
-//! - materials, groups and face colors are dropped.
+//! - a polygon's color goes to each of its triangles;
+//! - materials and groups are dropped.
 //!
 //! Text is written with the fewest digits that read back as the same number. Text STL therefore keeps f64 positions.
 //! The bytes written do not depend on the number of threads.
@@ -82,6 +83,8 @@ pub struct Traits {
     pub normals: bool,
     /// The channels of vertex colors, empty for none.
     pub colors: &'static str,
+    /// The channels of face colors, empty for none.
+    pub face_colors: &'static str,
     /// Whether texture coordinates are carried.
     pub texcoords: bool,
     /// The faces a file may hold.
@@ -102,11 +105,12 @@ impl Format {
             positions: "f64",
             normals: true,
             colors: "rgba",
+            face_colors: "rgba",
             texcoords: true,
             faces: "polygons",
         };
         match self {
-            Self::Obj => Traits { name: "OBJ", extension: "obj", colors: "rgb", ..polygons },
+            Self::Obj => Traits { name: "OBJ", extension: "obj", colors: "rgb", face_colors: "", ..polygons },
             Self::Ply => Traits { name: "PLY", extension: "ply", binary: true, positions: "f32 or f64", ..polygons },
             Self::Stl => Traits {
                 name: "STL",
@@ -115,6 +119,7 @@ impl Format {
                 positions: "f32",
                 normals: false,
                 colors: "",
+                face_colors: "",
                 texcoords: false,
                 faces: "triangles",
                 ..polygons
@@ -299,10 +304,10 @@ mod tests {
         let yes = |b| if b { "yes" } else { "no" };
         for format in Format::ALL {
             let t = format.traits();
-            let colors = if t.colors.is_empty() { "no" } else { t.colors };
+            let [colors, face_colors] = [t.colors, t.face_colors].map(|c| if c.is_empty() { "no" } else { c });
             let texcoords = yes(t.texcoords);
             let head = [t.name, t.extension, yes(t.text), yes(t.binary), t.positions];
-            let cells = [&head[..], &[yes(t.normals), colors, texcoords, t.faces]].concat();
+            let cells = [&head[..], &[yes(t.normals), colors, face_colors, texcoords, t.faces]].concat();
             let row = format!("//! | {} |", cells.join(" | "));
             assert!(include_str!("mod.rs").lines().any(|line| line == row), "missing in the table: {row}");
         }

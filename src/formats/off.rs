@@ -7,7 +7,7 @@
 //! 0 0 0 255 0 0 255   x y z, then nx ny nz for N, then r g b [a] for C, as bytes or fractions, then s t for ST
 //! 1 0 0 0 255 0 255
 //! 0 1 0 0 0 255 255
-//! 3 0 1 2             corners, then a face color that is ignored
+//! 3 0 1 2 255 0 0     corners, then the face's color, r g b [a], read where every face has one
 //! ```
 //! Faces of one or two corners (points and lines) are left out. Texture coordinates are read but not written: a vertex has
 //! one pair here, which a seam would split.
@@ -52,6 +52,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh> {
     let (mut mesh, texcoords) = read_vertices(&mut rows, vertex_count, keyword)?;
     let mut triangulator = Triangulator::new();
     let mut corners = Vec::new();
+    let mut colors = Channels::default();
     for at in 0..face_count {
         let mut row = rows.expect("faces", at, face_count)?;
         let corner_count = row.count("the number of corners")?;
@@ -59,9 +60,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh> {
         for _ in 0..corner_count {
             corners.push(row.index(mesh.positions.len())?);
         }
+        let before = mesh.faces.len();
         triangulator.append(&corners, &[], &mut mesh);
+        colors.push_face(&row, mesh.faces.len() - before);
     }
     rows.expect_end()?;
+    // A face without a color has that of the program that shows it.
+    mesh.face_colors = Some(colors.to_unit()).filter(|colors| colors.len() == mesh.faces.len() && !colors.is_empty());
     mesh.texcoords = texcoords.map(|of_vertex| attributes::of_corners(&mesh.faces, &of_vertex));
     Ok(mesh)
 }
@@ -92,10 +97,8 @@ fn keyword(header: &mut Row<'_>) -> Result<Keyword> {
 fn read_vertices(rows: &mut Rows<'_>, vertex_count: u64, keyword: Keyword) -> Result<(Mesh, Option<Vec<Vec2>>)> {
     let mut mesh = Mesh { positions: Vec::with_capacity(vertex_count as usize), ..Mesh::default() };
     let mut normals = Vec::new();
-    let mut colors = Vec::new();
+    let mut colors = Channels::default();
     let mut texcoords = keyword.texcoords.then(Vec::new);
-    let mut greatest_channel = 0.0_f64;
-    let mut fractions = false;
     for at in 0..vertex_count {
         let mut row = rows.expect("vertices", at, vertex_count)?;
         mesh.positions.push(row.point()?);
@@ -104,14 +107,12 @@ fn read_vertices(rows: &mut Rows<'_>, vertex_count: u64, keyword: Keyword) -> Re
             normals.push(attributes::unit_normal(normal.as_vec3()));
         }
         if keyword.colors {
-            fractions |= row.clone().next().is_some_and(|token| token.contains(&b'.'));
+            let first = row.clone().next();
             let rgb = [row.number("red")?, row.number("green")?, row.number("blue")?];
-            greatest_channel = rgb.into_iter().fold(greatest_channel, f64::max);
             // The pair of a texture coordinate is no alpha.
             let more = row.words() > if keyword.texcoords { 2 } else { 0 };
             let alpha = if more { row.next().and_then(number) } else { None };
-            greatest_channel = greatest_channel.max(alpha.unwrap_or(0.0));
-            colors.push((rgb, alpha));
+            colors.push(first, rgb, alpha);
         }
         if let Some(texcoords) = &mut texcoords {
             texcoords.push(attributes::texcoord(row.number("s")?, row.number("t")?));
@@ -121,14 +122,46 @@ fn read_vertices(rows: &mut Rows<'_>, vertex_count: u64, keyword: Keyword) -> Re
         mesh.normals = Some(normals);
     }
     if keyword.colors {
-        let factor = if fractions { 1.0 } else { attributes::unit_factor(greatest_channel) };
-        let unit = |(rgb, alpha): ([f64; 3], Option<f64>)| {
+        mesh.colors = Some(colors.to_unit());
+    }
+    Ok((mesh, texcoords))
+}
+
+/// Colors as they are stored: fractions or bytes, which only all of them tell.
+#[derive(Default)]
+struct Channels {
+    rows: Vec<([f64; 3], Option<f64>)>,
+    greatest: f64,
+    fractions: bool,
+}
+
+impl Channels {
+    /// Appends a color; `first` is how its red is written.
+    fn push(&mut self, first: Option<&[u8]>, rgb: [f64; 3], alpha: Option<f64>) {
+        self.fractions |= first.is_some_and(|token| token.contains(&b'.'));
+        self.greatest = rgb.into_iter().chain(alpha).fold(self.greatest, f64::max);
+        self.rows.push((rgb, alpha));
+    }
+
+    /// Appends the color at the end of a face's row for each of its triangles, if there is one: no number is none, and one
+    /// is the index of a color that stands elsewhere.
+    fn push_face(&mut self, row: &Row<'_>, triangles: usize) {
+        let mut rest = row.clone();
+        let first = row.clone().next();
+        let mut channel = || rest.next().and_then(number);
+        if let [Some(red), Some(green), Some(blue), alpha] = [channel(), channel(), channel(), channel()] {
+            (0..triangles).for_each(|_| self.push(first, [red, green, blue], alpha));
+        }
+    }
+
+    fn to_unit(&self) -> Vec<[f32; 4]> {
+        let factor = if self.fractions { 1.0 } else { attributes::unit_factor(self.greatest) };
+        let unit = |&(rgb, alpha): &([f64; 3], Option<f64>)| {
             let [r, g, b] = rgb.map(|channel| attributes::channel(channel, factor));
             [r, g, b, alpha.map_or(1.0, |alpha| attributes::channel(alpha, factor))]
         };
-        mesh.colors = Some(colors.into_iter().map(unit).collect());
+        self.rows.iter().map(unit).collect()
     }
-    Ok((mesh, texcoords))
 }
 
 /// Writes OFF text; colors as bytes, the form that most readers expect.
@@ -144,15 +177,15 @@ pub(super) fn write(mesh: &Mesh, out: &mut dyn Write) -> io::Result<()> {
             output::push_floats(buffer, &attributes::written_normal(normals[vertex]).to_array());
         }
         if let Some(colors) = &mesh.colors {
-            for channel in attributes::to_bytes(colors[vertex]) {
-                buffer.push(b' ');
-                output::push_integer(buffer, u32::from(channel));
-            }
+            output::push_channels(buffer, &attributes::to_bytes(colors[vertex]));
         }
         buffer.push(b'\n');
     })?;
     output::rows(out, mesh.faces.len(), |face, buffer| {
         output::push_triangle(buffer, mesh.faces[face]);
+        if let Some(colors) = &mesh.face_colors {
+            output::push_channels(buffer, &attributes::to_bytes(colors[face]));
+        }
         buffer.push(b'\n');
     })
 }
@@ -174,6 +207,20 @@ mod tests {
         let mesh = read(text).unwrap();
         assert_eq!(mesh.normals, Some(vec![Vec3::Z; 3]));
         assert_eq!(mesh.colors.map(|colors| colors[0]), Some([0.2, 0.0, 0.0, 1.0]));
+    }
+
+    #[test]
+    fn faces_have_colors_where_every_one_has() {
+        let colors = |first: &str, second: &str| {
+            let text = format!("OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3 {first}\n3 0 1 2 {second}\n");
+            read(text.as_bytes()).unwrap().face_colors
+        };
+        let (red, gray) = ([1.0, 0.0, 0.0, 1.0], [0.2, 0.2, 0.2, 0.4]);
+        assert_eq!(colors("255 0 0", "51 51 51 102 # gray"), Some(vec![red, red, gray]));
+        assert_eq!(colors("1.0 0 0", "0.2 0.2 0.2 0.4"), Some(vec![red, red, gray]));
+        for (first, second) in [("", ""), ("255 0 0", ""), ("3", "4"), ("255 0 0", "7"), ("a b c", "1 0 0")] {
+            assert_eq!(colors(first, second), None, "{first}, {second}");
+        }
     }
 
     #[test]

@@ -127,6 +127,14 @@ pub(super) fn push_floats<F: zmij::Float + Copy>(buffer: &mut Vec<u8>, values: &
     }
 }
 
+/// Appends channels of a color, each after a space.
+pub(super) fn push_channels(buffer: &mut Vec<u8>, channels: &[u8]) {
+    for &channel in channels {
+        buffer.push(b' ');
+        push_integer(buffer, u32::from(channel));
+    }
+}
+
 /// Appends `3 a b c` for a triangle, the same in OFF and text PLY.
 pub(super) fn push_triangle(buffer: &mut Vec<u8>, face: [u32; 3]) {
     buffer.push(b'3');

@@ -42,6 +42,7 @@ pub mod format_frame;
 pub mod gather_candidates;
 pub mod gather_pairs;
 pub mod label_moves;
+pub mod light_changes;
 pub mod live_vertices;
 pub mod near_vertices;
 pub mod nearest;

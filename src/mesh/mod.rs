@@ -5,7 +5,7 @@
 //! - every index in `faces` is below `positions.len()`;
 //! - every coordinate is finite;
 //! - `normals` and `colors`, where present, have one row a vertex;
-//! - `texcoords`, where present, has one row a face, and all of it is finite.
+//! - `texcoords` and `face_colors`, where present, have one row a face, and all texture coordinates are finite.
 
 pub mod adjacency;
 pub(crate) mod arrange;
@@ -63,12 +63,17 @@ pub struct Mesh {
     ///
     /// A texture covers `[0, 1]` in both directions and repeats outside. A face without any has zeros.
     pub texcoords: Option<Vec<[Vec2; 3]>>,
+    /// Colors as at the vertices, one a face: light that jumps from face to face.
+    pub face_colors: Option<Vec<[f32; 4]>>,
 }
+
+/// What a run says that carries colors of vertices alone.
+pub(crate) const FACE_COLORS_DROPPED: &str = "face colors are dropped: only those of vertices are carried";
 
 impl Mesh {
     /// A mesh of positions and faces only.
     pub fn new(positions: Vec<DVec3>, faces: Vec<[u32; 3]>) -> Self {
-        Self { positions, faces, normals: None, colors: None, texcoords: None }
+        Self { positions, faces, normals: None, colors: None, texcoords: None, face_colors: None }
     }
 
     /// Checks the invariants of this module.
@@ -95,11 +100,12 @@ impl Mesh {
                 self.faces[f]
             )));
         }
-        let vertices = (vertex_count, "vertices");
+        let (vertices, faces) = ((vertex_count, "vertices"), (self.faces.len(), "faces"));
         for (name, rows, (count, of)) in [
             ("normals", self.normals.as_ref().map(Vec::len), vertices),
             ("colors", self.colors.as_ref().map(Vec::len), vertices),
-            ("rows of texture coordinates", self.texcoords.as_ref().map(Vec::len), (self.faces.len(), "faces")),
+            ("rows of texture coordinates", self.texcoords.as_ref().map(Vec::len), faces),
+            ("face colors", self.face_colors.as_ref().map(Vec::len), faces),
         ] {
             if let Some(rows) = rows
                 && rows != count

@@ -35,10 +35,13 @@ pub fn prune(welded: &mut Welded, fraction: f64) -> usize {
         *new = count;
         count += u32::from(stays);
     }
-    let Mesh { positions, faces, normals, colors, texcoords } = &mut welded.mesh;
+    let Mesh { positions, faces, normals, colors, texcoords, face_colors } = &mut welded.mesh;
     *faces = kept.iter().map(|&f| faces[f].map(|v| new_vertex[v as usize])).collect();
     if let Some(texcoords) = texcoords {
         *texcoords = kept.iter().map(|&f| texcoords[f]).collect();
+    }
+    if let Some(face_colors) = face_colors {
+        *face_colors = kept.iter().map(|&f| face_colors[f]).collect();
     }
     retain(positions, &stays);
     retain(&mut welded.vertex_source, &stays);
@@ -84,13 +87,15 @@ mod tests {
     }
 
     #[test]
-    fn texture_coordinates_go_with_their_faces() {
+    fn what_faces_have_goes_with_them() {
         let mut mesh = large_and_small();
         // The small part first, so that rows move.
         mesh.faces.rotate_right(20);
         mesh.texcoords = Some((0..40).map(|f| [Vec2::splat(f as f32); 3]).collect());
+        mesh.face_colors = Some((0..40).map(|f| [f as f32; 4]).collect());
         let mut welded = weld(&mesh, 0.0);
         assert_eq!(prune(&mut welded, 0.2), 1);
+        assert_eq!(welded.mesh.face_colors, Some((20..40).map(|f| [f as f32; 4]).collect()));
         assert_eq!(welded.mesh.texcoords, Some((20..40).map(|f| [Vec2::splat(f as f32); 3]).collect()));
         assert!(welded.mesh.check().is_ok());
     }

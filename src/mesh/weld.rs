@@ -38,7 +38,8 @@ pub struct Welded {
 /// Zero (and anything below, or not a number) joins equal positions, where `-0.0` equals `0.0`. Above zero, joining is
 /// transitive: a row of vertices each within the tolerance of the next becomes one vertex. The lowest input vertex gives the
 /// position; vertices and faces keep their order. Normals and colors of joined vertices are averaged; normals that cancel
-/// out fall back to that of the lowest vertex. Texture coordinates stay with their corners; a seam is kept that way.
+/// out fall back to that of the lowest vertex. Texture coordinates stay with their corners, so that seams are kept, and colors
+/// of faces with their faces.
 pub fn weld(mesh: &Mesh, tolerance: f64) -> Welded {
     let lowest = if tolerance > 0.0 { within(&mesh.positions, tolerance) } else { lowest_at_position(&mesh.positions) };
     let joined_vertices = count(lowest.len(), |v| lowest[v] as usize != v);
@@ -68,10 +69,11 @@ pub fn weld(mesh: &Mesh, tolerance: f64) -> Welded {
     let (normals, colors) = joined_attributes(mesh, (joined_vertices > 0).then_some(&lowest), &vertex_source);
     // Faces keep the order of their corners.
     let texcoords = mesh.texcoords.as_ref().map(|rows| take(rows, &face_source));
+    let face_colors = mesh.face_colors.as_ref().map(|rows| take(rows, &face_source));
 
     Welded {
         unreferenced_vertices: mesh.positions.len() - joined_vertices - positions.len(),
-        mesh: Mesh { positions, faces, normals, colors, texcoords },
+        mesh: Mesh { positions, faces, normals, colors, texcoords, face_colors },
         vertex_source,
         face_source,
         lowest,
@@ -350,15 +352,17 @@ mod tests {
     }
 
     #[test]
-    fn texture_coordinates_stay_with_their_corners() {
+    fn what_faces_have_stays_with_them() {
         let mut mesh = soup();
         mesh.faces = vec![[4, 6, 1], [1, 1, 2], [1, 2, 3], [3, 1, 2], [4, 5, 6]];
         let row = |f: usize| [0, 1, 2].map(|corner| Vec2::new(f as f32, corner as f32));
         mesh.texcoords = Some((0..5).map(row).collect());
+        mesh.face_colors = Some((0..5).map(|f| [f as f32; 4]).collect());
         let welded = weld(&mesh, 0.0);
         // The degenerate face 1 goes, and faces 2 and 3, which repeat face 0 from another corner.
         assert_eq!(welded.face_source, [0, 4]);
         assert_eq!(welded.mesh.texcoords, Some(vec![row(0), row(4)]));
+        assert_eq!(welded.mesh.face_colors, Some(vec![[0.0; 4], [4.0; 4]]));
         assert!(welded.mesh.check().is_ok());
     }
 

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use crate::backend::{Device, Queue, fallback};
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::{FACE_COLORS_DROPPED, Mesh};
 use crate::simplify::{Blocked, Budget, OnProgress, Outcome, Phases, Progress, StopReason};
 
 use super::boundary::Boundary;
@@ -34,6 +34,7 @@ pub fn run(
     if mesh.texcoords.is_some() {
         warnings.push("texture coordinates are dropped: they are not carried through regions".into());
     }
+    warnings.extend(mesh.face_colors.is_some().then(|| FACE_COLORS_DROPPED.into()));
     let mut seconds = Phases { build: clock.elapsed().as_secs_f64(), ..Phases::default() };
     let mut queues = Queues::new(device);
     let mut lap = Instant::now();

@@ -63,6 +63,22 @@ impl Partition {
             .collect()
     }
 
+    /// The partition of these labels with its regions in the order of their first faces, so that what is near in space is near in
+    /// memory; also the label that each region had.
+    pub(super) fn in_face_order(mut labels: Vec<u32>, region_count: usize) -> (Self, Vec<u32>) {
+        let mut renamed = vec![NONE; region_count];
+        let mut order = Vec::with_capacity(region_count);
+        for label in &mut labels {
+            let name = &mut renamed[*label as usize];
+            if *name == NONE {
+                *name = order.len() as u32;
+                order.push(*label);
+            }
+            *label = *name;
+        }
+        (Self { labels, region_count: order.len() }, order)
+    }
+
     /// The faces of every region in compressed rows, ascending: R + 1 starts, and the faces.
     pub fn faces_by_region(&self) -> (Vec<u32>, Vec<u32>) {
         let mut starts = vec![0; self.region_count + 1];

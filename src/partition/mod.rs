@@ -20,6 +20,8 @@ mod driver;
 mod labels;
 mod rebuild;
 mod restore;
+#[allow(dead_code)]
+mod superface;
 mod surface;
 mod triangulate;
 pub mod vsa;

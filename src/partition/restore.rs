@@ -72,6 +72,7 @@ pub fn restore(input: &Mesh, surface: &Surface, parts: &Parts, rebuilt: Rebuilt)
         normals,
         colors,
         texcoords: None,
+        face_colors: None,
     };
     face_labels.iter_mut().for_each(|label| *label = whole(*label));
     // Parts come last: the number of regions is that of the wholes.

@@ -61,7 +61,7 @@ pub struct Flipped {
     pub warning: Option<String>,
 }
 
-/// Turns edges of `result`, which came of `original`. Only the faces change.
+/// Turns edges of `result`, which came of `original`. Only the faces change; colors of faces, which belong to none any more, are dropped.
 ///
 /// # Errors
 /// [`Error::Mesh`] for an invalid mesh, [`Error::Limit`] for more rows than the host can index; a GPU that fails gives way to the host.
@@ -85,6 +85,9 @@ pub fn flip(original: &Mesh, result: &mut Mesh, flips: Flips, device: &Device) -
             None => sweep::run(device.cpu_queue(), original, result, flips)?,
         };
         (result.faces, flipped.edges) = faces;
+        if flipped.edges > 0 {
+            result.face_colors = None;
+        }
         flipped.seconds = clock.elapsed().as_secs_f64();
         Ok(flipped)
     })

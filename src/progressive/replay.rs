@@ -37,7 +37,7 @@ struct Rows {
 impl<'a> Replay<'a> {
     /// At the start of the log: `input` welded and pruned as it was for the run.
     ///
-    /// Normals and colors are followed where both have them; texture coordinates are not, as in a run.
+    /// Normals and colors are followed where both have them; texture coordinates and colors of faces are not, as in a run.
     ///
     /// # Errors
     /// What [`Mesh::check`] finds, [`Error::Parameter`](crate::Error::Parameter) for another mesh than the log's,
@@ -131,6 +131,7 @@ impl<'a> Replay<'a> {
             normals: self.rows.normals.as_ref().map(|rows| take(rows, &vertices)),
             colors: self.rows.colors.as_ref().map(|rows| take(rows, &vertices)),
             texcoords: None,
+            face_colors: None,
         }
     }
 }

@@ -73,7 +73,7 @@ fn usual(distances: &[f64]) -> f64 {
 }
 
 /// `mesh` with the color of each vertex by its distance, from 0 to `limit`, or else to what 99 in 100 vertices do
-/// not pass.
+/// not pass. Colors of its faces go: viewers show those first.
 ///
 /// # Errors
 /// [`Error::Parameter`] unless there is one finite distance of 0 or more for each vertex, and the limit is such a one.
@@ -83,7 +83,7 @@ pub fn heatmap(mesh: &Mesh, distances: &[f64], limit: Option<f64>) -> Result<Mes
         let [r, g, b] = color(share(distance, limit));
         [r, g, b, 1.0]
     });
-    Ok(Mesh { colors: Some(colors.collect()), ..mesh.clone() })
+    Ok(Mesh { colors: Some(colors.collect()), face_colors: None, ..mesh.clone() })
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ mod fit;
 mod formats;
 mod gate;
 mod inputs;
+mod light;
 mod near;
 mod nearest;
 mod partition;
@@ -76,6 +77,7 @@ pub fn trials() -> impl Iterator<Item = Trial> {
         .chain(fit::TRIALS)
         .chain(cells::TRIALS)
         .chain(removal::TRIALS)
+        .chain(light::TRIALS)
         .chain(partition::TRIALS)
 }
 

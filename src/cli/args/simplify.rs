@@ -19,7 +19,7 @@ pub struct Simplify {
     /// Mesh to read: a file, '-', or sample:NAME[@FACES]
     ///
     /// OBJ, PLY, STL or OFF, each also with .gz or .zst; '-' reads standard input in the format that --format names;
-    /// sample:NAME is a built-in mesh: statue, part, terrain or assembly, with @FACES of another size.
+    /// sample:NAME is a built-in mesh: statue, part, terrain, assembly, room or office, with @FACES of another size.
     #[arg(value_name = "IN")]
     pub input: String,
 

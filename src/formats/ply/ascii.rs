@@ -1,6 +1,7 @@
 //! Rows as text, one a line.
 
 use super::FORMAT;
+use super::color::ColorLayout;
 use super::face::{FaceLayout, Faces};
 use super::header::{Element, Header, Kind, Role};
 use super::vertex::{VertexLayout, Vertices};
@@ -51,11 +52,16 @@ fn read_faces(rows: &mut Rows<'_>, element: &Element, layout: &FaceLayout, mesh:
     let vertex_count = mesh.positions.len();
     let mut faces = Faces::new(mesh, layout);
     faces.mesh.faces.reserve(element.count as usize);
-    let last = layout.texcoords.unwrap_or_default().max(layout.corners);
+    let color = layout.color.as_ref();
+    let last = layout.texcoords.unwrap_or_default().max(layout.corners).max(color.map_or(0, ColorLayout::last));
+    let mut values = vec![0.0; last + 1];
     for at in 0..element.count {
         let mut row = rows.expect("faces", at, element.count)?;
         for (place, property) in element.properties[..=last].iter().enumerate() {
             match property.kind {
+                Kind::Scalar(_) if color.is_some_and(|color| color.contains(place)) => {
+                    values[place] = row.number(&property.name)?;
+                }
                 Kind::Scalar(_) => drop(row.expect(&property.name)?),
                 Kind::List { .. } if place == layout.corners => {
                     let corner_count = row.count("the number of corners")?;
@@ -73,6 +79,9 @@ fn read_faces(rows: &mut Rows<'_>, element: &Element, layout: &FaceLayout, mesh:
                 }
                 Kind::List { .. } => skip_list(&mut row)?,
             }
+        }
+        if let Some(color) = color {
+            faces.color = color.color(|place| values[place]);
         }
         faces.end_row().map_err(|message| row.error(message))?;
     }

@@ -128,6 +128,7 @@ fn read_vertices(cursor: &mut Cursor<'_>, element: &Element, layout: &VertexLayo
         normals: layout.normal.map(|places| rows().map(|row| normal(places, |place| value(row, place))).collect()),
         colors: layout.color.as_ref().map(|color| rows().map(|row| color.color(|place| value(row, place))).collect()),
         texcoords: None,
+        face_colors: None,
     };
     let texcoords = layout.texcoord.map(|places| rows().map(|row| texcoord(places, |at| value(row, at))).collect());
     match mesh.positions.par_iter().with_min_len(LEAST_ROWS).position_first(|position| !position.is_finite()) {
@@ -185,16 +186,25 @@ fn read_faces(cursor: &mut Cursor<'_>, element: &Element, layout: &FaceLayout, m
         let pair = |row: &[u8], i: usize| attributes::texcoord(number(row, 2 * i), number(row, 2 * i + 1));
         mesh.texcoords = Some(rows().map(|row| std::array::from_fn(|i| pair(row, i))).collect());
     }
+    mesh.face_colors = layout.color.as_ref().map(|color| {
+        let value = |row: &[u8], place: usize| {
+            let (at, scalar) = triangles.scalars[place];
+            scalar.decode(&row[at..], order)
+        };
+        rows().map(|row| color.color(|place| value(row, place))).collect()
+    });
     cursor.at += triangles.rows.len();
     Ok(())
 }
 
-/// Rows of one size, each a triangle: where the items of its lists start in a row, and their type.
+/// Rows of one size, each a triangle: where the items of its lists, and its numbers, start in a row, and their type.
 struct Triangles<'a> {
     rows: &'a [u8],
     row_bytes: usize,
     corners: (usize, Scalar),
     texcoords: Option<(usize, Scalar)>,
+    /// Of every property; lists have one too, which means nothing.
+    scalars: Vec<(usize, Scalar)>,
 }
 
 impl<'a> Triangles<'a> {
@@ -205,10 +215,15 @@ impl<'a> Triangles<'a> {
         let mut row_bytes = 0;
         let mut lists: [Option<(usize, Scalar)>; 2] = [None; 2];
         let mut lengths = Vec::new();
+        let mut scalars = Vec::new();
         for (place, property) in element.properties.iter().enumerate() {
             match property.kind {
-                Kind::Scalar(scalar) => row_bytes += scalar.size(),
+                Kind::Scalar(scalar) => {
+                    scalars.push((row_bytes, scalar));
+                    row_bytes += scalar.size();
+                }
                 Kind::List { length, item } => {
+                    scalars.push((row_bytes, length));
                     let (list, count) = match place {
                         place if place == layout.corners => (0, 3),
                         place if layout.texcoords == Some(place) => (1, 6),
@@ -226,7 +241,7 @@ impl<'a> Triangles<'a> {
             lengths.iter().all(|&(at, length, count)| length.decode_index(&row[at..], cursor.order) == count)
         };
         let triangles = rows.par_chunks_exact(row_bytes).with_min_len(LEAST_ROWS).all(is_triangle);
-        triangles.then_some(Self { rows, row_bytes, corners: lists[0]?, texcoords: lists[1] })
+        triangles.then_some(Self { rows, row_bytes, corners: lists[0]?, texcoords: lists[1], scalars })
     }
 }
 
@@ -235,6 +250,7 @@ fn walk_faces(cursor: &mut Cursor<'_>, element: &Element, layout: &FaceLayout, m
     let order = cursor.order;
     let vertex_count = mesh.positions.len();
     let mut faces = Faces::new(mesh, layout);
+    let mut values = vec![0.0; element.properties.len()];
     for _ in 0..element.count {
         let start = cursor.at;
         for (place, property) in element.properties.iter().enumerate() {
@@ -257,8 +273,12 @@ fn walk_faces(cursor: &mut Cursor<'_>, element: &Element, layout: &FaceLayout, m
                     let items = cursor.list(length, item)?.chunks_exact(item.size());
                     faces.texcoords.extend(items.map(|bytes| item.decode(bytes, order)));
                 }
+                Kind::Scalar(scalar) if layout.color.is_some() => values[place] = cursor.scalar(scalar)?,
                 kind => cursor.skip(kind)?,
             }
+        }
+        if let Some(color) = &layout.color {
+            faces.color = color.color(|place| values[place]);
         }
         if let Err(message) = faces.end_row() {
             cursor.at = start;

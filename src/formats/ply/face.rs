@@ -1,6 +1,7 @@
 //! Where the values of a face stand in its row, and faces of any number of corners.
 
 use super::FORMAT;
+use super::color::ColorLayout;
 use super::header::{Kind, Property};
 use super::scalar::Scalar;
 use crate::error::{Error, Place, Result};
@@ -9,12 +10,13 @@ use crate::formats::polygon::Triangulator;
 use crate::math::Vec2;
 use crate::mesh::Mesh;
 
-/// The places of the lists in the row, as indices of properties.
+/// The places of the values in the row, as indices of properties.
 #[derive(Debug)]
 pub(super) struct FaceLayout {
     pub(super) corners: usize,
     /// Two numbers a corner.
     pub(super) texcoords: Option<usize>,
+    pub(super) color: Option<ColorLayout>,
 }
 
 impl FaceLayout {
@@ -33,7 +35,7 @@ impl FaceLayout {
             let message = "the element 'face' has no list 'vertex_indices' or 'vertex_index'";
             return Err(Error::format(FORMAT, Place::File, message));
         };
-        Ok(Self { corners, texcoords: list(&["texcoord"], Scalar::is_float) })
+        Ok(Self { corners, texcoords: list(&["texcoord"], Scalar::is_float), color: ColorLayout::of(properties) })
     }
 }
 
@@ -44,6 +46,8 @@ pub(super) struct Faces<'a> {
     pub(super) corners: Vec<u32>,
     /// The row's texture coordinates, two numbers a corner or none.
     pub(super) texcoords: Vec<f64>,
+    /// The row's color, where the layout has one.
+    pub(super) color: [f32; 4],
     has_texcoords: bool,
     triangulator: Triangulator,
     pairs: Vec<Vec2>,
@@ -52,10 +56,12 @@ pub(super) struct Faces<'a> {
 impl<'a> Faces<'a> {
     pub(super) fn new(mesh: &'a mut Mesh, layout: &FaceLayout) -> Self {
         mesh.texcoords = layout.texcoords.map(|_| Vec::new());
+        mesh.face_colors = layout.color.as_ref().map(|_| Vec::new());
         Self {
             mesh,
             corners: Vec::new(),
             texcoords: Vec::new(),
+            color: [0.0; 4],
             has_texcoords: false,
             triangulator: Triangulator::new(),
             pairs: Vec::new(),
@@ -72,6 +78,9 @@ impl<'a> Faces<'a> {
             self.pair_up()?;
         }
         self.triangulator.append(&self.corners, &self.pairs, self.mesh);
+        if let Some(colors) = &mut self.mesh.face_colors {
+            colors.resize(self.mesh.faces.len(), self.color);
+        }
         self.corners.clear();
         self.texcoords.clear();
         self.pairs.clear();

@@ -8,17 +8,19 @@
 //! | | s t, u v, or texture_u texture_v | float |
 //! | face | list vertex_indices or vertex_index | any whole number |
 //! | | list texcoord, two numbers a corner or none | float |
+//! | | red green blue \[alpha\], as at vertices | float in `[0, 1]`, ushort, or byte |
 //!
 //! All else is skipped. Rows of a fixed size (every common file: scalar vertices, faces of three corners) are decoded
 //! by all threads straight from the mapped file; lists of varying length are walked row by row.
 //!
 //! Written positions are `float`, or `double` when rounding to f32 would move a vertex by more than
 //! 1e-6 of the bounding box's diagonal; text keeps all digits of f64 either way, and they are read whatever the declared
-//! type. Written colors are bytes, with alpha where any vertex is not opaque. Texture coordinates are written as the list
+//! type. Written colors are bytes, with alpha where any vertex, or face, is not opaque. Texture coordinates are written as the list
 //! `texcoord` of the faces, which wins over those of vertices on reading.
 
 mod ascii;
 mod binary;
+mod color;
 mod face;
 mod header;
 mod property;

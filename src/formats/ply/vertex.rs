@@ -1,8 +1,8 @@
 //! Where the values of a vertex stand in its row.
 
 use super::FORMAT;
-use super::header::{Kind, Property};
-use super::scalar::Scalar;
+use super::color::{ColorLayout, scalar};
+use super::header::Property;
 use crate::error::{Error, Place, Result};
 use crate::formats::attributes;
 use crate::math::{DVec3, Vec2, Vec3};
@@ -35,51 +35,25 @@ impl Vertices {
     }
 }
 
-/// The places of the color channels.
-#[derive(Debug)]
-pub(super) struct ColorLayout {
-    rgb: [usize; 3],
-    alpha: Option<usize>,
-    /// Take a stored channel to `[0, 1]`.
-    factors: [f64; 4],
-}
-
 impl VertexLayout {
     /// Finds the values by their names.
     ///
     /// # Errors
     /// [`Error::Format`] when a coordinate is missing.
     pub(super) fn of(properties: &[Property]) -> Result<Self> {
-        let scalar = |name: &str| -> Option<(usize, Scalar)> {
-            properties.iter().enumerate().find_map(|(at, property)| match property.kind {
-                Kind::Scalar(scalar) if property.name == name => Some((at, scalar)),
-                _ => None,
-            })
-        };
         let places = |names: [&str; 3]| -> Option<[usize; 3]> {
-            let [a, b, c] = names.map(|name| scalar(name).map(|(at, _)| at));
+            let [a, b, c] = names.map(|name| scalar(properties, name).map(|(at, _)| at));
             Some([a?, b?, c?])
         };
         let Some(position) = places(["x", "y", "z"]) else {
             let message = "the element 'vertex' lacks one of the properties 'x', 'y', 'z'";
             return Err(Error::format(FORMAT, Place::File, message));
         };
-        let color = ["", "diffuse_"].into_iter().find_map(|prefix| {
-            let [red, green, blue, alpha] =
-                ["red", "green", "blue", "alpha"].map(|channel| scalar(&format!("{prefix}{channel}")));
-            let (red, green, blue) = (red?, green?, blue?);
-            let factor = |(_, scalar): (usize, Scalar)| scalar.color_factor();
-            Some(ColorLayout {
-                rgb: [red.0, green.0, blue.0],
-                alpha: alpha.map(|(at, _)| at),
-                factors: [factor(red), factor(green), factor(blue), alpha.map_or(1.0, factor)],
-            })
-        });
-        let float = |name: &str| scalar(name).filter(|(_, scalar)| scalar.is_float()).map(|(at, _)| at);
+        let float = |name: &str| scalar(properties, name).filter(|(_, scalar)| scalar.is_float()).map(|(at, _)| at);
         let texcoord = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]]
             .into_iter()
             .find_map(|[u, v]| Some([float(u)?, float(v)?]));
-        Ok(Self { position, normal: places(["nx", "ny", "nz"]), color, texcoord })
+        Ok(Self { position, normal: places(["nx", "ny", "nz"]), color: ColorLayout::of(properties), texcoord })
     }
 
     /// The position of the row whose property `at` has the value `value(at)`.
@@ -122,14 +96,4 @@ pub(super) fn texcoord(places: [usize; 2], value: impl Fn(usize) -> f64) -> Vec2
 /// The unit normal of a row.
 pub(super) fn normal(places: [usize; 3], value: impl Fn(usize) -> f64) -> Vec3 {
     attributes::unit_normal(Vec3::from(places.map(|at| value(at) as f32)))
-}
-
-impl ColorLayout {
-    /// The color of a row.
-    pub(super) fn color(&self, value: impl Fn(usize) -> f64) -> [f32; 4] {
-        let [red, green, blue] = self.rgb.map(&value);
-        let alpha = self.alpha.map_or(1.0, value);
-        let stored = [red, green, blue, alpha];
-        std::array::from_fn(|channel| attributes::channel(stored[channel], self.factors[channel]))
-    }
 }

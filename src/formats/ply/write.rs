@@ -18,11 +18,35 @@ pub(in crate::formats) fn write(
     property: Option<Property<'_>>,
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    let double = needs_double(mesh);
-    let alpha = mesh.colors.iter().flatten().any(|color| attributes::to_byte(color[3]) != 255);
-    out.write_all(header(mesh, options, [double, alpha], property).as_bytes())?;
+    let form = Form::of(mesh);
+    out.write_all(header(mesh, options, form, property).as_bytes())?;
     let values = property.map_or(&[][..], |(_, values)| values);
-    if options.ascii { write_text(mesh, alpha, values, out) } else { write_binary(mesh, [double, alpha], values, out) }
+    if options.ascii { write_text(mesh, form, values, out) } else { write_binary(mesh, form, values, out) }
+}
+
+/// What the rows hold.
+#[derive(Clone, Copy)]
+struct Form {
+    /// Whether positions are `double`.
+    double: bool,
+    /// Channels of vertices and of faces: none, or with alpha where one is not opaque.
+    channels: usize,
+    face_channels: usize,
+}
+
+impl Form {
+    fn of(mesh: &Mesh) -> Self {
+        let channels = |colors: &Option<Vec<[f32; 4]>>| match colors {
+            None => 0,
+            Some(colors) if colors.iter().any(|color| attributes::to_byte(color[3]) != 255) => 4,
+            Some(_) => 3,
+        };
+        Self {
+            double: needs_double(mesh),
+            channels: channels(&mesh.colors),
+            face_channels: channels(&mesh.face_colors),
+        }
+    }
 }
 
 fn needs_double(mesh: &Mesh) -> bool {
@@ -33,21 +57,19 @@ fn needs_double(mesh: &Mesh) -> bool {
     })
 }
 
-fn header(mesh: &Mesh, options: &WriteOptions, [double, alpha]: [bool; 2], own: Option<Property<'_>>) -> String {
+fn header(mesh: &Mesh, options: &WriteOptions, form: Form, own: Option<Property<'_>>) -> String {
     let encoding = if options.ascii { "ascii" } else { "binary_little_endian" };
     let mut header = format!("ply\nformat {encoding} 1.0\nelement vertex {}\n", mesh.positions.len());
-    let mut property = |kind: &str, names: &[&str]| {
-        for name in names {
-            header.push_str(&format!("property {kind} {name}\n"));
-        }
+    const CHANNELS: [&str; 4] = ["red", "green", "blue", "alpha"];
+    let lines = |kind: &str, names: &[&str]| -> String {
+        names.iter().map(|name| format!("property {kind} {name}\n")).collect()
     };
-    property(if double { "double" } else { "float" }, &["x", "y", "z"]);
+    let mut property = |kind: &str, names: &[&str]| header.push_str(&lines(kind, names));
+    property(if form.double { "double" } else { "float" }, &["x", "y", "z"]);
     if mesh.normals.is_some() {
         property("float", &["nx", "ny", "nz"]);
     }
-    if mesh.colors.is_some() {
-        property("uchar", &["red", "green", "blue", "alpha"][..if alpha { 4 } else { 3 }]);
-    }
+    property("uchar", &CHANNELS[..form.channels]);
     if let Some((name, _)) = own {
         property("float", &[name]);
     }
@@ -55,14 +77,15 @@ fn header(mesh: &Mesh, options: &WriteOptions, [double, alpha]: [bool; 2], own: 
     if mesh.texcoords.is_some() {
         header.push_str("property list uchar float texcoord\n");
     }
+    header.push_str(&lines("uchar", &CHANNELS[..form.face_channels]));
     header.push_str("end_header\n");
     header
 }
 
-fn write_binary(mesh: &Mesh, [double, alpha]: [bool; 2], values: &[f32], out: &mut dyn Write) -> io::Result<()> {
+fn write_binary(mesh: &Mesh, form: Form, values: &[f32], out: &mut dyn Write) -> io::Result<()> {
     output::rows(out, mesh.positions.len(), |vertex, buffer| {
         for coordinate in mesh.positions[vertex].to_array() {
-            if double {
+            if form.double {
                 buffer.extend_from_slice(&coordinate.to_le_bytes());
             } else {
                 buffer.extend_from_slice(&(coordinate as f32).to_le_bytes());
@@ -73,7 +96,7 @@ fn write_binary(mesh: &Mesh, [double, alpha]: [bool; 2], values: &[f32], out: &m
             buffer.extend_from_slice(&coordinate.to_le_bytes());
         }
         if let Some(colors) = &mesh.colors {
-            buffer.extend_from_slice(&attributes::to_bytes(colors[vertex])[..if alpha { 4 } else { 3 }]);
+            buffer.extend_from_slice(&attributes::to_bytes(colors[vertex])[..form.channels]);
         }
         if let Some(value) = values.get(vertex) {
             buffer.extend_from_slice(&value.to_le_bytes());
@@ -90,10 +113,13 @@ fn write_binary(mesh: &Mesh, [double, alpha]: [bool; 2], values: &[f32], out: &m
                 buffer.extend_from_slice(&number.to_le_bytes());
             }
         }
+        if let Some(colors) = &mesh.face_colors {
+            buffer.extend_from_slice(&attributes::to_bytes(colors[face])[..form.face_channels]);
+        }
     })
 }
 
-fn write_text(mesh: &Mesh, alpha: bool, values: &[f32], out: &mut dyn Write) -> io::Result<()> {
+fn write_text(mesh: &Mesh, form: Form, values: &[f32], out: &mut dyn Write) -> io::Result<()> {
     output::rows(out, mesh.positions.len(), |vertex, buffer| {
         let position = mesh.positions[vertex];
         output::push_float(buffer, position.x);
@@ -102,10 +128,7 @@ fn write_text(mesh: &Mesh, alpha: bool, values: &[f32], out: &mut dyn Write) -> 
             output::push_floats(buffer, &attributes::written_normal(normals[vertex]).to_array());
         }
         if let Some(colors) = &mesh.colors {
-            for &channel in &attributes::to_bytes(colors[vertex])[..if alpha { 4 } else { 3 }] {
-                buffer.push(b' ');
-                output::push_integer(buffer, u32::from(channel));
-            }
+            output::push_channels(buffer, &attributes::to_bytes(colors[vertex])[..form.channels]);
         }
         if let Some(&value) = values.get(vertex) {
             output::push_floats(buffer, &[value]);
@@ -117,6 +140,9 @@ fn write_text(mesh: &Mesh, alpha: bool, values: &[f32], out: &mut dyn Write) -> 
         if let Some(texcoords) = &mesh.texcoords {
             buffer.extend_from_slice(b" 6");
             texcoords[face].iter().for_each(|uv| output::push_floats(buffer, &uv.to_array()));
+        }
+        if let Some(colors) = &mesh.face_colors {
+            output::push_channels(buffer, &attributes::to_bytes(colors[face])[..form.face_channels]);
         }
         buffer.push(b'\n');
     })

@@ -5,6 +5,9 @@ mod lathe;
 mod march;
 mod noise;
 mod part;
+mod radiosity;
+mod room;
+mod scene;
 mod statue;
 mod terrain;
 
@@ -17,6 +20,8 @@ pub const SAMPLES: &[(&str, usize, &str)] = &[
     ("part", 200_000, "machined flange: flats, sharp edges, a fillet, nine holes; closed, genus 9"),
     ("terrain", 500_000, "mountain range: a height field with ridges and valleys; one open border"),
     ("assembly", 500_000, "tray of 2000 bolts, nuts, washers and blocks: many small closed parts"),
+    ("room", 100_000, "closed room with boxes, a table and two lamps: light at faces and vertices, shadows with edges"),
+    ("office", 100_000, "desks, cabinets, screens and eight lamps in a closed room: light at faces and vertices"),
 ];
 
 /// The fewest faces a sample can have: fewer do not hold its shape.
@@ -41,6 +46,8 @@ pub fn sample(name: &str, faces: Option<usize>) -> Result<Mesh> {
         "statue" => statue::statue(faces),
         "part" => part::part(faces),
         "terrain" => terrain::terrain(faces),
+        "room" => room::room(faces),
+        "office" => room::office(faces),
         _ => assembly::assembly(faces),
     })
 }
@@ -92,7 +99,10 @@ mod tests {
     #[test]
     fn unknown_names_and_counts_are_refused() {
         let error = sample("horse", None).expect_err("there is no horse").to_string();
-        assert_eq!(error, "invalid parameter: no sample 'horse', there are: statue, part, terrain, assembly");
+        assert_eq!(
+            error,
+            "invalid parameter: no sample 'horse', there are: statue, part, terrain, assembly, room, office"
+        );
         assert!(sample("part", Some(999)).is_err());
     }
 

@@ -17,7 +17,7 @@ mod flips;
 mod line;
 mod nodes;
 mod outline;
-mod sides;
+pub mod sides;
 #[cfg(test)]
 mod tests;
 
