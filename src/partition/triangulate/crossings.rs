@@ -15,26 +15,17 @@ pub(super) const NONE: u32 = u32::MAX;
 /// Why an outline has no inside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
-    /// Two edges, by their first points, cross or touch other than at a vertex that they share, or go the wrong way around it.
+    /// Two edges, by their first points, cross or touch other than at a mesh vertex that they share. That is also a point on an
+    /// edge, edges over each other, different vertices at one place, an edge without length, a vertex at two places, and
+    /// passages through one vertex that cross.
     Crossing([usize; 2]),
     /// A ring lies where it may not: a hole outside the outer ring or inside another hole.
     Misplaced(usize),
 }
 
 impl Outline {
-    /// The first edges found, by their first points, that cross or touch other than at a vertex that they share.
-    ///
-    /// That is also a point on an edge, edges over each other, different vertices at one place, an edge without length, and
-    /// passages through one vertex that cross. An outline whose parts do not fit together gives its first point twice.
-    pub fn crossing(&self) -> Option<[usize; 2]> {
-        match self.fault() {
-            Some(Fault::Crossing(edges)) => Some(edges),
-            _ => None,
-        }
-    }
-
-    /// A crossing; else a ring that lies where it may not; else nothing, and the outline has an inside, to the left of all its
-    /// edges.
+    /// What keeps an outline from having an inside to the left of all its edges: the first crossing found, else the first ring
+    /// that lies where it may not. One whose parts do not fit together crosses at its first point.
     pub fn fault(&self) -> Option<Fault> {
         if self.is_sound() { sweep(self, &self.scaled()).err() } else { Some(Fault::Crossing([0, 0])) }
     }

@@ -7,8 +7,8 @@ use super::sides::turn;
 use super::{Outline, Sketch};
 use crate::math::DVec2;
 
-/// Flips of [`improve`] for each triangle, at most. Most outlines need less than one, long combs and spirals up to ten.
-const MOST_A_TRIANGLE: usize = 64;
+/// Flips of [`improve`] for each triangle, at most. Most outlines need about one, long combs as many as they have teeth.
+const MOST_A_TRIANGLE: usize = 16;
 
 /// Flips that [`flip_away`] tries one after another, at most.
 const MOST_FLIPS: usize = 4;
