@@ -1,7 +1,7 @@
 //! Where an outline crosses itself: a sweep from the top, in the manner of Shamos and Hoey.
 //!
 //! The line of the sweep leans by an infinitely small angle, so that it meets the points in the order of
-//! [`compare`](super::sides::compare) and no edge is parallel to it. Predicates are exact. Its work is n log n whatever the
+//! [`compare`] and no edge is parallel to it. Predicates are exact. Its work is n log n whatever the
 //! outline looks like.
 
 use super::Outline;
