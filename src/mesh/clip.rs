@@ -62,7 +62,7 @@ impl Clipper {
             let ring = start..end;
             start = end;
             let len = ring.len();
-            let Some(first) = ring.clone().position(|corner| used[corner]) else { return None };
+            let first = ring.clone().position(|corner| used[corner])?;
             let corner = |step: usize| (ring.start + (first + step) % len) as u32;
             let (mut a, mut ahead) = (corner(0), 0);
             for step in 1..len {

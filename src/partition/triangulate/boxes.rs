@@ -174,3 +174,62 @@ fn spread(number: u32) -> u64 {
     ];
     STEPS.iter().fold(u64::from(number), |bits, &(shift, mask)| (bits | bits << shift) & mask)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::cases::random;
+    use super::*;
+
+    fn rect(i: u32, seed: u32) -> Rect {
+        let corner = DVec2::new(random(i, seed), random(i, seed + 1));
+        // Crowded, so that the tree is not even.
+        Rect::around(&[corner * corner, corner * corner + 0.05 * DVec2::new(random(i, seed + 2), random(i, seed + 3))])
+    }
+
+    /// Against a look at all items, after some have moved and some are gone.
+    #[test]
+    fn it_finds_what_is_there() {
+        for count in [0, 1, 3, 5, 100, 1000] {
+            let mut items: Vec<Rect> = (0..count).map(|i| rect(i, 1)).collect();
+            let mut boxes = Boxes::new(items.clone());
+            for i in (0..count).step_by(3) {
+                items[i as usize] = if i % 2 == 0 { Rect::EMPTY } else { rect(i, 10) };
+                boxes.set(i, items[i as usize]);
+            }
+            for query in 0..200 {
+                let area = rect(query, 20);
+                let mut found = Vec::new();
+                let ended = boxes.search(
+                    |rect| rect.meets(&area),
+                    |item| {
+                        found.push(item);
+                        ControlFlow::<()>::Continue(())
+                    },
+                );
+                found.sort_unstable();
+                let expected: Vec<u32> = (0..count).filter(|&i| items[i as usize].meets(&area)).collect();
+                assert_eq!((ended, found), (None, expected));
+                let p = area.min;
+                let distance = |i: u32| Some(items[i as usize].distance_squared(p)).filter(|d| d.is_finite());
+                let nearest = (0..count)
+                    .filter(|&i| distance(i).is_some())
+                    .min_by(|&a, &b| distance(a).partial_cmp(&distance(b)).expect("numbers"));
+                assert_eq!(boxes.nearest(p, |_| true, distance), nearest);
+            }
+        }
+    }
+
+    #[test]
+    fn sides_of_boxes_are_safe() {
+        let unit = Rect::around(&[DVec2::ZERO, DVec2::ONE]);
+        let [a, b] = [DVec2::new(1.5, 0.0), DVec2::new(0.0, 1.5)];
+        assert!(!unit.is_right_of(a, b) && !unit.is_right_of(b, a));
+        let [a, b] = [a * 1.5, b * 1.5];
+        assert!(unit.is_right_of(b, a) && !unit.is_right_of(a, b));
+        // Touching is not beside.
+        assert!(
+            !unit.is_right_of(DVec2::Y, DVec2::new(5.0, 1.0))
+                && unit.is_right_of(DVec2::Y * 1.01, DVec2::new(5.0, 1.01))
+        );
+    }
+}

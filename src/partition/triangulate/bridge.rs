@@ -173,3 +173,61 @@ fn closest(p: DVec2, [a, b]: [DVec2; 2]) -> DVec2 {
     let t = (p - a).dot(along) / along.length_squared();
     if t > 0.0 { a + along * t.min(1.0) } else { a }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::cases::{outline, plate, turned};
+    use super::super::crossings::sweep;
+    use super::*;
+
+    /// A hole in the middle of a square: its top is joined with the upper right corner.
+    #[test]
+    fn holes_are_joined_with_what_is_above() {
+        let ring = |s: f64| vec![[-s, -s], [s, -s], [s, s], [-s, s]];
+        let mut hole = ring(1.0);
+        hole.reverse();
+        let outline = outline(&[ring(3.0), hole]);
+        let points = outline.scaled();
+        let west = sweep(&outline, &points).expect("no fault");
+        let mut nodes = Nodes::new(&outline, &points);
+        bridge(&mut nodes, &points, &west, |_, _| true).expect("a bridge");
+        // 3 --------- 2        The top of the hole, 5, and the nearest of the corners above it.
+        // |  4 --- 5  |
+        // |  |     |  |
+        // |  7 --- 6  |
+        // 0 --------- 1
+        let ring: Vec<u32> = nodes.ring(0).map(|node| nodes.point[node as usize]).collect();
+        assert_eq!(ring, [0, 1, 2, 5, 6, 7, 4, 5, 2, 3]);
+    }
+
+    #[test]
+    fn bridges_do_not_cross() {
+        for (holes, corners, roughness) in [(12, 12, 0.9), (20, 4, 0.2), (8, 40, 0.99)] {
+            for seed in 0..3 {
+                let outline = turned(plate(holes, corners, roughness, seed), f64::from(seed));
+                let points = outline.scaled();
+                let west = sweep(&outline, &points).expect("no fault");
+                let mut nodes = Nodes::new(&outline, &points);
+                bridge(&mut nodes, &points, &west, |_, _| true).expect("bridges");
+                // The bridges are the edges of the nodes added, each walked both ways.
+                let at = |node: u32| points[nodes.point[node as usize] as usize];
+                let first = points.len() as u32;
+                let bridges: Vec<[DVec2; 2]> =
+                    (first..nodes.next.len() as u32).step_by(2).map(|node| [at(node), at(node + 1)]).collect();
+                assert_eq!(bridges.len(), (holes * holes) as usize);
+                let edges = (0..first).map(|i| [i, outline.successor(i)].map(|i| points[i as usize]));
+                let all: Vec<[DVec2; 2]> = edges.chain(bridges.iter().copied()).collect();
+                for (i, bridge) in bridges.iter().enumerate() {
+                    for (j, other) in all.iter().enumerate().filter(|&(j, _)| j != first as usize + i) {
+                        let shares_end = bridge.iter().any(|end| other.contains(end));
+                        assert!(
+                            shares_end || !segments_meet(*bridge, *other),
+                            "{holes} {seed}: bridge {i} and edge {j}"
+                        );
+                    }
+                }
+                assert_eq!(nodes.ring(0).count(), nodes.next.len(), "not one ring");
+            }
+        }
+    }
+}

@@ -1,9 +1,13 @@
-//! Outlines to test with.
+//! Outlines to test with, and what triangles of theirs must be.
 
 use std::f64::consts::TAU;
 
-use super::Outline;
+use super::outline::signed_area;
+use super::sides::turn;
+use super::{Outline, Triangulation, triangulate};
 use crate::math::{DVec2, tie_hash};
+
+pub const BOTH: [Triangulation; 2] = [Triangulation::Earcut, Triangulation::Ears];
 
 /// An outline of these rings; points at one place are one mesh vertex.
 pub fn outline(rings: &[Vec<[f64; 2]>]) -> Outline {
@@ -82,4 +86,38 @@ pub fn plate(holes_a_side: u32, corners: u32, roughness: f64, seed: u32) -> Outl
         rings.push(ring);
     }
     outline(&rings)
+}
+
+/// Triangulates and looks at the result without the help of `is_whole`.
+pub fn checked(outline: &Outline, by: Triangulation) -> Vec<[u32; 3]> {
+    assert_eq!(outline.fault(), None);
+    let triangles = triangulate(outline, by).expect("an outline without fault");
+    check(outline, &triangles);
+    triangles
+}
+
+pub fn check(outline: &Outline, triangles: &[[u32; 3]]) {
+    let vertex = |i: u32| outline.vertices[i as usize];
+    let mut edges: Vec<[u32; 2]> =
+        triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).map(|edge| edge.map(vertex)).collect();
+    edges.sort_unstable();
+    assert!(edges.windows(2).all(|pair| pair[0] != pair[1]), "an edge occurs twice");
+    assert!(edges.iter().all(|[a, b]| a != b), "an edge without length");
+    let ring_edges = (0..).zip(outline.successors()).map(|(a, b)| [a, b].map(vertex));
+    let mut borders: Vec<[u32; 2]> = ring_edges.collect();
+    borders.sort_unstable();
+    let alone: Vec<[u32; 2]> = edges.iter().copied().filter(|&[a, b]| edges.binary_search(&[b, a]).is_err()).collect();
+    assert_eq!(alone, borders, "edges with one triangle are those of the outline");
+    let points = outline.scaled();
+    let areas = triangles.iter().map(|t| {
+        let [a, b, c] = t.map(|i| points[i as usize]);
+        assert!(turn(a, b, c) > 0.0, "{t:?} has no area");
+        (b - a).perp_dot(c - a) / 2.0
+    });
+    let whole: f64 = outline.rings().map(|ring| signed_area(&points[ring])).sum();
+    assert!((areas.sum::<f64>() - whole).abs() <= 1e-9 * whole);
+}
+
+pub fn plain_count(outline: &Outline) -> usize {
+    outline.points.len() + 2 * (outline.rings().len() - 1) - 2
 }

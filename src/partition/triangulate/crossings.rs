@@ -1,7 +1,7 @@
 //! Where an outline crosses itself: a sweep from the top, in the manner of Shamos and Hoey.
 //!
 //! The line of the sweep leans by an infinitely small angle, so that it meets the points in the order of
-//! [`compare`](super::sides::compare) and no edge is parallel to it. Predicates are exact. Its work is n log n whatever the
+//! [`compare`] and no edge is parallel to it. Predicates are exact. Its work is n log n whatever the
 //! outline looks like.
 
 use super::Outline;
@@ -15,26 +15,17 @@ pub(super) const NONE: u32 = u32::MAX;
 /// Why an outline has no inside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
-    /// Two edges, by their first points, cross or touch other than at a vertex that they share, or go the wrong way around it.
+    /// Two edges, by their first points, cross or touch other than at a mesh vertex that they share. That is also a point on an
+    /// edge, edges over each other, different vertices at one place, an edge without length, a vertex at two places, and
+    /// passages through one vertex that cross.
     Crossing([usize; 2]),
     /// A ring lies where it may not: a hole outside the outer ring or inside another hole.
     Misplaced(usize),
 }
 
 impl Outline {
-    /// The first edges found, by their first points, that cross or touch other than at a vertex that they share.
-    ///
-    /// That is also a point on an edge, edges over each other, different vertices at one place, an edge without length, and
-    /// passages through one vertex that cross. An outline whose parts do not fit together gives its first point twice.
-    pub fn crossing(&self) -> Option<[usize; 2]> {
-        match self.fault() {
-            Some(Fault::Crossing(edges)) => Some(edges),
-            _ => None,
-        }
-    }
-
-    /// A crossing; else a ring that lies where it may not; else nothing, and the outline has an inside, to the left of all its
-    /// edges.
+    /// What keeps an outline from having an inside to the left of all its edges: the first crossing found, else the first ring
+    /// that lies where it may not. One whose parts do not fit together crosses at its first point.
     pub fn fault(&self) -> Option<Fault> {
         if self.is_sound() { sweep(self, &self.scaled()).err() } else { Some(Fault::Crossing([0, 0])) }
     }
@@ -170,4 +161,130 @@ fn one_place_each(outline: &Outline, points: &[DVec2]) -> Result<(), Fault> {
     let is_torn = |&[a, b]: &[usize; 2]| outline.vertices[a] == outline.vertices[b] && points[a] != points[b];
     let pairs = order.windows(2).map(|pair| [pair[0] as usize, pair[1] as usize]);
     pairs.into_iter().find(is_torn).map_or(Ok(()), |pair| Err(Fault::Crossing(pair)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::cases::{BOTH, checked, outline};
+    use super::super::sides::segments_meet;
+    use super::super::triangulate;
+    use super::*;
+    use crate::math::tie_hash;
+
+    /// Against what a look at all pairs of edges and at the winding number beside every edge says; with small whole coordinates most
+    /// rings touch themselves or each other somewhere.
+    #[test]
+    fn faults_are_those_of_all_pairs() {
+        let (mut sound, mut pinched) = (0, 0);
+        for seed in 0..30_000 {
+            let number = |i: u32, most: u32| (tie_hash(i, seed) >> 8) % most;
+            let mut rings: Vec<Vec<[f64; 2]>> = Vec::new();
+            for ring in 0..1 + number(0, 3) {
+                let count = 3 + number(1 + ring, 4);
+                let grid = if ring == 0 { 6 } else { 5 };
+                let at = |i: u32, axis: u32| f64::from(number(100 * ring + 10 * i + axis, grid));
+                let mut points: Vec<[f64; 2]> = (2..2 + count).map(|i| [at(i, 0), at(i, 1)]).collect();
+                if ring == 0 {
+                    points = vec![[-1., -1.], [6., -1.], [6., 6.], [-1., 6.]];
+                    points.splice(2..2, (2..2 + count / 2).map(|i| [at(i, 0), at(i, 1)]));
+                }
+                rings.push(points);
+            }
+            let outline = outline(&rings);
+            let expected = is_sound_by_pairs(&outline);
+            let fault = outline.fault();
+            assert_eq!(fault.is_none(), expected, "{seed}: {fault:?} {rings:?}");
+            if expected {
+                sound += 1;
+                let mut vertices = outline.vertices.clone();
+                vertices.sort_unstable();
+                vertices.dedup();
+                pinched += usize::from(vertices.len() < outline.vertices.len());
+                BOTH.into_iter().for_each(|by| drop(checked(&outline, by)));
+            } else {
+                BOTH.into_iter().for_each(|by| assert_eq!(triangulate(&outline, by), None));
+            }
+        }
+        assert!(sound > 1000 && pinched > 100, "{sound} {pinched}");
+    }
+
+    fn is_sound_by_pairs(outline: &Outline) -> bool {
+        let n = outline.points.len();
+        let edge = |i: usize| [i as u32, outline.successor(i as u32)].map(|i| outline.points[i as usize]);
+        for i in 0..n {
+            let [a, b] = edge(i);
+            if a == b {
+                return false;
+            }
+            for j in 0..i {
+                let [c, d] = edge(j);
+                let shared = [a, b].into_iter().find(|&p| p == c || p == d);
+                let fits = match shared {
+                    None => !segments_meet([a, b], [c, d]),
+                    Some(p) => {
+                        let [q, r] = [if p == a { b } else { a }, if p == c { d } else { c }];
+                        turn(p, q, r) != 0.0 || (q - p).dot(r - p) < 0.0
+                    }
+                };
+                if !fits {
+                    return false;
+                }
+            }
+        }
+        let winding = |p: DVec2| -> i32 {
+            let passes = (0..n).map(edge).map(|[a, b]| match ((a.y > p.y), (b.y > p.y)) {
+                (false, true) if turn(a, b, p) > 0.0 => 1,
+                (true, false) if turn(a, b, p) < 0.0 => -1,
+                _ => 0,
+            });
+            passes.sum()
+        };
+        (0..n).map(edge).all(|[a, b]| {
+            let aside = (b - a).perp() * 1e-4;
+            let middle = a + (b - a) * 0.4987;
+            winding(middle + aside) == 1 && winding(middle - aside) == 0
+        })
+    }
+
+    #[test]
+    fn crossings_are_found() {
+        let square = || vec![[0., 0.], [4., 0.], [4., 4.], [0., 4.]];
+        let hole = |x: f64, y: f64| vec![[x, y], [x, y + 1.], [x + 1., y + 1.], [x + 1., y]];
+        let crossing = |rings: &[Vec<[f64; 2]>]| crossed(&outline(rings));
+        assert_eq!(crossing(&[square(), hole(1., 1.)]), None);
+        // The two sides of a bow tie.
+        assert_eq!(crossing(&[vec![[0., 0.], [4., 4.], [4., 0.], [0., 4.]]]).map(sorted), Some([0, 2]));
+        // A corner of a hole on a side, and one across it.
+        assert_eq!(
+            crossing(&[square(), vec![[4., 2.], [3., 1.], [3., 3.]]]).map(|edges| edges.contains(&1)),
+            Some(true)
+        );
+        assert_eq!(crossing(&[square(), hole(3.5, 1.)]).map(|edges| edges.contains(&1)), Some(true));
+        // Two vertices at one place.
+        let mut pinched = outline(&[square(), vec![[0., 0.], [1., 2.], [2., 1.]]]);
+        assert_eq!(crossed(&pinched), None);
+        pinched.vertices[4] = 99;
+        assert_eq!(crossed(&pinched).map(sorted), Some([0, 4]));
+        // One vertex at two places.
+        let mut torn = outline(&[square(), hole(1., 1.)]);
+        torn.vertices[6] = 0;
+        assert_eq!(crossed(&torn), Some([0, 6]));
+        // A hole outside and one in another: no edges cross.
+        assert_eq!(outline(&[square(), hole(1., 1.), hole(7., 7.)]).fault(), Some(Fault::Misplaced(2)));
+        let inner = vec![[1.2, 1.2], [1.2, 1.8], [1.8, 1.8], [1.8, 1.2]];
+        assert_eq!(outline(&[square(), hole(1., 1.), inner.clone()]).fault(), Some(Fault::Misplaced(2)));
+        assert_eq!(crossed(&outline(&[square(), inner, hole(1., 1.)])), None);
+    }
+
+    fn crossed(outline: &Outline) -> Option<[usize; 2]> {
+        match outline.fault() {
+            Some(Fault::Crossing(edges)) => Some(edges),
+            _ => None,
+        }
+    }
+
+    fn sorted(mut edges: [usize; 2]) -> [usize; 2] {
+        edges.sort_unstable();
+        edges
+    }
 }

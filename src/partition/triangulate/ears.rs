@@ -168,3 +168,39 @@ impl<F: Fn(u32, u32) -> bool> Ears<'_, F> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Triangulation;
+    use super::super::cases::{checked, outline, star};
+    use super::*;
+
+    /// Against a look at all corners and all points for each ear.
+    #[test]
+    fn the_roundest_ear_goes_first() {
+        for (outline, seed) in (0..40).map(|seed| (outline(&[star([0.0; 2], 60, 1.0, 0.97, seed)]), seed)) {
+            let points = outline.scaled();
+            let mut ring: Vec<u32> = (0..60).collect();
+            let mut expected = Vec::new();
+            while ring.len() > 2 {
+                let corner = |at: usize| [ring.len() - 1, 0, 1].map(|step| ring[(at + step) % ring.len()]);
+                let mut best = (-1.0, 0);
+                for at in 0..ring.len() {
+                    let [a, b, c] = corner(at).map(|i| points[i as usize]);
+                    let holds = |&i: &u32| {
+                        let p = points[i as usize];
+                        turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0
+                    };
+                    let others = ring.iter().filter(|i| !corner(at).contains(i));
+                    let ratio = radius_ratio([a.distance(b), b.distance(c), c.distance(a)]);
+                    if turn(a, b, c) > 0.0 && ratio > best.0 && !others.into_iter().any(holds) {
+                        best = (ratio, at);
+                    }
+                }
+                expected.push(corner(best.1));
+                ring.remove(best.1);
+            }
+            assert_eq!(checked(&outline, Triangulation::Ears), expected, "{seed}");
+        }
+    }
+}

@@ -7,8 +7,8 @@ use super::sides::turn;
 use super::{Outline, Sketch};
 use crate::math::DVec2;
 
-/// Flips of [`improve`] for each triangle, at most. Most outlines need less than one, long combs and spirals up to ten.
-const MOST_A_TRIANGLE: usize = 64;
+/// Flips of [`improve`] for each triangle, at most. Most outlines need about one, long combs as many as they have teeth.
+const MOST_A_TRIANGLE: usize = 16;
 
 /// Flips that [`flip_away`] tries one after another, at most.
 const MOST_FLIPS: usize = 4;
@@ -180,5 +180,97 @@ impl<'a, F: FnMut(u32, u32) -> bool> Flips<'a, F> {
             self.replace(new, beside.triangles, before);
         }
         false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::cases::{BOTH, check, checked, comb, outline, plate, spiral, star, turned};
+    use super::super::sides::segments_meet;
+    use super::*;
+
+    #[test]
+    fn flips_make_rounder_triangles() {
+        for shape in [plate(5, 20, 0.5, 1), comb(30), turned(spiral(100, 3.0), 0.5)] {
+            let angle = |triangles: &[[u32; 3]]| {
+                let angles = triangles.iter().map(|t| {
+                    let [a, b, c] = t.map(|i| shape.points[i as usize]);
+                    (b - a).angle_to(c - a).min((c - b).angle_to(a - b)).min((a - c).angle_to(b - c))
+                });
+                angles.sum::<f64>() / triangles.len() as f64
+            };
+            for by in BOTH {
+                let mut triangles = checked(&shape, by);
+                let before = angle(&triangles);
+                improve(&shape, &mut triangles, |_, _| false);
+                check(&shape, &triangles);
+                assert!(angle(&triangles) > before, "{by:?}: {} after {before}", angle(&triangles));
+                let again = triangles.clone();
+                improve(&shape, &mut triangles, |_, _| false);
+                assert_eq!(triangles, again, "not done the first time");
+            }
+        }
+        // The long diagonal of a kite, unless the short one is taken.
+        let kite = outline(&[vec![[0., 0.], [3., -1.], [6., 0.], [3., 1.]]]);
+        let long = [[0, 1, 2], [0, 2, 3]];
+        let mut triangles = long;
+        improve(&kite, &mut triangles, |a, b| [a.min(b), a.max(b)] == [1, 3]);
+        assert_eq!(triangles, long);
+        improve(&kite, &mut triangles, |_, _| false);
+        check(&kite, &triangles);
+        assert!(triangles.iter().all(|t| t.contains(&1) && t.contains(&3)), "{triangles:?}");
+    }
+
+    /// Whether some other diagonal of an outline without pinches crosses one of its own.
+    fn is_avoidable(outline: &Outline, [a, b]: [u32; 2]) -> bool {
+        let at = |i: u32| outline.points[i as usize];
+        let n = outline.points.len() as u32;
+        let crosses = |[p, q]: [u32; 2], [r, s]: [u32; 2]| {
+            let shares_end = [p, q].iter().any(|end| [r, s].contains(end));
+            !shares_end && segments_meet([p, q].map(at), [r, s].map(at))
+        };
+        let all = (0..n).flat_map(|p| (0..p).map(move |q| [p, q]));
+        all.into_iter().any(|[p, q]| {
+            let is_free = || {
+                (0..n).all(|i| {
+                    let on_it = i != p
+                        && i != q
+                        && turn(at(p), at(q), at(i)) == 0.0
+                        && segments_meet([at(p), at(q)], [at(i); 2]);
+                    !on_it && !crosses([p, q], [i, outline.successor(i)])
+                })
+            };
+            crosses([p, q], [a, b]) && is_free()
+        })
+    }
+
+    #[test]
+    fn an_edge_is_flipped_away() {
+        for shape in [plate(3, 12, 0.5, 1), outline(&[star([0.0; 2], 60, 1.0, 0.9, 1)]), comb(8)] {
+            for by in BOTH {
+                let triangles = checked(&shape, by);
+                let sides = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]];
+                let has = |triangles: &[[u32; 3]], [a, b]: [u32; 2]| {
+                    triangles.iter().flat_map(sides).any(|side| side == [a, b] || side == [b, a])
+                };
+                let (mut gone, mut kept) = (0, 0);
+                for diagonal in triangles.iter().flat_map(sides) {
+                    let mut after = triangles.clone();
+                    if flip_away(&shape, &mut after, diagonal, |_, _| false) {
+                        gone += 1;
+                        check(&shape, &after);
+                        assert!(!has(&after, diagonal));
+                    } else {
+                        assert_eq!(after, triangles);
+                        let is_side = (0..).zip(shape.successors()).any(|side| diagonal == [side.0, side.1]);
+                        kept += usize::from(!is_side && is_avoidable(&shape, diagonal));
+                    }
+                    let mut after = triangles.clone();
+                    assert!(!flip_away(&shape, &mut after, diagonal, |_, _| true) && after == triangles);
+                }
+                // What another diagonal crosses can go, but not always so simply.
+                assert!(4 * kept < gone, "{by:?}: {gone} gone, {kept} kept");
+            }
+        }
     }
 }
