@@ -24,16 +24,24 @@ pub fn method(args: &args::Simplify, feature: Feature) -> anyhow::Result<Method>
         return Err(refuse(Exit::Usage, "--fill and --feature-angle are for --method removal"));
     }
     if !shape.method.makes_regions() && regions::is_asked(&args.regions) {
-        return Err(refuse(Exit::Usage, "options of regions are for --method vsa and coplanar"));
+        return Err(refuse(Exit::Usage, "options of regions are for --method vsa, superface and coplanar"));
     }
     match shape.method {
         args::Method::Contract | args::Method::Feature | args::Method::Average => {
             Ok(Method::Contract(contract::Options { log, ..contract }))
         }
-        args::Method::Cluster | args::Method::Removal | args::Method::Coplanar | args::Method::Vsa if log => {
+        args::Method::Cluster
+        | args::Method::Removal
+        | args::Method::Coplanar
+        | args::Method::Superface
+        | args::Method::Vsa
+            if log =>
+        {
             Err(refuse(Exit::Usage, "--write-log is for --method contract: nothing else contracts"))
         }
-        args::Method::Coplanar | args::Method::Vsa => regions::options(shape.method, &args.regions, target, &contract),
+        args::Method::Coplanar | args::Method::Superface | args::Method::Vsa => {
+            regions::options(shape.method, &args.regions, target, &contract)
+        }
         args::Method::Removal => removal::options(&args.removal, &contract).map(Method::Removal),
         args::Method::Cluster => {
             let flips = contract.flips;

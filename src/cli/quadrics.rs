@@ -35,7 +35,11 @@ pub fn check(shape: &Shape, problems: &mut Problems) {
         },
         args::Method::Feature | args::Method::Average => shape.metric != Some(args::Metric::Volume),
         // Refused with all other options of contraction.
-        args::Method::Cluster | args::Method::Removal | args::Method::Vsa | args::Method::Coplanar => true,
+        args::Method::Cluster
+        | args::Method::Removal
+        | args::Method::Vsa
+        | args::Method::Superface
+        | args::Method::Coplanar => true,
     };
     if shape.method == args::Method::Average && !is_plane {
         problems.add("--method average and --metric volume contradict each other: 'volume' accumulates no quadrics");

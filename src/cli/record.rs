@@ -318,6 +318,7 @@ fn method_name(options: &contract::Options) -> &'static str {
 fn regions_name(by: &partition::By) -> &'static str {
     match by {
         partition::By::Coplanar(_) => "coplanar",
+        partition::By::Superfaces(_) => "superface",
         partition::By::Variational(_) => "vsa",
     }
 }

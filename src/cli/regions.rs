@@ -1,6 +1,7 @@
 //! From arguments to the options of methods that make regions of faces.
 
-use coarsen::partition::{self, By, Flatness, Variational, vsa};
+use coarsen::partition::superface::{Criterion, RANGE_CAP};
+use coarsen::partition::{self, By, Flatness, Superfaces, Variational, vsa};
 use coarsen::{Method, contract};
 
 use super::Exit;
@@ -17,7 +18,11 @@ pub fn options(
     target: &args::Target,
     shared: &contract::Options,
 ) -> anyhow::Result<Method> {
-    let by = if method == args::Method::Vsa { variational(args, target)? } else { coplanar(args)? };
+    let by = match method {
+        args::Method::Vsa => variational(args, target)?,
+        args::Method::Superface => superfaces(args)?,
+        _ => coplanar(args)?,
+    };
     with_shape(by, args, shared)
 }
 
@@ -44,8 +49,11 @@ fn variational(args: &args::Regions, target: &args::Target) -> anyhow::Result<By
         }
         _ => return Err(refuse(Exit::Usage, "--regions, --energy and an error limit contradict each other: give one")),
     };
-    if args.flat_angle.is_some() {
-        return Err(refuse(Exit::Usage, "--flat-angle is for --method coplanar"));
+    let &args::Regions { regions, energy, vsa_solver, restarts, chord_ratio, triangulation, .. } = args;
+    if *args != (args::Regions { regions, energy, vsa_solver, restarts, chord_ratio, triangulation, ..NONE }) {
+        let message = "--method vsa takes --regions, --energy, --vsa-solver, --restarts, --chord-ratio and \
+                       --triangulation of the options of regions: leave the others away";
+        return Err(refuse(Exit::Usage, message));
     }
     let mut found = Variational::new(goal);
     found.chord_ratio = args.chord_ratio.unwrap_or(found.chord_ratio);
@@ -58,6 +66,25 @@ fn variational(args: &args::Regions, target: &args::Target) -> anyhow::Result<By
     Ok(By::Variational(found))
 }
 
+fn superfaces(args: &args::Regions) -> anyhow::Result<By> {
+    let &args::Regions { flat_angle, light_step, light_range, area_unit, border_color, triangulation, .. } = args;
+    if *args != (args::Regions { flat_angle, light_step, light_range, area_unit, border_color, triangulation, ..NONE })
+    {
+        let message = "--method superface takes --flat-angle, --light-step, --light-range, --area-unit, --border-color and \
+                       --triangulation of the options of regions: leave the others away";
+        return Err(refuse(Exit::Usage, message));
+    }
+    let mut found = Superfaces::default();
+    let epsilon = light_step.unwrap_or(LIGHT_STEP);
+    found.regions.criterion = match area_unit {
+        Some(area_unit) => Criterion::Paper { epsilon, area_unit },
+        None => Criterion::Contrast { epsilon, range_cap: light_range.unwrap_or(RANGE_CAP) },
+    };
+    found.regions.guard.angle_rad = flat_angle.map_or(found.regions.guard.angle_rad, f64::from);
+    found.border_color = border_color.unwrap_or(found.border_color);
+    Ok(By::Superfaces(found))
+}
+
 fn with_shape(by: By, args: &args::Regions, shared: &contract::Options) -> anyhow::Result<Method> {
     let contract::Options { weld, flips, .. } = *shared;
     if *shared != (contract::Options { weld, flips, ..contract::Options::default() }) {
@@ -65,17 +92,17 @@ fn with_shape(by: By, args: &args::Regions, shared: &contract::Options) -> anyho
             "methods that make regions take --weld and --flips of the options of shape: leave the others away";
         return Err(refuse(Exit::Usage, message));
     }
-    Ok(Method::Partition(partition::Options {
-        by,
-        triangulation: match args.triangulation {
-            Some(Triangulation::Earcut) => partition::Triangulation::Earcut,
-            Some(Triangulation::Ears) => partition::Triangulation::Ears,
-            None => partition::Triangulation::default(),
-        },
-        weld,
-        flips,
-    }))
+    let triangulation = match args.triangulation {
+        Some(Triangulation::Earcut) => partition::Triangulation::Earcut,
+        Some(Triangulation::Ears) => partition::Triangulation::Ears,
+        None if matches!(by, By::Superfaces(_)) => partition::Triangulation::Ears,
+        None => partition::Triangulation::default(),
+    };
+    Ok(Method::Partition(partition::Options { by, triangulation, weld, flips }))
 }
+
+/// The step of light that the paper's first pictures have.
+const LIGHT_STEP: f64 = 0.1;
 
 /// Nothing given.
 const NONE: args::Regions = args::Regions {
@@ -85,6 +112,10 @@ const NONE: args::Regions = args::Regions {
     vsa_solver: None,
     restarts: None,
     chord_ratio: None,
+    light_step: None,
+    light_range: None,
+    area_unit: None,
+    border_color: None,
     triangulation: None,
 };
 

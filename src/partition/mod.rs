@@ -17,11 +17,12 @@ mod chains;
 mod coplanar;
 mod cut;
 mod driver;
+mod find;
 mod labels;
+mod queues;
 mod rebuild;
 mod restore;
-#[allow(dead_code)]
-mod superface;
+pub mod superface;
 mod surface;
 mod triangulate;
 pub mod vsa;
@@ -43,8 +44,44 @@ use crate::simplify::{Budget, OnProgress, Outcome};
 pub enum By {
     /// Lying in a plane \[Wu12\]: what is flat collapses, and all else stays.
     Coplanar(Flatness),
+    /// Lit alike and flat \[Liu99\]: a mesh whose signal lies in its colors.
+    Superfaces(Superfaces),
     /// Facing one way as nearly as can be with a number of regions \[Jin09\].
     Variational(Variational),
+}
+
+/// Superfaces, and what becomes of their borders.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Superfaces {
+    /// The regions. A budget with an error limit takes the place of its distance from a plane.
+    pub regions: superface::Options,
+    /// Greatest difference of color along a border, in 255ths: the paper's δ.
+    pub border_color: f64,
+    /// Greatest distance of a border from what takes its place, as a fraction of the bounding box's diagonal: the paper's d.
+    pub border_distance: f64,
+    /// Greatest difference of color inside a region, in 255ths; twice that along borders without one.
+    pub inner_color: Option<f64>,
+}
+
+impl Default for Superfaces {
+    fn default() -> Self {
+        Self { regions: superface::Options::default(), border_color: 2.0, border_distance: 1e-3, inner_color: None }
+    }
+}
+
+impl Superfaces {
+    fn check(&self) -> Result<()> {
+        self.regions.check()?;
+        let tolerances = [
+            ("color along borders", self.border_color),
+            ("distance of borders", self.border_distance),
+            ("color inside regions", self.inner_color.unwrap_or(1.0)),
+        ];
+        match tolerances.into_iter().find(|&(_, tolerance)| !(tolerance > 0.0)) {
+            Some((of, tolerance)) => Err(Error::Parameter(format!("the {of} may be off by {tolerance}, not above 0"))),
+            None => Ok(()),
+        }
+    }
 }
 
 /// Regions by variational shape approximation, and what becomes of their borders.
@@ -94,6 +131,11 @@ impl Options {
         Self::new(By::Coplanar(flatness))
     }
 
+    /// Superfaces, their outlines cut into the roundest ears first as the paper has it.
+    pub fn superfaces(superfaces: Superfaces) -> Self {
+        Self { triangulation: Triangulation::Ears, ..Self::new(By::Superfaces(superfaces)) }
+    }
+
     /// Variational shape approximation to a goal; an error limit as the budget takes its place.
     pub fn variational(goal: vsa::Goal) -> Self {
         Self::new(By::Variational(Variational::new(goal)))
@@ -111,6 +153,7 @@ impl Options {
         match &self.by {
             By::Coplanar(flatness) => flatness.check(),
             By::Variational(variational) => variational.check(),
+            By::Superfaces(superfaces) => superfaces.check(),
         }
     }
 }

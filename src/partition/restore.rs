@@ -41,7 +41,13 @@ pub struct Restored {
 }
 
 /// Names vertices in the order of the input and turns regions back over that were turned to agree with others.
-pub fn restore(input: &Mesh, surface: &Surface, parts: &Parts, rebuilt: Rebuilt) -> Restored {
+pub fn restore(
+    input: &Mesh,
+    surface: &Surface,
+    parts: &Parts,
+    rebuilt: Rebuilt,
+    lights: Option<&[[f32; 4]]>,
+) -> Restored {
     let Rebuilt { faces, region_starts, undrawn, spatial, .. } = rebuilt;
     let whole = |part: u32| parts.whole[part as usize];
     let mut used = vec![false; surface.points.len()];
@@ -65,20 +71,51 @@ pub fn restore(input: &Mesh, surface: &Surface, parts: &Parts, rebuilt: Rebuilt)
     for (&source, &part) in surface.face_source.iter().zip(&parts.partition.labels) {
         labels[(source & !TURNED) as usize] = whole(part);
     }
-    let (normals, colors) = joined_attributes(input, surface.lowest.as_ref(), &vertex_origin);
+    let (normals, mut colors) = joined_attributes(input, surface.lowest.as_ref(), &vertex_origin);
+    if colors.is_none() {
+        // Made from what the faces had.
+        colors = lights.map(|lights| order.iter().map(|&v| lights[v as usize]).collect());
+    }
+    // Vertices carry the light then, without steps between regions.
+    let means = input.face_colors.as_ref().filter(|_| lights.is_none()).map(|rows| means(surface, parts, rows));
     let mesh = Mesh {
         positions: vertex_origin.iter().map(|&v| input.positions[v as usize]).collect(),
         faces: faces.iter().zip(&face_labels).map(named).collect(),
         normals,
         colors,
         texcoords: None,
-        face_colors: None,
+        face_colors: means.map(|means| face_labels.iter().map(|&part| means[part as usize]).collect()),
     };
     face_labels.iter_mut().for_each(|label| *label = whole(*label));
     // Parts come last: the number of regions is that of the wholes.
     let count = parts.whole.iter().max().map_or(0, |&last| last as usize + 1);
     let regions = Regions { labels, count, face_labels, undrawn: undrawn.len(), spatial, ..Regions::default() };
     Restored { mesh, vertex_origin, regions }
+}
+
+/// The mean color of every part's faces, by area: theirs, where they have one.
+fn means(surface: &Surface, Parts { partition, .. }: &Parts, colors: &[[f32; 4]]) -> Vec<[f32; 4]> {
+    let mut sums = vec![([0.0; 4], 0.0); partition.region_count];
+    let mut only: Vec<Option<Option<[f32; 4]>>> = vec![None; partition.region_count];
+    for (face, &label) in (0..).zip(&partition.labels) {
+        let color = colors[surface.input_face(face) as usize];
+        let [a, b, c] = surface.faces[face as usize].map(|v| surface.points[v as usize]);
+        let area = (b - a).cross(c - a).length();
+        let (sum, areas) = &mut sums[label as usize];
+        (0..4).for_each(|k| sum[k] += f64::from(color[k]) * area);
+        *areas += area;
+        let seen = &mut only[label as usize];
+        *seen = Some(match *seen {
+            None => Some(color),
+            Some(other) => other.filter(|&other| other == color),
+        });
+    }
+    let mean = |((sum, area), only): (([f64; 4], f64), Option<Option<[f32; 4]>>)| match only.flatten() {
+        Some(color) => color,
+        None if area > 0.0 => sum.map(|sum| (sum / area) as f32),
+        None => [0.0, 0.0, 0.0, 1.0],
+    };
+    sums.into_iter().zip(only).map(mean).collect()
 }
 
 /// For every region whether most of its faces were turned over.

@@ -11,7 +11,7 @@ use crate::mesh::dual::{NONE, neighbors};
 use crate::mesh::fan::Fan;
 use crate::mesh::frame::Frame;
 use crate::mesh::limits::check_weld;
-use crate::mesh::orient::turn_to_agree;
+use crate::mesh::orient::{TURNED, turn_to_agree};
 use crate::mesh::{Mesh, Rings};
 
 /// Vertices that a thread places at a time.
@@ -111,6 +111,11 @@ impl Surface {
             ring_starts: queue.buffer_from(self.rings.starts.clone())?,
             ring_faces: queue.buffer_from(self.rings.faces.clone())?,
         })
+    }
+
+    /// The face of the input that a face was.
+    pub fn input_face(&self, face: u32) -> u32 {
+        self.face_source[face as usize] & !TURNED
     }
 
     /// The face across the edge `k` of a face.

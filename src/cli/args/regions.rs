@@ -9,8 +9,8 @@ use crate::cli::values;
 pub struct Regions {
     /// Angle within a flat region: 1
     ///
-    /// With --method coplanar: how far the normal of a face may be from that of its region's plane, in degrees above 0 and
-    /// up to 90. Without the option 1.
+    /// With --method coplanar and superface: how far the normal of a face may be from that of its region, in degrees above 0
+    /// and up to 90. Without the option 1; superfaces of what is curved take 20.
     #[arg(long, value_name = "DEG", value_parser = values::angle)]
     pub flat_angle: Option<f32>,
 
@@ -48,9 +48,38 @@ pub struct Regions {
     #[arg(long, value_name = "R|P%", value_parser = values::fraction)]
     pub chord_ratio: Option<f64>,
 
+    /// Step of light in a superface: 0.1
+    ///
+    /// With --method superface: how much the light of neighboring faces may differ, as a share of the darker; with
+    /// --area-unit also over their area in that unit, as the method was published. Without the option 0.1.
+    #[arg(long, value_name = "E", value_parser = values::length)]
+    pub light_step: Option<f64>,
+
+    /// Range of light in a superface: 25%
+    ///
+    /// With --method superface: how much of its greatest light the light within a superface may range over, so that soft
+    /// shadows stay. Without the option 25%.
+    #[arg(long, value_name = "R|P%", value_parser = values::fraction)]
+    pub light_range: Option<f64>,
+
+    /// Unit of area of the light's step
+    ///
+    /// With --method superface: steps of light count less the larger the faces are, in this unit of squared model units, and
+    /// there is no limit to their range. Without the option areas do not count.
+    #[arg(long, value_name = "A", conflicts_with = "light_range", value_parser = values::length)]
+    pub area_unit: Option<f64>,
+
+    /// Color off along borders: 2 of 255
+    ///
+    /// With --method superface: how far the color of a vertex on a border may be from that of what takes its place, in 255ths
+    /// of a channel; twice as far inside a region. Without the option 2.
+    #[arg(long, value_name = "D", value_parser = values::length)]
+    pub border_color: Option<f64>,
+
     /// Outlines by earcut or ears
     ///
-    /// How the outline of a region becomes triangles: with 'earcut' by ears as they come; with 'ears' the roundest first.
+    /// How the outline of a region becomes triangles, before edges inside it are turned for rounder ones: with 'earcut' by ears
+    /// as they come; with 'ears' the roundest first. Without the option 'earcut', and 'ears' with --method superface.
     #[arg(long, value_name = "NAME", value_enum, hide_possible_values = true)]
     pub triangulation: Option<Triangulation>,
 }

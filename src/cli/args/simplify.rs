@@ -113,6 +113,7 @@ pub struct Shape {
     /// vertices of the input, and --error bounds how far each of those that went is from the result.
     /// 'vsa' parts the surface into regions that face one way as nearly as can be, --regions of them or as many as --energy or
     /// --error ask for, and draws each anew between borders that both sides share.
+    /// 'superface' does so with regions that are flat and lit alike, by the colors of faces or vertices, where shadows stay.
     /// 'coplanar' draws what is flat anew with the fewest faces, and leaves all else: no target is needed, and --error is how
     /// far from a plane its vertices may be, 0.001% of the diagonal without it.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Method::Contract, hide_possible_values = true,
@@ -347,6 +348,8 @@ pub enum Method {
     Removal,
     /// Variational shape approximation
     Vsa,
+    /// Regions lit alike
+    Superface,
     /// Flat regions drawn anew
     Coplanar,
 }
@@ -354,7 +357,7 @@ pub enum Method {
 impl Method {
     /// Whether it makes regions of faces, and draws these anew.
     pub fn makes_regions(self) -> bool {
-        matches!(self, Self::Vsa | Self::Coplanar)
+        matches!(self, Self::Vsa | Self::Superface | Self::Coplanar)
     }
 }
 

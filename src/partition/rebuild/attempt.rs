@@ -1,8 +1,11 @@
 //! One region with its borders as they are now: triangles, or what keeps it from having any.
 
+use super::Light;
 use super::plane::Plane;
+use crate::math::DVec2;
 use crate::partition::boundary::{Boundary, Pass};
 use crate::partition::chains::{Chains, Segment};
+use crate::partition::superface::interior::{Edges, put_back};
 use crate::partition::surface::Surface;
 use crate::partition::triangulate::{Fault, Misfit, Outline, Triangulation, improve, triangulate};
 
@@ -25,8 +28,39 @@ pub enum Attempt {
 #[derive(Debug)]
 pub struct Flat {
     pub outline: Outline,
-    /// Indices of the outline's points.
+    /// Vertices of the surface inside, put back for their light.
+    pub inner: Vec<u32>,
+    /// Indices of the outline's points, and after them of those inside.
     pub triangles: Vec<[u32; 3]>,
+}
+
+impl Flat {
+    /// Its triangles as vertices of the surface.
+    pub fn vertices(&self) -> impl Iterator<Item = [u32; 3]> {
+        let of_ring = self.outline.vertices.len();
+        let vertex = move |i: u32| match (i as usize).checked_sub(of_ring) {
+            Some(inner) => self.inner[inner],
+            None => self.outline.vertices[i as usize],
+        };
+        self.triangles.iter().map(move |triangle| triangle.map(vertex))
+    }
+
+    /// Puts vertices from inside the region back whose light is lost.
+    pub fn put_back(&mut self, surface: &Surface, inner: Vec<u32>, plane: &Plane, light: Light<'_>) {
+        let Outline { points, vertices, .. } = &self.outline;
+        let all = || vertices.iter().chain(&inner);
+        let points: Vec<DVec2> =
+            points.iter().copied().chain(inner.iter().map(|&v| plane.project(surface.points[v as usize]))).collect();
+        let colors: Vec<[f32; 4]> = all().map(|&v| light.colors[v as usize]).collect();
+        let sides = self.outline.rings().flat_map(|ring| {
+            let next = move |i: usize| if i + 1 == ring.end { ring.start } else { i + 1 };
+            ring.clone().map(move |i| [i.min(next(i)) as u32, i.max(next(i)) as u32])
+        });
+        let kept: Edges = sides.collect();
+        let removed: Vec<u32> = (vertices.len() as u32..points.len() as u32).collect();
+        put_back(&points, &colors, &mut self.triangles, &kept, (&removed, light.tolerance));
+        self.inner = inner;
+    }
 }
 
 /// Attempts after which all segments of a region are split instead of those that are in the way: then the vertices double
@@ -65,7 +99,7 @@ impl Site<'_> {
         };
         if let Some(mut triangles) = triangulate(&outline, by) {
             improve(&outline, &mut triangles, |_, _| false);
-            return Attempt::Flat(Flat { outline, triangles });
+            return Attempt::Flat(Flat { outline, inner: Vec::new(), triangles });
         }
         // The outer ring comes first, the others as they were.
         let first = &outline.vertices[..outline.ring_starts[1] as usize];

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
-use super::attempt::{Attempt, Flat, farthest, segments};
+use super::attempt::{Attempt, farthest, segments};
 use super::{Filling, ROWS, Work};
 use crate::partition::chains::Chains;
 use crate::partition::triangulate::flip_away;
@@ -28,13 +28,6 @@ fn key(a: u32, b: u32) -> u64 {
 
 fn ends(key: u64) -> [u32; 2] {
     [(key >> 32) as u32, key as u32]
-}
-
-impl Flat {
-    /// Its triangles as vertices of the surface.
-    pub fn vertices(&self) -> impl Iterator<Item = [u32; 3]> {
-        self.triangles.iter().map(|triangle| triangle.map(|i| self.outline.vertices[i as usize]))
-    }
 }
 
 /// The edges inside a filling: sides that run both ways.
@@ -217,7 +210,8 @@ impl Work<'_> {
             Filling::Open => return,
             Filling::Least | Filling::Own => Attempt::Hopeless,
             Filling::Flat(flat) => {
-                if flip_away(&flat.outline, &mut flat.triangles, ends(edge), is_taken) {
+                let is_plain = flat.inner.is_empty();
+                if is_plain && flip_away(&flat.outline, &mut flat.triangles, ends(edge), is_taken) {
                     let mut edges = Vec::new();
                     inner_edges(flat.vertices(), &mut edges);
                     taken.extend(edges);

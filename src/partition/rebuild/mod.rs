@@ -51,11 +51,22 @@ enum Filling {
 }
 
 /// How regions are rebuilt.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Recipe {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Recipe<'a> {
     pub triangulation: Triangulation,
     /// Whether what no plane shows is filled in space: nearer to the surface is a region cut in two, where that is possible.
     pub fills_in_space: bool,
+    /// Vertices inside regions come back where light is lost with them.
+    pub light: Option<Light<'a>>,
+}
+
+/// What light may be lost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Light<'a> {
+    /// Of every vertex of the surface.
+    pub colors: &'a [[f32; 4]],
+    /// Greatest difference of a channel, in 255ths.
+    pub tolerance: f64,
 }
 
 /// A partition rebuilt.
@@ -90,7 +101,7 @@ pub fn rebuild(
     partition: &Partition,
     boundary: &Boundary,
     chains: &mut Chains<'_>,
-    recipe: Recipe,
+    recipe: Recipe<'_>,
 ) -> Rebuilt {
     let mut work = Work::new(surface, partition, boundary, recipe);
     loop {
@@ -105,10 +116,12 @@ struct Work<'a> {
     surface: &'a Surface,
     partition: &'a Partition,
     boundary: &'a Boundary,
-    recipe: Recipe,
+    recipe: Recipe<'a>,
     /// The faces of every region, in compressed rows.
     face_starts: Vec<u32>,
     faces: Vec<u32>,
+    /// Whether a chain has a vertex.
+    on_boundary: Vec<bool>,
     /// The regions on either side of every chain, in compressed rows.
     side_starts: Vec<u32>,
     sides: Vec<u32>,
@@ -123,9 +136,11 @@ struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
-    fn new(surface: &'a Surface, partition: &'a Partition, boundary: &'a Boundary, recipe: Recipe) -> Self {
+    fn new(surface: &'a Surface, partition: &'a Partition, boundary: &'a Boundary, recipe: Recipe<'a>) -> Self {
         let (face_starts, faces) = partition.faces_by_region();
         let (side_starts, sides) = sides(boundary, partition.region_count);
+        let mut on_boundary = vec![false; surface.points.len()];
+        boundary.chain_vertices.iter().for_each(|&v| on_boundary[v as usize] = true);
         let plane = |ends: &[u32]| Plane::of(surface, &faces[ends[0] as usize..ends[1] as usize]);
         Self {
             planes: face_starts.par_windows(2).map(plane).collect(),
@@ -140,6 +155,7 @@ impl<'a> Work<'a> {
             recipe,
             face_starts,
             faces,
+            on_boundary,
             side_starts,
             sides,
         }
@@ -147,6 +163,15 @@ impl<'a> Work<'a> {
 
     fn faces_of(&self, region: u32) -> &[u32] {
         &self.faces[self.face_starts[region as usize] as usize..self.face_starts[region as usize + 1] as usize]
+    }
+
+    /// The vertices of a region that no chain has, ascending.
+    fn vertices_inside(&self, region: u32) -> Vec<u32> {
+        let corners = self.faces_of(region).iter().flat_map(|&f| self.surface.faces[f as usize]);
+        let mut inside: Vec<u32> = corners.filter(|&v| !self.on_boundary[v as usize]).collect();
+        inside.sort_unstable();
+        inside.dedup();
+        inside
     }
 
     /// Draws the open regions, all on the chains as they are; what needs more vertices opens its neighbors.
@@ -192,6 +217,12 @@ impl<'a> Work<'a> {
             None => Attempt::Hopeless,
         };
         match flat {
+            Attempt::Flat(mut flat) => {
+                if let (Some(light), Some(plane)) = (self.recipe.light, &self.planes[region as usize]) {
+                    flat.put_back(self.surface, self.vertices_inside(region), plane, light);
+                }
+                Attempt::Flat(flat)
+            }
             Attempt::Hopeless if self.recipe.fills_in_space => self.fill_in_space(region, chains, |_, _| false),
             other => other,
         }

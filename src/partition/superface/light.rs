@@ -6,6 +6,7 @@ use super::super::surface::Surface;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::mesh::orient::TURNED;
+use crate::mesh::weld::joined_attributes;
 
 /// What is darker than this share of the brightest light counts as that.
 const FLOOR: f32 = 1.0 / 1024.0;
@@ -53,6 +54,26 @@ impl Lights {
         let greatest = rows.iter().flat_map(|row| &row[..3]).fold(0.0, |greatest, &light| f32::max(greatest, light));
         Ok(Self { rows, floor: greatest * FLOOR, flawed })
     }
+}
+
+/// The light at every vertex of `surface`: its color, or without any the mean light of the faces around it by area,
+/// B_v = Σ A_f B_f / Σ A_f \[Liu99\].
+pub fn vertex_lights(surface: &Surface, mesh: &Mesh) -> Vec<[f32; 4]> {
+    if let (_, Some(colors)) = joined_attributes(mesh, surface.lowest.as_ref(), &surface.vertex_source) {
+        return colors.into_iter().map(|[red, green, blue, alpha]| [cut(red), cut(green), cut(blue), alpha]).collect();
+    }
+    let mean = |vertex: u32| {
+        let mut sum = [0.0; 4];
+        for &face in surface.rings.ring(vertex) {
+            let [a, b, c] = surface.faces[face as usize].map(|v| surface.points[v as usize]);
+            let area = (b - a).cross(c - a).length();
+            let [red, green, blue] = light(mesh, surface.input_face(face)).map(|x| f64::from(cut(x)) * area);
+            sum = [sum[0] + red, sum[1] + green, sum[2] + blue, sum[3] + area];
+        }
+        let [red, green, blue] = [0, 1, 2].map(|k| if sum[3] > 0.0 { (sum[k] / sum[3]) as f32 } else { 0.0 });
+        [red, green, blue, 1.0]
+    };
+    (0..surface.points.len() as u32).into_par_iter().with_min_len(ROWS).map(mean).collect()
 }
 
 /// A channel from nothing to the brightest there is; what is no number is nothing.

@@ -10,7 +10,7 @@
 //! - The vertices of a region lie within [`Flatness::distance`] of its plane, and its faces look to the plane's side.
 
 mod grow;
-pub mod interior;
+pub(super) mod interior;
 mod light;
 mod region;
 #[cfg(test)]
@@ -27,6 +27,7 @@ use super::rebuild::Plane;
 use super::surface::Surface;
 use super::{Flatness, Partition};
 use light::Lights;
+pub(super) use light::vertex_lights;
 
 /// When a face joins a superface. A face whose own change C is below `epsilon` joins while the mean of C over the superface,
 /// by area, stays below it; any other by its step to the mean light of the superface. Red, green and blue must all pass.
