@@ -363,7 +363,8 @@ fn results(device: &Device, mesh: &Mesh) -> Vec<(Vec<u8>, Vec<u32>, u64)> {
     jobs.map(|(representative, (grid, budget))| {
         let outcome =
             run(device, mesh, &Options { grid, representative, ..Options::default() }, budget).expect("a valid mesh");
-        let expected = mesh.face_colors.is_some().then_some("face colors are dropped: only those of vertices are carried");
+        let expected =
+            mesh.face_colors.is_some().then_some("face colors are dropped: only those of vertices are carried");
         assert_eq!(outcome.warnings, Vec::from_iter(expected));
         assert_eq!(outcome.device, device.description());
         (bytes(&outcome.mesh), outcome.vertex_origin, outcome.error_estimate.to_bits())
