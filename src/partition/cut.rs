@@ -105,7 +105,7 @@ mod tests {
             assert_eq!(parts.partition.validate(&surface.neighbors), []);
         }
         let sizes = parts.partition.faces_by_region().0.windows(2).map(|ends| ends[1] - ends[0]).collect::<Vec<_>>();
-        assert!(sizes.iter().all(|&size| size > 20), "{sizes:?}");
+        assert!(sizes.iter().all(|&size| size > 10), "{sizes:?}");
     }
 
     #[test]

@@ -116,6 +116,10 @@ struct Part {
 fn dynamic(polygon: &Polygon<'_>, min_cos: f64) -> Result<Filled, Rejection> {
     let last = polygon.len() - 1;
     let mut rejection = Rejection::Link;
+    // At a border the last side is as new as a diagonal.
+    if !polygon.may_join(0, last) {
+        return Err(rejection);
+    }
     let join = |corners: Triangle, [first, second]: [Part; 2]| match polygon.tile(corners, min_cos) {
         Ok(Tile { normal, ratio }) => {
             let mut worth = first.worth.and(second.worth);
