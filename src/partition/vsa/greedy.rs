@@ -43,6 +43,8 @@ pub struct Greedy<'a> {
     clock: u32,
     /// Of [`Connectivity::Exact`].
     search: Option<Search>,
+    /// Whether searches are made: once no other move is left, for they take longer.
+    is_searching: bool,
 }
 
 impl<'a> Greedy<'a> {
@@ -57,6 +59,7 @@ impl<'a> Greedy<'a> {
             changed_at: vec![1; regions.count()],
             clock: 1,
             search: (connectivity == Connectivity::Exact).then(|| Search::new(face_count)),
+            is_searching: false,
         };
         greedy.list(regions, 0..face_count as u32);
         greedy
@@ -97,13 +100,16 @@ impl<'a> Greedy<'a> {
                 break;
             }
             if moved == 0 {
-                // What was taken from memory is searched once more.
-                if self.search.as_mut().is_none_or(Search::forget) {
+                // First without searches, then with those; what was taken from memory is searched once more.
+                let is_sure = self.search.as_mut().is_none_or(Search::forget);
+                if is_sure && (self.is_searching || self.search.is_none()) {
                     break;
                 }
+                self.is_searching = true;
                 self.looked_at.fill(0);
             }
         }
+        self.is_searching = false;
         regions.sum_anew(self.scene);
         moves
     }
@@ -153,8 +159,9 @@ impl<'a> Greedy<'a> {
         let surface = self.scene.surface;
         let (faces, neighbors) = (bytemuck::cast_slice(&surface.faces), bytemuck::cast_slice(&surface.neighbors));
         let seen = Labeled { faces, neighbors, labels: &regions.labels };
+        let mut search = self.search.as_mut().filter(|_| self.is_searching);
         stays_connected(face, regions.labels[face as usize], &seen)
-            || self.search.as_mut().is_some_and(|search| search.stays_connected(self.scene, &regions.labels, face))
+            || search.as_mut().is_some_and(|search| search.stays_connected(self.scene, &regions.labels, face))
     }
 }
 
