@@ -216,7 +216,7 @@ fn variants() -> Vec<Options> {
     for solver in SOLVERS {
         variants.push(Options { solver, ..regions(60) });
     }
-    variants.push(Options { connectivity: Connectivity::Exact, ..regions(60) });
+    variants.push(Options { connectivity: Connectivity::Local, ..regions(60) });
     variants.push(Options { seed: 9, restarts: 5, ..regions(17) });
     variants.push(Options::new(Goal::Energy(0.4)));
     variants.push(Options::new(Goal::Deviation(0.05)));

@@ -11,6 +11,7 @@ mod light;
 mod near;
 mod nearest;
 mod partition;
+mod regions;
 mod removal;
 mod surface;
 
@@ -79,6 +80,7 @@ pub fn trials() -> impl Iterator<Item = Trial> {
         .chain(removal::TRIALS)
         .chain(light::TRIALS)
         .chain(partition::TRIALS)
+        .chain(regions::TRIALS)
 }
 
 fn exact_probe(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {

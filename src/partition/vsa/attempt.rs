@@ -19,6 +19,9 @@ use super::{OnPass, Options, Pass};
 
 /// An exchange that gains less than this share of the energy is the last.
 const LEAST_GAIN: f64 = 1e-3;
+/// A pass that gains less than this share of the energy is the last before an exchange: the long tail of small moves is worth
+/// its time only once.
+const ROUGH: f64 = 2e-4;
 
 /// Takes what attempts tell, and says whether to go on.
 type Listener<'b> = Box<dyn FnMut(Pass) -> ControlFlow<()> + Send + 'b>;
@@ -83,12 +86,7 @@ impl<'a, 'b> Attempt<'a, 'b> {
     pub fn iterate(&mut self, count: usize) {
         let seed = self.seed();
         let Self { energies, watch, index, .. } = self;
-        let mut regions = lloyd(self.scene, count, seed, |regions| record(regions, energies, watch, *index));
-        let cut = cut_closed(self.scene, &mut regions);
-        self.regions = regions;
-        if cut > 0 {
-            self.record();
-        }
+        self.regions = lloyd(self.scene, count, seed, |regions| record(regions, energies, watch, *index));
     }
 
     /// Parallel rounds from number `*round` on.
@@ -111,21 +109,31 @@ impl<'a, 'b> Attempt<'a, 'b> {
         greedy.run(regions, |regions| record(regions, energies, watch, *index));
     }
 
-    /// Moves faces and exchanges regions in turn.
+    /// Moves faces until a pass gains little.
+    fn settle_roughly(&mut self, greedy: &mut Greedy<'_>) {
+        let Self { regions, energies, watch, index, .. } = self;
+        let mut energy = regions.energy();
+        greedy.run(regions, |regions| {
+            let before = std::mem::replace(&mut energy, regions.energy());
+            record(regions, energies, watch, *index) && before - energy > ROUGH * before
+        });
+    }
+
+    /// Moves faces and exchanges regions in turn, then moves faces until none gains.
     pub fn improve(&mut self) {
         let mut greedy = Greedy::new(self.scene, &self.regions, self.options.connectivity);
-        self.settle_with(&mut greedy);
         for _ in 0..self.options.teleports {
             let before = self.regions.energy();
+            self.settle_roughly(&mut greedy);
             if self.watch.is_cancelled() || exchange(self.scene, &mut self.regions, &mut greedy) == 0 {
                 break;
             }
             self.record();
-            self.settle_with(&mut greedy);
             if before - self.regions.energy() < LEAST_GAIN * before {
                 break;
             }
         }
+        self.settle_with(&mut greedy);
     }
 }
 
@@ -142,9 +150,7 @@ pub fn start(scene: &Scene<'_>, count: usize, seed: u64) -> Regions {
         return Regions::each_face(scene);
     }
     let mut regions = grow(scene, count, seed);
-    fill(scene, &mut regions);
-    cut_closed(scene, &mut regions);
-    merge_down(scene, &mut regions, count, f64::INFINITY);
+    complete(scene, &mut regions, count);
     while regions.count() < count {
         let missing = count - regions.count();
         if add(scene, &mut regions, missing) == 0 {
@@ -154,13 +160,15 @@ pub fn start(scene: &Scene<'_>, count: usize, seed: u64) -> Regions {
     regions
 }
 
-/// Splits regions that are a whole closed component. How many there were.
-fn cut_closed(scene: &Scene<'_>, regions: &mut Regions) -> usize {
+/// Gives every face a region and every closed component two, with `count` regions where that many are enough.
+pub fn complete(scene: &Scene<'_>, regions: &mut Regions, count: usize) {
+    fill(scene, regions);
     let counts = regions.by_component(scene);
     let is_whole = |region: &u32| {
         let component = regions.sums[*region as usize].component as usize;
         scene.is_closed[component] && counts[component] == 1
     };
     let whole: Vec<u32> = (0..regions.count() as u32).filter(is_whole).collect();
-    split_all(scene, regions, &whole)
+    split_all(scene, regions, &whole);
+    merge_down(scene, regions, count, f64::INFINITY);
 }

@@ -14,6 +14,8 @@ use super::split::{Members, Split, split};
 
 /// Share of the energy that a pair must gain.
 const LEAST_GAIN: f64 = 1e-6;
+/// Share of the area below which the energy of a region is rounding: its faces are alike.
+const ALIKE: f64 = 1e-12;
 
 /// Merges that a partition may take, the cheapest first.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,24 +37,32 @@ fn merges(scene: &Scene<'_>, regions: &Regions) -> Vec<Merge> {
     merges
 }
 
-/// The best splits of regions that could gain more than `least`, the dearest first.
-fn splits(scene: &Scene<'_>, regions: &Regions, members: &Members, least: f64) -> Vec<Split> {
-    let mut splits: Vec<Split> = (0..regions.count() as u32)
-        .into_par_iter()
-        .filter(|&region| regions.sums[region as usize].energy() > least)
-        .filter_map(|region| split(scene, regions, members, region))
-        .collect();
+/// The best splits of these regions, the dearest first.
+fn splits(scene: &Scene<'_>, regions: &Regions, members: &Members, which: &[u32]) -> Vec<Split> {
+    let mut splits: Vec<Split> =
+        which.par_iter().with_max_len(1).filter_map(|&region| split(scene, regions, members, region)).collect();
     splits.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.region.cmp(&b.region)));
     splits
+}
+
+/// The regions with the most energy, as long as that is more than `least` asks of the first, the second and so on.
+fn worst(regions: &Regions, least: impl Fn(usize) -> f64) -> Vec<u32> {
+    let energy = |region: u32| regions.sums[region as usize].energy();
+    let mut order: Vec<u32> = (0..regions.count() as u32).collect();
+    order.sort_by(|&a, &b| energy(b).total_cmp(&energy(a)).then(a.cmp(&b)));
+    let count = (0..order.len()).take_while(|&rank| energy(order[rank]) > least(rank)).count();
+    order.truncate(count);
+    order
 }
 
 /// Merges cheap pairs and splits dear regions instead, as many as gain, and tells `greedy`. How many.
 pub fn exchange(scene: &Scene<'_>, regions: &mut Regions, greedy: &mut Greedy<'_>) -> usize {
     let merges = merges(scene, regions);
-    let Some(cheapest) = merges.first() else { return 0 };
     let least = LEAST_GAIN * regions.energy();
     let members = Members::new(regions);
-    let splits = splits(scene, regions, &members, cheapest.cost + least);
+    // A split gains less than its region's energy: where that is less than the merge of the same rank costs, no pair gains.
+    let which = worst(regions, |rank| merges.get(rank).map_or(f64::INFINITY, |merge| merge.cost + least));
+    let splits = splits(scene, regions, &members, &which);
     let mut picked = Picked::new(scene, regions);
     let mut chosen = Vec::new();
     let mut merges = merges.into_iter();
@@ -91,7 +101,8 @@ fn relabel(scene: &Scene<'_>, regions: &mut Regions, faces: &[u32], label: u32) 
 /// Splits the regions that gain most, `most` at most, without paying for it. How many.
 pub fn add(scene: &Scene<'_>, regions: &mut Regions, most: usize) -> usize {
     let members = Members::new(regions);
-    let mut splits = splits(scene, regions, &members, LEAST_GAIN * 1e-6 * scene.area);
+    let which = worst(regions, |_| ALIKE * scene.area);
+    let mut splits = splits(scene, regions, &members, &which);
     splits.truncate(most);
     apply(scene, regions, &splits)
 }

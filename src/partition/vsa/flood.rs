@@ -48,9 +48,8 @@ pub fn flood(scene: &Scene<'_>, labels: &mut [u32], directions: &[DVec3], fronti
     }
 }
 
-/// Shares the free faces among the regions beside them; those that no region reaches become regions, one a component. How many
-/// components had none.
-pub fn fill(scene: &Scene<'_>, regions: &mut Regions) -> usize {
+/// Shares the free faces among the regions beside them; those that no region reaches become regions, one a component.
+pub fn fill(scene: &Scene<'_>, regions: &mut Regions) {
     let directions: Vec<DVec3> = regions.sums.iter().map(Sum::direction).collect();
     let mut frontier = Frontier::default();
     let labels = &mut regions.labels;
@@ -64,8 +63,7 @@ pub fn fill(scene: &Scene<'_>, regions: &mut Regions) -> usize {
         }
     }
     flood(scene, labels, &directions, &mut frontier);
-    let reached = regions.count();
-    let mut count = reached;
+    let mut count = regions.count();
     let mut of_component = vec![FREE; scene.is_closed.len()];
     for (label, &component) in regions.labels.iter_mut().zip(&scene.components) {
         if *label == FREE {
@@ -79,7 +77,6 @@ pub fn fill(scene: &Scene<'_>, regions: &mut Regions) -> usize {
     }
     regions.sums.resize(count, Sum::default());
     regions.sum_anew(scene);
-    count - reached
 }
 
 #[cfg(test)]
@@ -113,7 +110,7 @@ mod tests {
         let second = (0..labels.len()).find(|&face| scene.shapes[face].normal == DVec3::NEG_X).expect("a side");
         (labels[first], labels[second]) = (0, 1);
         let mut regions = Regions::new(&scene, labels, 2);
-        assert_eq!(fill(&scene, &mut regions), 1);
+        fill(&scene, &mut regions);
         assert_eq!(regions.count(), 3);
         assert!(!regions.labels.contains(&FREE));
         for (shape, &label) in scene.shapes.iter().zip(&regions.labels) {

@@ -5,8 +5,8 @@
 //! when a region that it depends on has changed.
 //!
 //! # Invariants
-//! Every move lowers the energy by more than [`Greedy::least_gain`], and leaves the region that the face left in one piece; no
-//! region becomes empty.
+//! Every move lowers the energy by more than [`Greedy::least_gain`], and leaves the region that the face left in one piece, if
+//! need be by taking a neighbor along that would be left alone; no region becomes empty.
 
 use crate::kernel::boundary_gains::{Labeled, stays_connected};
 
@@ -43,6 +43,8 @@ pub struct Greedy<'a> {
     clock: u32,
     /// Of [`Connectivity::Exact`].
     search: Option<Search>,
+    /// Whether searches are made: once no other move is left, for they take longer.
+    is_searching: bool,
 }
 
 impl<'a> Greedy<'a> {
@@ -57,6 +59,7 @@ impl<'a> Greedy<'a> {
             changed_at: vec![1; regions.count()],
             clock: 1,
             search: (connectivity == Connectivity::Exact).then(|| Search::new(face_count)),
+            is_searching: false,
         };
         greedy.list(regions, 0..face_count as u32);
         greedy
@@ -97,13 +100,16 @@ impl<'a> Greedy<'a> {
                 break;
             }
             if moved == 0 {
-                // What was taken from memory is searched once more.
-                if self.search.as_mut().is_none_or(Search::forget) {
+                // First without searches, then with those; what was taken from memory is searched once more.
+                let is_sure = self.search.as_mut().is_none_or(Search::forget);
+                if is_sure && (self.is_searching || self.search.is_none()) {
                     break;
                 }
+                self.is_searching = true;
                 self.looked_at.fill(0);
             }
         }
+        self.is_searching = false;
         regions.sum_anew(self.scene);
         moves
     }
@@ -133,17 +139,27 @@ impl<'a> Greedy<'a> {
             return None;
         }
         self.looked_at[face as usize] = self.clock;
-        let (label, gain) = best_move(self.scene, regions, face)?;
-        if gain <= self.least_gain() || !self.may_leave(regions, face) {
+        let (label, mut gain) = best_move(self.scene, regions, face)?;
+        let mut along = None;
+        if gain > self.least_gain() && !self.may_leave(regions, face) {
+            let other = left_alone(self.scene, regions, face)?;
+            gain = gain_of_both(self.scene, regions, [face, other], label);
+            along = Some(other);
+        }
+        if gain <= self.least_gain() {
             return None;
         }
-        regions.shift(self.scene, face, label);
         self.clock += 1;
         self.changed_at[own as usize] = self.clock;
         self.changed_at[label as usize] = self.clock;
-        self.list(regions, self.scene.around(face).chain([face]));
-        if let Some(search) = &mut self.search {
-            search.changed(self.scene, face);
+        for moved in along.into_iter().chain([face]) {
+            regions.shift(self.scene, moved, label);
+            if let Some(search) = &mut self.search {
+                search.changed(self.scene, moved);
+            }
+        }
+        for moved in along.into_iter().chain([face]) {
+            self.list(regions, self.scene.around(moved).chain([moved]));
         }
         Some(Move { face, gain })
     }
@@ -153,14 +169,35 @@ impl<'a> Greedy<'a> {
         let surface = self.scene.surface;
         let (faces, neighbors) = (bytemuck::cast_slice(&surface.faces), bytemuck::cast_slice(&surface.neighbors));
         let seen = Labeled { faces, neighbors, labels: &regions.labels };
+        let mut search = self.search.as_mut().filter(|_| self.is_searching);
         stays_connected(face, regions.labels[face as usize], &seen)
-            || self.search.as_mut().is_some_and(|search| search.stays_connected(self.scene, &regions.labels, face))
+            || search.as_mut().is_some_and(|search| search.stays_connected(self.scene, &regions.labels, face))
     }
 }
 
 fn is_on_border(scene: &Scene<'_>, regions: &Regions, face: u32) -> bool {
     let own = regions.labels[face as usize];
     scene.around(face).any(|other| regions.labels[other as usize] != own)
+}
+
+/// The one neighbor of a face in its region that has no other neighbor there, where the face has two: it may come along, for
+/// one face left at a corner would hold a whole row back.
+fn left_alone(scene: &Scene<'_>, regions: &Regions, face: u32) -> Option<u32> {
+    let own = regions.labels[face as usize];
+    let inside = |face: u32| scene.around(face).filter(|&other| regions.labels[other as usize] == own);
+    let is_alone = |other: &u32| inside(*other).all(|beyond| beyond == face);
+    if inside(face).count() != 2 || inside(face).all(|other| is_alone(&other)) {
+        return None;
+    }
+    inside(face).find(is_alone)
+}
+
+/// What Σ |N| gains when two faces of a region go to another.
+fn gain_of_both(scene: &Scene<'_>, regions: &Regions, faces: [u32; 2], label: u32) -> f64 {
+    let weighted = faces.map(|face| scene.shapes[face as usize].weighted());
+    let (from, to) = (&regions.sums[regions.labels[faces[0] as usize] as usize], &regions.sums[label as usize]);
+    let both = weighted[0] + weighted[1];
+    (from.normal - both).length() - from.length + (to.normal + both).length() - to.length
 }
 
 /// The region beside a face that gains most by it, the lowest of such, and what Σ |N| gains.

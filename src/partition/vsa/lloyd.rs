@@ -6,8 +6,8 @@
 
 use crate::math::{DVec3, random};
 
-use super::exchange::merge_down;
-use super::flood::{Frontier, fill, flood};
+use super::attempt::complete;
+use super::flood::{Frontier, flood};
 use super::regions::{FREE, Regions, Sum};
 use super::scene::Scene;
 use super::seeds::below;
@@ -29,8 +29,7 @@ pub fn lloyd(scene: &Scene<'_>, count: usize, seed: u64, mut go_on: impl FnMut(&
         }
         regions = Regions::new(scene, labels, seeds.len());
         if iteration == 0 {
-            fill(scene, &mut regions);
-            merge_down(scene, &mut regions, count, f64::INFINITY);
+            complete(scene, &mut regions, count);
         }
         if !go_on(&regions) {
             break;

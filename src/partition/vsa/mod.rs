@@ -119,9 +119,9 @@ pub enum Solver {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Connectivity {
     /// A face may leave if those around it hang together without it: never wrong, sometimes too strict.
-    #[default]
     Local,
-    /// Where that says no, a search of bounded length decides.
+    /// Where that says no and no other move is left, a search of bounded length decides.
+    #[default]
     Exact,
 }
 

@@ -7,7 +7,7 @@ use super::regions::{FREE, Regions, Sum};
 use super::scene::Scene;
 
 /// Times that both halves grow anew from their best faces.
-const TRIALS: usize = 3;
+const TRIALS: usize = 2;
 
 /// The faces of every region, and where each stands.
 #[derive(Debug)]
