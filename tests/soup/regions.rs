@@ -1,0 +1,103 @@
+//! Rubbish through the methods that make regions.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Instant;
+
+use coarsen::mesh::{Rings, dual, weld};
+use coarsen::partition::superface::Criterion;
+use coarsen::partition::{By, Flatness, Options, Partition, Superfaces, Triangulation, vsa};
+use coarsen::{Budget, Device, Error, Mesh, Method, simplify};
+
+use super::rubbish::{below, pick};
+use super::support::deviation::Random;
+use super::{PATIENCE, assert_topology};
+
+/// One mesh by one of the methods, with options that follow from the seed.
+pub fn run(seed: u64, mesh: &Mesh, device: &Device) {
+    // A sequence of its own: what the seeds stand for elsewhere stays.
+    let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    let options = options(&mut random);
+    let budget = pick(&mut random, &[Budget::default(), Budget::default(), Budget::error(0.01), Budget::error(0.0)]);
+    if catch_unwind(AssertUnwindSafe(|| assert_rebuilds(mesh, &options, budget, device))).is_err() {
+        panic!("seed {seed}: {options:?} {budget:?}");
+    }
+}
+
+fn options(random: &mut Random) -> Options {
+    let mut options = match below(random, 3) {
+        0 => Options::coplanar(Flatness {
+            angle_rad: pick(random, &[0.0, 0.02, 0.5, 1.5]),
+            distance: pick(random, &[0.0, 1e-5, 0.02, 10.0]),
+        }),
+        1 => {
+            let goal = pick(
+                random,
+                &[vsa::Goal::Regions(1), vsa::Goal::Regions(7), vsa::Goal::Energy(0.2), vsa::Goal::Deviation(0.1)],
+            );
+            let mut options = Options::variational(goal);
+            if let By::Variational(found) = &mut options.by {
+                found.regions.solver = pick(random, &[vsa::Solver::Greedy, vsa::Solver::Rounds, vsa::Solver::Lloyd]);
+                found.regions.connectivity = pick(random, &[vsa::Connectivity::Local, vsa::Connectivity::Exact]);
+                found.regions.seed = random.bits();
+                found.chord_ratio = pick(random, &[0.2, 1e-3, 5.0]);
+            }
+            options
+        }
+        _ => {
+            let mut superfaces = Superfaces::default();
+            superfaces.regions.criterion = pick(
+                random,
+                &[
+                    Criterion::Contrast { epsilon: 0.3, range_cap: 0.9 },
+                    Criterion::Paper { epsilon: 1.0, area_unit: 0.1 },
+                ],
+            );
+            superfaces.regions.guard.angle_rad = pick(random, &[0.02, 0.5]);
+            superfaces.border_color = pick(random, &[2.0, 200.0]);
+            Options::superfaces(superfaces)
+        }
+    };
+    options.triangulation = pick(random, &[Triangulation::Earcut, Triangulation::Ears]);
+    options.weld = pick(random, &[Some(0.0), Some(0.0), None, Some(1e-3), Some(0.5)]);
+    options
+}
+
+/// Vertices are the input's, the topology is kept, and regions hang together.
+fn assert_rebuilds(mesh: &Mesh, options: &Options, budget: Budget, device: &Device) {
+    let clock = Instant::now();
+    let result = simplify(mesh, &Method::Partition(options.clone()), &budget, device, None);
+    assert!(clock.elapsed() < PATIENCE, "it took {:?}", clock.elapsed());
+    let outcome = match result {
+        Ok(outcome) => outcome,
+        // All faces may be degenerate, there may be no colors, and the diagonal times a limit may be too large.
+        Err(Error::Mesh(_) | Error::Parameter(_)) => return,
+        Err(other) => panic!("{other}"),
+    };
+    outcome.mesh.check().unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(outcome.mesh.positions.len(), outcome.vertex_origin.len());
+    for (p, &origin) in outcome.mesh.positions.iter().zip(&outcome.vertex_origin) {
+        assert!(*p == mesh.positions[origin as usize], "{p} does not come from {origin}");
+    }
+    let mut start = match options.weld {
+        Some(tolerance) => weld(mesh, tolerance).mesh,
+        None => mesh.clone(),
+    };
+    start.faces.retain(|[a, b, c]| a != b && b != c && c != a);
+    assert_topology(&start, &outcome.mesh, false);
+
+    let regions = outcome.regions.expect("regions");
+    assert_eq!(regions.face_labels.len(), outcome.mesh.faces.len());
+    if options.weld.is_none() {
+        let (faces, labels): (Vec<_>, Vec<_>) = mesh
+            .faces
+            .iter()
+            .zip(&regions.labels)
+            .filter(|(_, label)| **label != u32::MAX)
+            .map(|(f, l)| (*f, *l))
+            .unzip();
+        let neighbors = dual::neighbors(&faces, &Rings::new(&faces, mesh.positions.len()));
+        let faults = Partition { labels, region_count: regions.count }.validate(&neighbors);
+        // Faces that were turned over to agree with their neighbors lie across walls here.
+        assert!(outcome.warnings.iter().any(|w| w.contains("wound")) || faults.is_empty(), "{faults:?}");
+    }
+}
