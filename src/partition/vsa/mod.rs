@@ -9,7 +9,7 @@
 //! # Invariants
 //! - Every face has a region, and the faces of a region are connected across edges, after every pass.
 //! - The energy never rises, whether by a face that moves, a round of them or an exchange (but between the iterations of
-//!   [`Solver::Lloyd`]).
+//!   [`Solver::Lloyd`], and where regions are merged for a [`Goal`] that allows it).
 //! - A component without a border has two regions or more, so that every region has a border.
 //! - The result depends on the mesh, the options and nothing else.
 //!
