@@ -3,7 +3,7 @@
 //! # Reference
 //! \[Jin09\]: regions grow from seeds spread by Gaussian curvature, then faces on borders move to the region beside them while
 //! that lowers the energy Σ ρ |n − u|², ρ the area of a face, n its normal and u its region's. Beside the paper: regions are
-//! exchanged between where they gain little and where they gain much ([CSAD04]'s teleports, many at once), and moves may be
+//! exchanged between where they gain little and where they gain much (\[CSAD04\]'s teleports, many at once), and moves may be
 //! found in parallel rounds by kernels.
 //!
 //! # Invariants
