@@ -3,13 +3,13 @@
 //! # Reference
 //! \[Jin09\]: regions grow from seeds spread by Gaussian curvature, then faces on borders move to the region beside them while
 //! that lowers the energy Σ ρ |n − u|², ρ the area of a face, n its normal and u its region's. Beside the paper: regions are
-//! exchanged between where they gain little and where they gain much ([CSAD04]'s teleports, many at once), and moves may be
+//! exchanged between where they gain little and where they gain much (\[CSAD04\]'s teleports, many at once), and moves may be
 //! found in parallel rounds by kernels.
 //!
 //! # Invariants
 //! - Every face has a region, and the faces of a region are connected across edges, after every pass.
 //! - The energy never rises, whether by a face that moves, a round of them or an exchange (but between the iterations of
-//!   [`Solver::Lloyd`]).
+//!   [`Solver::Lloyd`], and where regions are merged for a [`Goal`] that allows it).
 //! - A component without a border has two regions or more, so that every region has a border.
 //! - The result depends on the mesh, the options and nothing else.
 //!
