@@ -48,6 +48,25 @@ fn inner_edges(triangles: impl Iterator<Item = [u32; 3]>, edges: &mut Vec<u64>) 
     edges.truncate(kept);
 }
 
+/// The triangles of a filling that have no edge inside it, their corners ascending: where it is one, or hangs together at
+/// a vertex only. `edges` is overwritten.
+fn singles(filling: &Filling, edges: &mut Vec<u64>) -> Vec<[u32; 3]> {
+    let triangles: Vec<[u32; 3]> = match filling {
+        Filling::Flat(flat) => flat.vertices().collect(),
+        Filling::Spatial(triangles) => triangles.clone(),
+        Filling::Open | Filling::Least | Filling::Own => return Vec::new(),
+    };
+    inner_edges(triangles.iter().copied(), edges);
+    let is_single =
+        |&[a, b, c]: &[u32; 3]| [key(a, b), key(b, c), key(c, a)].iter().all(|edge| edges.binary_search(edge).is_err());
+    let ascending = |[a, b, c]: [u32; 3]| {
+        let mut corners = [a, b, c];
+        corners.sort_unstable();
+        corners
+    };
+    triangles.into_iter().filter(is_single).map(ascending).collect()
+}
+
 impl Work<'_> {
     /// Finds edges that two have and takes them from one; whether there were any.
     ///
@@ -76,21 +95,15 @@ impl Work<'_> {
         true
     }
 
-    /// Regions that became the back of another's triangle: their edges are both sides of the same segments.
+    /// Regions with a triangle that another has the back of: their edges are both sides of the same segments.
     fn doubles(&self) -> Vec<u32> {
-        let corners = |[a, b, c]: [u32; 3]| {
-            let mut corners = [a, b, c];
-            corners.sort_unstable();
-            corners
-        };
-        let single = |(region, filling): (usize, &Filling)| match filling {
-            Filling::Flat(flat) if flat.triangles.len() == 1 => {
-                flat.vertices().next().map(|triangle| (corners(triangle), region as u32))
-            }
-            Filling::Spatial(triangles) if triangles.len() == 1 => Some((corners(triangles[0]), region as u32)),
-            _ => None,
-        };
-        let mut singles: Vec<([u32; 3], u32)> = self.fillings.iter().enumerate().filter_map(single).collect();
+        let regions = (0..self.fillings.len() as u32).into_par_iter().with_min_len(ROWS);
+        let mut singles: Vec<([u32; 3], u32)> = regions
+            .map_init(Vec::new, |edges, region| {
+                singles(&self.fillings[region as usize], edges).into_iter().map(move |corners| (corners, region))
+            })
+            .flatten_iter()
+            .collect();
         singles.sort_unstable();
         let (surface, labels) = (self.surface, &self.partition.labels);
         let stays = |[a, b, c]: [u32; 3]| {
@@ -100,7 +113,11 @@ impl Work<'_> {
             })
         };
         let behind = singles.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| pair[1].1);
-        behind.chain(singles.iter().filter(|single| stays(single.0)).map(|single| single.1)).collect()
+        let mut doubles: Vec<u32> =
+            behind.chain(singles.iter().filter(|single| stays(single.0)).map(|single| single.1)).collect();
+        doubles.sort_unstable();
+        doubles.dedup();
+        doubles
     }
 
     /// Every edge that the input does not have there, with those who have it, sorted: segments that leave vertices out, and

@@ -78,14 +78,16 @@ impl Run<'_> {
     fn first_count(&mut self, scene: &Scene<'_>, goal: Goal) -> usize {
         let Goal::Regions(count) = goal else { return first_count(scene.fewest_regions(), scene) };
         let fewest = scene.fewest_regions();
-        if count < fewest {
-            let closed = scene.is_closed.iter().filter(|&&is_closed| is_closed).count();
-            self.vsa.warnings.push(format!(
-                "{fewest} regions instead of {count}: the surface has {} parts, {closed} of them closed, which take two",
-                scene.is_closed.len()
-            ));
+        if count >= fewest {
+            return count;
         }
-        count.max(fewest)
+        let (closed, taken) =
+            (scene.is_closed.iter().filter(|&&is_closed| is_closed).count(), scene.regions_beside(count));
+        self.vsa.warnings.push(format!(
+            "{taken} regions instead of {count}: the surface has {} parts, {closed} of them closed, which take two",
+            scene.is_closed.len()
+        ));
+        taken
     }
 
     /// Every attempt, to its end.

@@ -104,6 +104,24 @@ impl<'a> Scene<'a> {
         self.is_closed.iter().map(|&is_closed| 1 + usize::from(is_closed)).sum()
     }
 
+    /// How many regions there are where fewer were asked for than there must be: parts too small for a region of their own have
+    /// theirs beside those that were asked for, so that crumbs do not use them up.
+    pub fn regions_beside(&self, asked: usize) -> usize {
+        let mut areas = vec![0.0; self.is_closed.len()];
+        for (shape, &component) in self.shapes.iter().zip(&self.components) {
+            areas[component as usize] += shape.area;
+        }
+        let share = self.area / asked as f64;
+        let regions = |is_large: bool| -> usize {
+            let parts = self.is_closed.iter().zip(&areas).filter(|(_, area)| (**area >= share) == is_large);
+            parts.map(|(&is_closed, _)| 1 + usize::from(is_closed)).sum()
+        };
+        match regions(true) {
+            0 => self.fewest_regions(),
+            large => regions(false) + large.max(asked),
+        }
+    }
+
     /// The faces across the edges of one.
     pub fn around(&self, face: u32) -> impl Iterator<Item = u32> + use<> {
         self.surface.neighbors[face as usize].into_iter().filter(|&other| other != NONE)
