@@ -23,6 +23,7 @@
 //! The bytes written do not depend on the number of threads.
 
 mod attributes;
+mod faces;
 mod input;
 mod obj;
 mod off;
@@ -38,7 +39,9 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Place, Result};
 use crate::mesh::Mesh;
+use faces::Faces;
 
+pub use faces::{write_polygons, write_polygons_to};
 pub use property::{read_numbers, read_property, write_with_property};
 
 /// A mesh file format.
@@ -126,6 +129,11 @@ impl Format {
             },
             Self::Off => Traits { name: "OFF", extension: "off", texcoords: false, ..polygons },
         }
+    }
+
+    /// Whether polygons can be written: [`write_polygons`].
+    pub const fn writes_polygons(self) -> bool {
+        matches!(self, Self::Obj | Self::Ply)
     }
 
     /// The upper-case name that errors use.
@@ -270,8 +278,8 @@ pub fn write_to(mesh: &Mesh, format: Format, options: &WriteOptions, out: &mut d
 
 fn encode(mesh: &Mesh, format: Format, options: &WriteOptions, out: &mut dyn Write) -> io::Result<()> {
     match format {
-        Format::Obj => obj::write(mesh, out),
-        Format::Ply => ply::write(mesh, options, None, out),
+        Format::Obj => obj::write(mesh, Faces::of(mesh), out),
+        Format::Ply => ply::write(mesh, Faces::of(mesh), options, None, out),
         Format::Stl => stl::write(mesh, options, out),
         Format::Off => off::write(mesh, out),
     }
