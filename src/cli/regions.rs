@@ -1,5 +1,7 @@
 //! From arguments to the options of methods that make regions of faces.
 
+use std::path::Path;
+
 use coarsen::partition::superface::{Criterion, RANGE_CAP};
 use coarsen::partition::{self, By, Flatness, NO_REGION, Regions, Superfaces, Variational, vsa};
 use coarsen::{Method, Outcome, contract, formats};
@@ -147,14 +149,9 @@ pub fn check_files(args: &args::Simplify, source: Option<&Source>, sink: Option<
         problems.add(format!("--polygons writes OBJ or PLY, not {}", format.name()));
     }
     let Some(file) = write_regions else { return };
-    let others = [
-        ("--write-log", args.writing.write_log.as_deref()),
-        ("--write-feature", args.weights.write_feature.as_ref().map(std::path::Path::new)),
-    ];
-    for (option, other) in others {
-        if other == Some(file) {
-            problems.add(format!("{option} writes '{}' as well: give --write-regions another name", file.display()));
-        }
+    if args.weights.write_feature.as_ref().is_some_and(|other| Path::new(other) == file) {
+        let name = file.display();
+        problems.add(format!("--write-feature writes '{name}' as well: give --write-regions another name"));
     }
     let beside = [source.and_then(Source::path), sink.and_then(Sink::path)];
     check_beside("--write-regions", file, beside, args.writing.overwrite, problems);

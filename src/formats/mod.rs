@@ -10,7 +10,8 @@
 //! | OFF | off | yes | no | f64 | yes | rgba | rgba | no | polygons |
 //!
 //! The same table as data is [`Format::traits`]. What every reader does:
-//! - polygons become triangles, concave ones by ear clipping ([`earcut`]), and keep every corner;
+//! - polygons become triangles, concave ones by ear clipping ([`earcut`]), and keep every corner; where a polygon has edges
+//!   both ways, the bridges between its outline and its holes, these stay holes;
 //! - coordinates must be finite, indices in range, and there must be a face, or it is [`Error::Format`] with the place;
 //! - a count in a header is believed only as far as the bytes that follow can hold it;
 //! - colors become `[0, 1]` with alpha 1 where none is stored; normals become unit length, zero where a vertex has none;
