@@ -315,7 +315,8 @@ fn method_name(options: &contract::Options) -> &'static str {
     }
 }
 
-fn regions_name(by: &partition::By) -> &'static str {
+/// The method that makes these regions.
+pub fn regions_name(by: &partition::By) -> &'static str {
     match by {
         partition::By::Coplanar(_) => "coplanar",
         partition::By::Superfaces(_) => "superface",

@@ -1,12 +1,19 @@
 //! From arguments to the options of methods that make regions of faces.
 
+use std::path::Path;
+
 use coarsen::partition::superface::{Criterion, RANGE_CAP};
-use coarsen::partition::{self, By, Flatness, Superfaces, Variational, vsa};
-use coarsen::{Method, contract};
+use coarsen::partition::{self, By, Flatness, NO_REGION, Regions, Superfaces, Variational, vsa};
+use coarsen::{Method, Outcome, contract, formats};
+use serde::Serialize;
 
 use super::Exit;
 use super::args::{self, Solver, Triangulation};
 use super::failure::refuse;
+use super::record::regions_name;
+use super::resolve::{Job, Problems, check_beside};
+use super::sink::Sink;
+use super::source::Source;
 
 /// The options of the method that `method` names; `shared` are those of shape, as contraction would take them.
 ///
@@ -122,4 +129,87 @@ const NONE: args::Regions = args::Regions {
 /// Whether an option is given that only regions have.
 pub fn is_asked(args: &args::Regions) -> bool {
     *args != NONE
+}
+
+/// Notes what contradicts itself in the arguments for polygons and the file of the regions.
+pub fn check_files(args: &args::Simplify, source: Option<&Source>, sink: Option<&Sink>, problems: &mut Problems) {
+    let args::RegionFiles { polygons, write_regions } = &args.region_files;
+    for (name, is_given) in [("--polygons", *polygons), ("--write-regions", write_regions.is_some())] {
+        if is_given && !args.shape.method.makes_regions() {
+            problems.add(format!("{name} is for --method vsa, superface and coplanar: nothing else makes regions"));
+        }
+    }
+    if *polygons && args.shape.flips > 0 {
+        problems.add("--polygons and --flips contradict each other: what is turned are edges inside polygons");
+    }
+    if let Some(format) = sink.and_then(Sink::format)
+        && *polygons
+        && !format.writes_polygons()
+    {
+        problems.add(format!("--polygons writes OBJ or PLY, not {}", format.name()));
+    }
+    let Some(file) = write_regions else { return };
+    if args.weights.write_feature.as_ref().is_some_and(|other| Path::new(other) == file) {
+        let name = file.display();
+        problems.add(format!("--write-feature writes '{name}' as well: give --write-regions another name"));
+    }
+    let beside = [source.and_then(Source::path), sink.and_then(Sink::path)];
+    check_beside("--write-regions", file, beside, args.writing.overwrite, problems);
+}
+
+/// The regions of a run, as `--write-regions` writes them. Fields are only ever added under this `schema`.
+#[derive(Serialize)]
+struct Told<'a> {
+    schema: u32,
+    method: &'static str,
+    count: usize,
+    /// The region of every face of the input; null where it was dropped.
+    labels: Vec<Option<u32>>,
+    /// Of variational shape approximation; null otherwise.
+    proxies: Option<Vec<Proxy>>,
+    /// After every pass, where half the diagonal is 1.
+    energies: Option<&'a [f64]>,
+}
+
+/// A region on the whole, in model units but for its energy.
+#[derive(Serialize)]
+struct Proxy {
+    normal: [f64; 3],
+    point: [f64; 3],
+    area: f64,
+    energy: f64,
+}
+
+impl<'a> Told<'a> {
+    fn new(by: &By, regions: &'a Regions) -> Self {
+        let is_variational = matches!(by, By::Variational(_));
+        let proxy = |&vsa::Proxy { normal, point, area, energy }: &vsa::Proxy| Proxy {
+            normal: normal.to_array(),
+            point: point.to_array(),
+            area,
+            energy,
+        };
+        Self {
+            schema: 1,
+            method: regions_name(by),
+            count: regions.count,
+            labels: regions.labels.iter().map(|&label| (label != NO_REGION).then_some(label)).collect(),
+            proxies: is_variational.then(|| regions.proxies.iter().map(proxy).collect()),
+            energies: is_variational.then_some(regions.energies.as_slice()),
+        }
+    }
+}
+
+/// Writes the regions where the job says so.
+///
+/// # Errors
+/// As [`formats::write_file`].
+pub fn write(job: &Job, outcome: &Outcome) -> anyhow::Result<()> {
+    let (Some(path), Some(regions), Method::Partition(options)) = (&job.write_regions, &outcome.regions, &job.method)
+    else {
+        return Ok(());
+    };
+    let mut bytes = serde_json::to_vec(&Told::new(&options.by, regions))?;
+    bytes.push(b'\n');
+    Ok(formats::write_file(path, &bytes)?)
 }

@@ -120,7 +120,7 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
     }
     let mesh = replay.mesh();
     let replayed = clock.elapsed().as_secs_f64();
-    interrupt::shielded(|| job.sink.write(&mesh, &job.writing))?;
+    interrupt::shielded(|| job.sink.write(&mesh, None, &job.writing))?;
     let total = clock.elapsed().as_secs_f64();
 
     let record = Record {

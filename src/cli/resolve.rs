@@ -15,7 +15,7 @@ use super::failure::{exit_of, message, refuse};
 use super::sink::{Sink, same_file};
 use super::source::Source;
 use super::values::WeightSource;
-use super::{method, quadrics, weights};
+use super::{method, quadrics, regions, weights};
 
 /// Everything `simplify` needs to know.
 #[derive(Debug)]
@@ -33,6 +33,9 @@ pub struct Job {
     pub writing: WriteOptions,
     /// Where the log of the contractions goes, if anywhere.
     pub log: Option<PathBuf>,
+    /// Whether regions are written as polygons, and where what they are goes, if anywhere.
+    pub polygons: bool,
+    pub write_regions: Option<PathBuf>,
     /// Where to write the feature degrees of the input, and how they are found.
     pub write_feature: Option<(PathBuf, Feature)>,
     /// Whether to measure the result, and how.
@@ -70,6 +73,7 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         problems.note(sink.check(input, args.writing.overwrite));
     }
     check_log(args, [source.as_ref().and_then(Source::path), sink.as_ref().and_then(Sink::path)], &mut problems);
+    regions::check_files(args, source.as_ref(), sink.as_ref(), &mut problems);
     weights::check(args, source.as_ref(), &mut problems);
     quadrics::check(&args.shape, &mut problems);
     let write_feature = weights::feature_sink(args, source.as_ref(), &mut problems).map(|path| (path, feature));
@@ -90,6 +94,8 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         memory_limit: args.device.memory_limit,
         writing: WriteOptions { ascii: args.writing.ascii },
         log: args.writing.write_log.clone(),
+        polygons: args.region_files.polygons,
+        write_regions: args.region_files.write_regions.clone(),
         write_feature,
         measure: (args.writing.measure)
             .then(|| metrics::Options { samples: args.writing.samples, ..metrics::Options::default() }),
@@ -112,16 +118,24 @@ fn check_log(args: &args::Simplify, others: [Option<&Path>; 2], problems: &mut P
     if args.shape.flips > 0 {
         problems.add("--write-log and --flips contradict each other: turned edges are in no record");
     }
-    if log.as_os_str() == "-" {
-        problems.add("--write-log writes a file: '-' is none");
-        return;
+    check_beside("--write-log", log, others, args.writing.overwrite, problems);
+}
+
+/// Checks the file that `option` writes beside the output.
+pub fn check_beside(
+    option: &str,
+    file: &Path,
+    [input, output]: [Option<&Path>; 2],
+    overwrite: bool,
+    problems: &mut Problems,
+) {
+    if file.as_os_str() == "-" {
+        problems.add(format!("{option} writes a file: '-' is none"));
+    } else if output.is_some_and(|output| output == file || same_file(output, file)) {
+        problems.add(format!("'{}' is the output as well: give {option} another name", file.display()));
+    } else {
+        problems.note(Sink::File(file.to_path_buf()).check(input, overwrite));
     }
-    let [input, output] = others;
-    if output.is_some_and(|output| output == log || same_file(output, log)) {
-        problems.add(format!("'{}' is the output as well: give the log another name", log.display()));
-        return;
-    }
-    problems.note(Sink::File(log.clone()).check(input, args.writing.overwrite));
 }
 
 /// Makes an input of the arguments of `inspect`.

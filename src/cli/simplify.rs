@@ -12,7 +12,7 @@ use super::failure::{at, refuse};
 use super::progress::Meter;
 use super::record::{Clocks, Record};
 use super::resolve::Job;
-use super::{Exit, interrupt, memory, weights};
+use super::{Exit, interrupt, memory, regions, weights};
 
 /// Runs the job.
 ///
@@ -77,11 +77,13 @@ fn solve(job: &Job, method: &Method, input: &Mesh, device: &Device) -> anyhow::R
     outcome.map_err(|error| at(job.source.to_string().as_ref(), error))
 }
 
-/// Writes the result, and its log where one is asked for.
-fn write(job: &Job, outcome: &Outcome) -> coarsen::Result<()> {
-    job.sink.write(&outcome.mesh, &job.writing)?;
+/// Writes the result, and its log and its regions where they are asked for.
+fn write(job: &Job, outcome: &Outcome) -> anyhow::Result<()> {
+    let polygons = outcome.regions.as_ref().filter(|_| job.polygons).map(|regions| &regions.polygons);
+    job.sink.write(&outcome.mesh, polygons, &job.writing)?;
+    regions::write(job, outcome)?;
     match (&job.log, &outcome.log) {
-        (Some(path), Some(log)) => log.write(path),
+        (Some(path), Some(log)) => Ok(log.write(path)?),
         _ => Ok(()),
     }
 }

@@ -6,6 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use coarsen::formats::{self, Format, WriteOptions};
+use coarsen::mesh::Polygons;
 use coarsen::{Error, Mesh};
 
 use super::Exit;
@@ -68,16 +69,28 @@ impl Sink {
         Ok(probe(path).map_err(failed)?)
     }
 
-    /// Writes `mesh`.
+    /// The format, unless the name of a folder stands for a file.
+    pub fn format(&self) -> Option<Format> {
+        match self {
+            Self::File(path) => Format::from_path(path).ok().map(|(format, _)| format),
+            Self::Stdout(format) => Some(*format),
+        }
+    }
+
+    /// Writes `mesh`, with `polygons` in the place of its faces where there are any.
     ///
     /// # Errors
-    /// As [`formats::write`].
-    pub fn write(&self, mesh: &Mesh, options: &WriteOptions) -> coarsen::Result<()> {
-        match self {
-            Self::File(path) => formats::write(mesh, path, options),
-            Self::Stdout(format) => {
+    /// As [`formats::write`] and [`formats::write_polygons`].
+    pub fn write(&self, mesh: &Mesh, polygons: Option<&Polygons>, options: &WriteOptions) -> coarsen::Result<()> {
+        match (self, polygons) {
+            (Self::File(path), None) => formats::write(mesh, path, options),
+            (Self::File(path), Some(polygons)) => formats::write_polygons(mesh, polygons, path, options),
+            (Self::Stdout(format), _) => {
                 let mut out = io::BufWriter::with_capacity(1 << 18, io::stdout());
-                formats::write_to(mesh, *format, options, &mut out)
+                match polygons {
+                    None => formats::write_to(mesh, *format, options, &mut out),
+                    Some(polygons) => formats::write_polygons_to(mesh, polygons, *format, options, &mut out),
+                }
             }
         }
     }

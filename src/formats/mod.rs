@@ -10,7 +10,8 @@
 //! | OFF | off | yes | no | f64 | yes | rgba | rgba | no | polygons |
 //!
 //! The same table as data is [`Format::traits`]. What every reader does:
-//! - polygons become triangles, concave ones by ear clipping ([`earcut`]), and keep every corner;
+//! - polygons become triangles, concave ones by ear clipping ([`earcut`]), and keep every corner; where a polygon has edges
+//!   both ways, the bridges between its outline and its holes, these stay holes;
 //! - coordinates must be finite, indices in range, and there must be a face, or it is [`Error::Format`] with the place;
 //! - a count in a header is believed only as far as the bytes that follow can hold it;
 //! - colors become `[0, 1]` with alpha 1 where none is stored; normals become unit length, zero where a vertex has none;
@@ -23,6 +24,7 @@
 //! The bytes written do not depend on the number of threads.
 
 mod attributes;
+mod faces;
 mod input;
 mod obj;
 mod off;
@@ -38,7 +40,9 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Place, Result};
 use crate::mesh::Mesh;
+use faces::Faces;
 
+pub use faces::{write_polygons, write_polygons_to};
 pub use property::{read_numbers, read_property, write_with_property};
 
 /// A mesh file format.
@@ -126,6 +130,11 @@ impl Format {
             },
             Self::Off => Traits { name: "OFF", extension: "off", texcoords: false, ..polygons },
         }
+    }
+
+    /// Whether polygons can be written: [`write_polygons`].
+    pub const fn writes_polygons(self) -> bool {
+        matches!(self, Self::Obj | Self::Ply)
     }
 
     /// The upper-case name that errors use.
@@ -270,8 +279,8 @@ pub fn write_to(mesh: &Mesh, format: Format, options: &WriteOptions, out: &mut d
 
 fn encode(mesh: &Mesh, format: Format, options: &WriteOptions, out: &mut dyn Write) -> io::Result<()> {
     match format {
-        Format::Obj => obj::write(mesh, out),
-        Format::Ply => ply::write(mesh, options, None, out),
+        Format::Obj => obj::write(mesh, Faces::of(mesh), out),
+        Format::Ply => ply::write(mesh, Faces::of(mesh), options, None, out),
         Format::Stl => stl::write(mesh, options, out),
         Format::Off => off::write(mesh, out),
     }

@@ -182,7 +182,7 @@ pub(super) fn write(mesh: &Mesh, out: &mut dyn Write) -> io::Result<()> {
         buffer.push(b'\n');
     })?;
     output::rows(out, mesh.faces.len(), |face, buffer| {
-        output::push_triangle(buffer, mesh.faces[face]);
+        output::push_face(buffer, &mesh.faces[face]);
         if let Some(colors) = &mesh.face_colors {
             output::push_channels(buffer, &attributes::to_bytes(colors[face]));
         }

@@ -135,10 +135,10 @@ pub(super) fn push_channels(buffer: &mut Vec<u8>, channels: &[u8]) {
     }
 }
 
-/// Appends `3 a b c` for a triangle, the same in OFF and text PLY.
-pub(super) fn push_triangle(buffer: &mut Vec<u8>, face: [u32; 3]) {
-    buffer.push(b'3');
-    for corner in face {
+/// Appends `3 a b c` for a triangle and so on, the same in OFF and text PLY.
+pub(super) fn push_face(buffer: &mut Vec<u8>, corners: &[u32]) {
+    push_integer(buffer, corners.len() as u32);
+    for &corner in corners {
         buffer.push(b' ');
         push_integer(buffer, corner);
     }

@@ -8,6 +8,9 @@ use crate::mesh::clip::{Clipper, turn};
 pub(super) struct Triangulator {
     clipper: Clipper,
     flat: Vec<[f64; 2]>,
+    /// Places in the polygon, ring by ring, and their points.
+    places: Vec<usize>,
+    rings: Vec<[f64; 2]>,
 }
 
 /// Polygons of more corners become fans. Clipping outlines that cross themselves takes time that grows with the square
@@ -16,12 +19,13 @@ const GREATEST_CLIPPED: usize = 1 << 15;
 
 impl Triangulator {
     pub(super) fn new() -> Self {
-        Self { clipper: Clipper::new(), flat: Vec::new() }
+        Self { clipper: Clipper::new(), flat: Vec::new(), places: Vec::new(), rings: Vec::new() }
     }
 
     /// Appends the `corners.len() - 2` triangles of a polygon to `mesh`; none for fewer than three corners.
     ///
-    /// A convex polygon becomes the fan of its first corner, a concave one is clipped ear by ear in its plane. What
+    /// A convex polygon becomes the fan of its first corner, a concave one is clipped ear by ear in its plane, with holes where
+    /// bridges join some to it. What
     /// cannot be clipped (no area, crossing itself, too large) becomes the fan, so that no face is lost. The
     /// corners must be vertices of the mesh. Where it has texture coordinates, those of the corners go along; the corners
     /// without one get zeros.
@@ -52,6 +56,12 @@ impl Triangulator {
             count => {
                 let is_concave =
                     count <= GREATEST_CLIPPED && self.project(corners, positions) && !is_convex(&self.flat);
+                let holes = if is_concave { self.holes(corners) } else { None };
+                if let Some(holes) = &holes
+                    && let Some(triangles) = self.clipper.clip(&self.rings, holes)
+                {
+                    return triangles.iter().for_each(|triangle| push(triangle.map(|i| self.places[i as usize])));
+                }
                 let clipped = if is_concave { self.clipper.clip(&self.flat, &[]) } else { None };
                 match clipped {
                     Some(triangles) => triangles.iter().for_each(|triangle| push(triangle.map(|i| i as usize))),
@@ -59,6 +69,64 @@ impl Triangulator {
                 }
             }
         }
+    }
+
+    /// Takes a polygon apart where bridges, edges that it has both ways, join holes to what surrounds them: the outer ring and
+    /// the holes go to `rings`, and what is returned says where the holes start. `None` for any other polygon.
+    fn holes(&mut self, corners: &[u32]) -> Option<Vec<u32>> {
+        let count = corners.len();
+        let after = |place: usize| (place + 1) % count;
+        let ends = |place: usize| {
+            let [a, b] = [corners[place], corners[after(place)]];
+            [a.min(b), a.max(b)]
+        };
+        let mut edges: Vec<usize> = (0..count).collect();
+        edges.sort_unstable_by_key(|&place| (ends(place), place));
+        let mut twin = vec![None; count];
+        for same in edges.chunk_by(|&a, &b| ends(a) == ends(b)) {
+            match *same {
+                [_] => {}
+                [a, b] if corners[a] == corners[after(b)] => (twin[a], twin[b]) = (Some(b), Some(a)),
+                _ => return None,
+            }
+        }
+        // Rings of places, and the areas to their left.
+        let mut rings: Vec<(f64, Vec<usize>)> = Vec::new();
+        let mut is_seen: Vec<bool> = twin.iter().map(Option::is_some).collect();
+        for first in 0..count {
+            let (mut place, mut ring) = (first, Vec::new());
+            while !std::mem::replace(&mut is_seen[place], true) {
+                ring.push(place);
+                place = after(place);
+                while let Some(other) = twin[place] {
+                    place = after(other);
+                }
+            }
+            if let [origin, ..] = ring[..] {
+                let fan = ring.windows(2).map(|ends| turn(self.flat[origin], self.flat[ends[0]], self.flat[ends[1]]));
+                rings.push((fan.sum(), ring));
+            }
+        }
+        rings.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        let corners_left = count + 2 - 2 * rings.len().min(count / 2);
+        let is_in_place =
+            |(at, (area, ring)): (usize, &(f64, Vec<usize>))| ring.len() > 2 && (*area > 0.0) == (at == 0);
+        if rings.len() < 2
+            || rings.iter().map(|(_, ring)| ring.len()).sum::<usize>() != corners_left
+            || !rings.iter().enumerate().all(is_in_place)
+        {
+            return None;
+        }
+        let mut starts = Vec::with_capacity(rings.len());
+        self.places.clear();
+        for (_, ring) in rings {
+            starts.push(self.places.len() as u32);
+            self.places.extend(ring);
+        }
+        starts.remove(0);
+        self.rings.clear();
+        self.rings.extend(self.places.iter().map(|&place| self.flat[place]));
+        Some(starts)
     }
 
     /// Projects the corners counter-clockwise along the greatest axis of the area vector; false without a direction.
@@ -204,6 +272,34 @@ mod tests {
             points.insert(repeated, dart[repeated]);
             let (faces, vector, area) = triangulate(&points);
             assert_eq!((faces.len(), vector, area), (3, DVec3::new(0., 0., 0.5), 0.5), "{repeated}: {faces:?}");
+        }
+    }
+
+    /// A square with a square hole in its middle, from every start: the bridge is walked both ways.
+    #[test]
+    fn holes_behind_bridges_stay_holes() {
+        let points = [[0., 0.], [4., 0.], [4., 4.], [0., 4.], [1., 1.], [1., 3.], [3., 3.], [3., 1.]];
+        let positions: Vec<DVec3> = points.iter().map(|&[x, y]| DVec3::new(x, y, x - y)).collect();
+        let mut ring = [0, 1, 2, 3, 0, 4, 5, 6, 7, 4];
+        for start in 0..ring.len() {
+            let mut mesh = Mesh::new(positions.clone(), Vec::new());
+            Triangulator::new().append(&ring, &[], &mut mesh);
+            let areas = mesh.faces.iter().map(|&face| mesh.cross(face).z / 2.0);
+            assert!(areas.clone().all(|area| area > 0.0) && areas.clone().sum::<f64>() == 12.0, "{start}: {areas:?}");
+            assert_eq!(mesh.faces.len(), 8);
+            ring.rotate_left(1);
+        }
+    }
+
+    /// Edges both ways that lead to no hole: a spike, and a strip that turns back on itself.
+    #[test]
+    fn other_edges_both_ways_are_no_bridges() {
+        let points = [[0., 0.], [4., 0.], [4., 4.], [0., 4.], [1., 1.]];
+        let positions: Vec<DVec3> = points.iter().map(|&[x, y]| DVec3::new(x, y, 0.0)).collect();
+        for ring in [&[0, 4, 0, 1, 2, 3][..], &[0, 1, 2, 1], &[0, 1, 0, 1, 0, 1], &[0, 1, 2, 0, 1, 2, 3]] {
+            let mut mesh = Mesh::new(positions.clone(), Vec::new());
+            Triangulator::new().append(ring, &[], &mut mesh);
+            assert_eq!(mesh.faces.len(), ring.len() - 2, "{ring:?}");
         }
     }
 

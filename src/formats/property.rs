@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::faces::Faces;
 use super::text::{Lines, Rows};
 use super::{Format, WriteOptions, input, output, ply};
 use crate::error::{Error, Result};
@@ -67,7 +68,7 @@ pub fn write_with_property(
     mesh.check()?;
     let property = Some((name, values));
     output::atomically(path, |file| {
-        output::compressed(file, compression, |out| ply::write(mesh, options, property, out))
+        output::compressed(file, compression, |out| ply::write(mesh, Faces::of(mesh), options, property, out))
     })
     .map_err(|source| Error::Write { path: path.to_path_buf(), source })
 }

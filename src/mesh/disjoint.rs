@@ -1,7 +1,7 @@
 //! Disjoint sets whose representative is always the lowest member, so that the outcome depends on no order of joining.
 
 /// Disjoint sets over `0..len`.
-pub(super) struct DisjointSets {
+pub(crate) struct DisjointSets {
     parents: Vec<u32>,
 }
 

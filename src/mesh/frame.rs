@@ -68,7 +68,12 @@ impl Frame {
 
     /// A position of the frame in model units; a vertex beyond the greatest number stays there.
     pub fn to_model(self, position: Vec3) -> DVec3 {
-        let p = position.as_dvec3() / self.scale + self.center;
+        self.point_to_model(position.as_dvec3())
+    }
+
+    /// As [`Self::to_model`], of a point that is not rounded.
+    pub fn point_to_model(self, point: DVec3) -> DVec3 {
+        let p = point / self.scale + self.center;
         p.clamp(DVec3::splat(f64::MIN), DVec3::splat(f64::MAX))
     }
 

@@ -82,6 +82,7 @@ pub fn run(
     let Restored { mesh, vertex_origin, mut regions } =
         restore(mesh, &surface, &parts, rebuilt, found.colors.as_deref());
     regions.proxies = found.proxies;
+    regions.proxies.iter_mut().for_each(|proxy| *proxy = proxy.in_model(&surface));
     regions.energies = found.energies;
     seconds.apply += lapped();
     seconds.transfer = queues.seconds_moving();

@@ -19,6 +19,7 @@ mod cut;
 mod driver;
 mod find;
 mod labels;
+mod polygons;
 mod queues;
 mod rebuild;
 mod restore;

@@ -3,12 +3,13 @@
 use rayon::prelude::*;
 
 use super::cut::Parts;
+use super::polygons::polygons;
 use super::rebuild::Rebuilt;
 use super::surface::Surface;
 use super::vsa::Proxy;
-use crate::mesh::Mesh;
 use crate::mesh::orient::TURNED;
 use crate::mesh::weld::joined_attributes;
+use crate::mesh::{Mesh, Polygons};
 
 /// The region of a face that the input's preparation dropped.
 pub const NO_REGION: u32 = u32::MAX;
@@ -22,11 +23,14 @@ pub struct Regions {
     pub count: usize,
     /// The region of every face of the result.
     pub face_labels: Vec<u32>,
+    /// The result without edges inside regions: each is one polygon, or several where it was cut to be drawn, and one a face
+    /// where it keeps its faces or has vertices inside. Edge flips come after this and change no polygon.
+    pub polygons: Polygons,
     /// Regions, or parts of them, that keep the input's faces for they could not be drawn anew.
     pub undrawn: usize,
     /// Those that no plane shows without folds, filled between their borders in space.
     pub spatial: usize,
-    /// What each region is like on the whole, of variational shape approximation.
+    /// What each region is like on the whole, in model units, of variational shape approximation.
     pub proxies: Vec<Proxy>,
     /// Its energy after every pass, the last that of the regions.
     pub energies: Vec<f64>,
@@ -48,7 +52,7 @@ pub fn restore(
     rebuilt: Rebuilt,
     lights: Option<&[[f32; 4]]>,
 ) -> Restored {
-    let Rebuilt { faces, region_starts, undrawn, spatial, .. } = rebuilt;
+    let Rebuilt { faces, region_starts, is_whole, undrawn, spatial } = rebuilt;
     let whole = |part: u32| parts.whole[part as usize];
     let mut used = vec![false; surface.points.len()];
     faces.iter().flatten().for_each(|&v| used[v as usize] = true);
@@ -89,7 +93,9 @@ pub fn restore(
     face_labels.iter_mut().for_each(|label| *label = whole(*label));
     // Parts come last: the number of regions is that of the wholes.
     let count = parts.whole.iter().max().map_or(0, |&last| last as usize + 1);
-    let regions = Regions { labels, count, face_labels, undrawn: undrawn.len(), spatial, ..Regions::default() };
+    let polygons = polygons(&mesh, &region_starts, &is_whole);
+    let regions =
+        Regions { labels, count, face_labels, polygons, undrawn: undrawn.len(), spatial, ..Regions::default() };
     Restored { mesh, vertex_origin, regions }
 }
 

@@ -5,6 +5,7 @@ mod compare;
 mod errors;
 mod help;
 mod output;
+mod regions;
 mod replay;
 mod weights;
 mod words;

@@ -53,6 +53,7 @@ fn json_has_its_fields() {
         "stop_reason",
         "cell_size",
         "quadrics",
+        "regions",
         "flips",
         "simplify_ms",
         "blocked",

@@ -15,7 +15,7 @@ use clap_complete::Shell;
 
 pub use bench::{Bench, Job as BenchJob};
 pub use compare::{Compare, Up};
-pub use regions::{Regions, Solver, Triangulation};
+pub use regions::{RegionFiles, Regions, Solver, Triangulation};
 pub use removal::{Fill, Removal};
 pub use replay::Replay;
 pub use simplify::{

@@ -1,5 +1,7 @@
 //! What may be written about methods that make regions of faces.
 
+use std::path::PathBuf;
+
 use clap::{Args, ValueEnum};
 
 use crate::cli::values;
@@ -82,6 +84,26 @@ pub struct Regions {
     /// as they come; with 'ears' the roundest first. Without the option 'earcut', and 'ears' with --method superface.
     #[arg(long, value_name = "NAME", value_enum, hide_possible_values = true)]
     pub triangulation: Option<Triangulation>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Regions")]
+pub struct RegionFiles {
+    /// Write polygons instead of triangles
+    ///
+    /// With methods that make regions: writes each region as one polygon, without the edges inside; its holes are joined to what
+    /// surrounds them by bridges, edges that it has both ways. A region that keeps its faces is a polygon a face. OBJ or PLY
+    /// only, and not together with --flips.
+    #[arg(long)]
+    pub polygons: bool,
+
+    /// Write the regions to a JSON file
+    ///
+    /// With methods that make regions: writes one JSON object with the region of every face of the input, null where it was
+    /// dropped; with --method vsa also the normal, point, area and energy of each region, in model units but for the energy, and
+    /// the energy after every pass. -w replaces the file as it does the output.
+    #[arg(long, value_name = "FILE")]
+    pub write_regions: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{Regions, Removal, Weights};
+use super::{RegionFiles, Regions, Removal, Weights};
 use crate::cli::values::{self, Weld};
 
 /// Reduce the faces of a mesh
@@ -38,6 +38,8 @@ pub struct Simplify {
     pub removal: Removal,
     #[command(flatten)]
     pub regions: Regions,
+    #[command(flatten)]
+    pub region_files: RegionFiles,
     #[command(flatten)]
     pub weights: Weights,
     #[command(flatten)]

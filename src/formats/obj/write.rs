@@ -4,13 +4,14 @@ use std::io::{self, Write};
 
 use rustc_hash::FxHashMap;
 
+use crate::formats::faces::Faces;
 use crate::formats::{attributes, output};
 use crate::math::Vec2;
 use crate::mesh::Mesh;
 
 /// Writes OBJ text. Alpha is dropped.
-pub(in crate::formats) fn write(mesh: &Mesh, out: &mut dyn Write) -> io::Result<()> {
-    writeln!(out, "# {} vertices, {} faces, written by coarsen", mesh.positions.len(), mesh.faces.len())?;
+pub(in crate::formats) fn write(mesh: &Mesh, faces: Faces<'_>, out: &mut dyn Write) -> io::Result<()> {
+    writeln!(out, "# {} vertices, {} faces, written by coarsen", mesh.positions.len(), faces.len())?;
     output::rows(out, mesh.positions.len(), |vertex, buffer| {
         buffer.push(b'v');
         output::push_floats(buffer, &mesh.positions[vertex].to_array());
@@ -20,7 +21,7 @@ pub(in crate::formats) fn write(mesh: &Mesh, out: &mut dyn Write) -> io::Result<
         }
         buffer.push(b'\n');
     })?;
-    let texture = mesh.texcoords.as_deref().map(Texture::of);
+    let texture = faces.texcoords(mesh).map(Texture::of);
     if let Some(texture) = &texture {
         output::rows(out, texture.coordinates.len(), |at, buffer| {
             buffer.extend_from_slice(b"vt");
@@ -35,9 +36,9 @@ pub(in crate::formats) fn write(mesh: &Mesh, out: &mut dyn Write) -> io::Result<
             buffer.push(b'\n');
         })?;
     }
-    output::rows(out, mesh.faces.len(), |face, buffer| {
+    output::rows(out, faces.len(), |face, buffer| {
         buffer.push(b'f');
-        for (i, corner) in mesh.faces[face].into_iter().enumerate() {
+        for (i, corner) in faces.corners(face).iter().enumerate() {
             buffer.push(b' ');
             output::push_integer(buffer, corner + 1);
             if let Some(texture) = &texture {

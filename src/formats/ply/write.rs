@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use crate::formats::faces::Faces;
 use crate::formats::{WriteOptions, attributes, output};
 use crate::mesh::Mesh;
 
@@ -14,14 +15,16 @@ type Property<'a> = (&'a str, &'a [f32]);
 /// Writes binary PLY, or text with [`WriteOptions::ascii`].
 pub(in crate::formats) fn write(
     mesh: &Mesh,
+    faces: Faces<'_>,
     options: &WriteOptions,
     property: Option<Property<'_>>,
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    let form = Form::of(mesh);
-    out.write_all(header(mesh, options, form, property).as_bytes())?;
+    let form = Form::of(mesh, faces);
+    out.write_all(header(mesh, faces, options, form, property).as_bytes())?;
     let values = property.map_or(&[][..], |(_, values)| values);
-    if options.ascii { write_text(mesh, form, values, out) } else { write_binary(mesh, form, values, out) }
+    let write = if options.ascii { write_text } else { write_binary };
+    write(mesh, faces, form, values, out)
 }
 
 /// What the rows hold.
@@ -32,10 +35,12 @@ struct Form {
     /// Channels of vertices and of faces: none, or with alpha where one is not opaque.
     channels: usize,
     face_channels: usize,
+    /// Whether a face may have more corners than a byte can count.
+    counts_int: bool,
 }
 
 impl Form {
-    fn of(mesh: &Mesh) -> Self {
+    fn of(mesh: &Mesh, faces: Faces<'_>) -> Self {
         let channels = |colors: &Option<Vec<[f32; 4]>>| match colors {
             None => 0,
             Some(colors) if colors.iter().any(|color| attributes::to_byte(color[3]) != 255) => 4,
@@ -45,6 +50,7 @@ impl Form {
             double: needs_double(mesh),
             channels: channels(&mesh.colors),
             face_channels: channels(&mesh.face_colors),
+            counts_int: faces.most_corners() > u8::MAX.into(),
         }
     }
 }
@@ -57,7 +63,7 @@ fn needs_double(mesh: &Mesh) -> bool {
     })
 }
 
-fn header(mesh: &Mesh, options: &WriteOptions, form: Form, own: Option<Property<'_>>) -> String {
+fn header(mesh: &Mesh, faces: Faces<'_>, options: &WriteOptions, form: Form, own: Option<Property<'_>>) -> String {
     let encoding = if options.ascii { "ascii" } else { "binary_little_endian" };
     let mut header = format!("ply\nformat {encoding} 1.0\nelement vertex {}\n", mesh.positions.len());
     const CHANNELS: [&str; 4] = ["red", "green", "blue", "alpha"];
@@ -73,8 +79,9 @@ fn header(mesh: &Mesh, options: &WriteOptions, form: Form, own: Option<Property<
     if let Some((name, _)) = own {
         property("float", &[name]);
     }
-    header.push_str(&format!("element face {}\nproperty list uchar int vertex_indices\n", mesh.faces.len()));
-    if mesh.texcoords.is_some() {
+    let count = if form.counts_int { "int" } else { "uchar" };
+    header.push_str(&format!("element face {}\nproperty list {count} int vertex_indices\n", faces.len()));
+    if faces.texcoords(mesh).is_some() {
         header.push_str("property list uchar float texcoord\n");
     }
     header.push_str(&lines("uchar", &CHANNELS[..form.face_channels]));
@@ -82,7 +89,7 @@ fn header(mesh: &Mesh, options: &WriteOptions, form: Form, own: Option<Property<
     header
 }
 
-fn write_binary(mesh: &Mesh, form: Form, values: &[f32], out: &mut dyn Write) -> io::Result<()> {
+fn write_binary(mesh: &Mesh, faces: Faces<'_>, form: Form, values: &[f32], out: &mut dyn Write) -> io::Result<()> {
     output::rows(out, mesh.positions.len(), |vertex, buffer| {
         for coordinate in mesh.positions[vertex].to_array() {
             if form.double {
@@ -102,24 +109,27 @@ fn write_binary(mesh: &Mesh, form: Form, values: &[f32], out: &mut dyn Write) ->
             buffer.extend_from_slice(&value.to_le_bytes());
         }
     })?;
-    output::rows(out, mesh.faces.len(), |face, buffer| {
-        buffer.push(3);
-        for corner in mesh.faces[face] {
+    let texcoords = faces.texcoords(mesh);
+    output::rows(out, faces.len(), |face, buffer| {
+        let corners = faces.corners(face);
+        let count = (corners.len() as u32).to_le_bytes();
+        buffer.extend_from_slice(if form.counts_int { &count } else { &count[..1] });
+        for corner in corners {
             buffer.extend_from_slice(&corner.to_le_bytes());
         }
-        if let Some(texcoords) = &mesh.texcoords {
+        if let Some(texcoords) = texcoords {
             buffer.push(6);
             for number in texcoords[face].into_iter().flat_map(|uv| uv.to_array()) {
                 buffer.extend_from_slice(&number.to_le_bytes());
             }
         }
         if let Some(colors) = &mesh.face_colors {
-            buffer.extend_from_slice(&attributes::to_bytes(colors[face])[..form.face_channels]);
+            buffer.extend_from_slice(&attributes::to_bytes(colors[faces.triangle(face)])[..form.face_channels]);
         }
     })
 }
 
-fn write_text(mesh: &Mesh, form: Form, values: &[f32], out: &mut dyn Write) -> io::Result<()> {
+fn write_text(mesh: &Mesh, faces: Faces<'_>, form: Form, values: &[f32], out: &mut dyn Write) -> io::Result<()> {
     output::rows(out, mesh.positions.len(), |vertex, buffer| {
         let position = mesh.positions[vertex];
         output::push_float(buffer, position.x);
@@ -135,14 +145,15 @@ fn write_text(mesh: &Mesh, form: Form, values: &[f32], out: &mut dyn Write) -> i
         }
         buffer.push(b'\n');
     })?;
-    output::rows(out, mesh.faces.len(), |face, buffer| {
-        output::push_triangle(buffer, mesh.faces[face]);
-        if let Some(texcoords) = &mesh.texcoords {
+    let texcoords = faces.texcoords(mesh);
+    output::rows(out, faces.len(), |face, buffer| {
+        output::push_face(buffer, faces.corners(face));
+        if let Some(texcoords) = texcoords {
             buffer.extend_from_slice(b" 6");
             texcoords[face].iter().for_each(|uv| output::push_floats(buffer, &uv.to_array()));
         }
         if let Some(colors) = &mesh.face_colors {
-            output::push_channels(buffer, &attributes::to_bytes(colors[face])[..form.face_channels]);
+            output::push_channels(buffer, &attributes::to_bytes(colors[faces.triangle(face)])[..form.face_channels]);
         }
         buffer.push(b'\n');
     })

@@ -45,6 +45,11 @@ impl Flat {
         self.triangles.iter().map(move |triangle| triangle.map(vertex))
     }
 
+    /// Whether a triangle has a vertex that was put back.
+    pub fn has_vertices_inside(&self) -> bool {
+        self.triangles.iter().flatten().any(|&i| i as usize >= self.outline.vertices.len())
+    }
+
     /// Puts vertices from inside the region back whose light is lost.
     pub fn put_back(&mut self, surface: &Surface, inner: Vec<u32>, plane: &Plane, light: Light<'_>) {
         let Outline { points, vertices, .. } = &self.outline;

@@ -76,6 +76,8 @@ pub struct Rebuilt {
     pub faces: Vec<[u32; 3]>,
     /// R + 1 starts into `faces`.
     pub region_starts: Vec<u32>,
+    /// For every region whether its faces are triangles of one polygon.
+    pub is_whole: Vec<bool>,
     /// Regions that keep their faces for they cannot be drawn.
     pub undrawn: Vec<u32>,
     /// Regions filled in space.
@@ -89,6 +91,7 @@ impl Rebuilt {
         Self {
             faces: faces.iter().map(|&f| surface.faces[f as usize]).collect(),
             region_starts,
+            is_whole: vec![false; partition.region_count],
             undrawn: Vec::new(),
             spatial: 0,
         }
@@ -292,7 +295,13 @@ impl<'a> Work<'a> {
     }
 
     fn finish(self) -> Rebuilt {
-        let mut rebuilt = Rebuilt { faces: Vec::new(), region_starts: vec![0], undrawn: Vec::new(), spatial: 0 };
+        let mut rebuilt = Rebuilt {
+            faces: Vec::new(),
+            region_starts: vec![0],
+            is_whole: Vec::with_capacity(self.fillings.len()),
+            undrawn: Vec::new(),
+            spatial: 0,
+        };
         for (region, filling) in (0..).zip(&self.fillings) {
             match filling {
                 Filling::Flat(flat) => rebuilt.faces.extend(flat.vertices()),
@@ -308,6 +317,11 @@ impl<'a> Work<'a> {
                 }
             }
             rebuilt.region_starts.push(rebuilt.faces.len() as u32);
+            rebuilt.is_whole.push(match filling {
+                Filling::Flat(flat) => !flat.has_vertices_inside(),
+                Filling::Spatial(_) | Filling::Least => true,
+                Filling::Open | Filling::Own => false,
+            });
         }
         rebuilt
     }

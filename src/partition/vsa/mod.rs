@@ -138,6 +138,15 @@ pub struct Proxy {
     pub energy: f64,
 }
 
+impl Proxy {
+    /// The proxy in model units; energies stay as they are.
+    pub(super) fn in_model(self, surface: &super::Surface) -> Self {
+        let frame = surface.frame;
+        let side = frame.length_to_model(self.area.sqrt());
+        Self { point: frame.point_to_model(self.point), area: side * side, ..self }
+    }
+}
+
 /// Faces by region, and how it came about.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Vsa {
