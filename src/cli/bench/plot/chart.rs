@@ -1,7 +1,10 @@
 //! Lines over powers of ten.
 
+use std::ops::Range;
+
 use plotters::backend::DrawingBackend;
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 
 use super::{FAINT, FONT, INK};
@@ -13,9 +16,11 @@ pub struct Line {
     pub points: Vec<(f64, f64)>,
 }
 
-/// A chart, both of its axes by powers of ten.
-pub struct Chart<'a> {
+/// A chart, the axis along its bottom by powers of ten.
+pub struct Chart<'a, Y> {
     pub caption: String,
+    /// The axis up the side.
+    pub y: Y,
     /// How numbers along the bottom and up the side are written.
     pub x_text: &'a dyn Fn(f64) -> String,
     pub y_text: &'a dyn Fn(f64) -> String,
@@ -23,28 +28,33 @@ pub struct Chart<'a> {
     pub names: SeriesLabelPosition,
 }
 
-impl Chart<'_> {
+/// From the least to the greatest of `values`, and so many times more on either side.
+pub fn around(values: impl Iterator<Item = f64>, room: f64) -> Range<f64> {
+    let (least, most) = values.fold((f64::MAX, f64::MIN), |(least, most), x| (least.min(x), most.max(x)));
+    least / room..most * room
+}
+
+impl<Y: AsRangedCoord<Value = f64>> Chart<'_, Y>
+where
+    Y::CoordDescType: ValueFormatter<f64>,
+{
     /// Draws lines in their colors; nothing of none.
     pub fn draw<B: DrawingBackend>(
         self,
         area: &DrawingArea<B, Shift>,
         lines: &[(Line, RGBColor)],
     ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
-        let points: Vec<(f64, f64)> = lines.iter().flat_map(|(line, _)| line.points.iter().copied()).collect();
-        if points.is_empty() {
+        let mut xs = lines.iter().flat_map(|(line, _)| line.points.iter().map(|point| point.0)).peekable();
+        if xs.peek().is_none() {
             return Ok(());
         }
-        let around = |values: &mut dyn Iterator<Item = f64>, room: f64| {
-            let (least, most) = values.fold((f64::MAX, f64::MIN), |(least, most), x| (least.min(x), most.max(x)));
-            least / room..most * room
-        };
-        let (x, y) = (around(&mut points.iter().map(|p| p.0), 1.15), around(&mut points.iter().map(|p| p.1), 1.5));
+        let x = around(xs, 1.15).log_scale();
         let mut chart = ChartBuilder::on(area)
             .caption(self.caption, (FONT, 17).into_font().color(&INK))
             .margin(16)
             .x_label_area_size(34)
             .y_label_area_size(64)
-            .build_cartesian_2d(x.log_scale(), y.log_scale())?;
+            .build_cartesian_2d(x, self.y)?;
         let text = (FONT, 14).into_font().color(&INK);
         chart
             .configure_mesh()

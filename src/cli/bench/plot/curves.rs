@@ -21,8 +21,10 @@ pub fn draw(lines: &[Vec<Line>; 2]) -> Result<String, Box<dyn std::error::Error>
             "superfaces: faces kept over δ, the color along borders",
         ];
         for ((part, lines), caption) in area.split_evenly((2, 1)).iter().zip(lines).zip(captions) {
+            let most = lines.iter().flat_map(|line| &line.points).map(|point| point.1).fold(0.0, f64::max);
             let chart = Chart {
                 caption: caption.into(),
+                y: 0.0..1.1 * most,
                 x_text: &three_digits,
                 y_text: &|share| percent((share * 1e3).round() / 1e3),
                 names: SeriesLabelPosition::UpperRight,

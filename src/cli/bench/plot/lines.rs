@@ -6,7 +6,7 @@ use plotters::prelude::*;
 
 use super::super::numbers::{millis, short};
 use super::super::record::{Growth, Record};
-use super::chart::{Chart, Line};
+use super::chart::{Chart, Line, around};
 use super::{FONT, INK, color, title};
 
 const WIDTH: u32 = 860;
@@ -41,17 +41,18 @@ fn lines<B: DrawingBackend>(
     job: usize,
 ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
     let target = record.cases.first().map_or_else(String::new, |case| case.jobs[job].to_string());
-    let chart = Chart {
-        caption: format!("to {target}: milliseconds over faces"),
-        x_text: &|faces| short(faces.round() as usize),
-        y_text: &millis,
-        names: SeriesLabelPosition::UpperLeft,
-    };
     let line = |growth: &Growth| {
         let power = growth.exponent.map_or_else(String::new, |power| format!(" (power {power:.2})"));
         let label = format!("{}{power}", growth.device);
         (Line { label, points: record.times(&growth.device, job).collect() }, color(record, &growth.device))
     };
     let lines: Vec<_> = record.growth.iter().filter(|growth| growth.job == job).map(line).collect();
+    let chart = Chart {
+        caption: format!("to {target}: milliseconds over faces"),
+        y: around(lines.iter().flat_map(|(line, _)| line.points.iter().map(|point| point.1)), 1.5).log_scale(),
+        x_text: &|faces| short(faces.round() as usize),
+        y_text: &millis,
+        names: SeriesLabelPosition::UpperLeft,
+    };
     chart.draw(area, &lines)
 }
