@@ -1,4 +1,5 @@
 //! Superfaces of rooms with light: what every result keeps, how faces fall with the tolerances, and the same bytes everywhere.
+#![expect(clippy::print_stdout, reason = "tests print what a reader of a failure needs")]
 
 mod support;
 
