@@ -221,7 +221,8 @@ pub struct Outcome {
     /// distance of the new vertex to the planes of the input it stands for. With the `volume` metric, where a vertex may
     /// slide along the surface away from planes it once stood for, at most the sum of its steps off the surface. Of
     /// clustering the same of a representative and the faces that touch its cell. An estimate, not a bound. Of vertex
-    /// removal no less than the distance of any vertex of the input to the result. Flips that follow do not change it.
+    /// removal no less than the distance of any vertex of the input to the result. Of partition the greatest distance of a
+    /// vertex from its region's plane, or of one on a border from the segment in its place. Flips that follow do not change it.
     pub error_estimate: f64,
     /// Of clustering the side of a cell in model units; the diagonal, √3 times as long, bounds how far a vertex of the
     /// input is from its representative.

@@ -71,7 +71,7 @@ mod tests {
 
     #[test]
     fn what_is_no_polygon_of_a_mesh_is_told() {
-        let mesh = cube();
+        let mesh = cube(1);
         let quads = |edit: fn(&mut Polygons)| {
             let mut polygons = Polygons { starts: (0..=6).map(|i| 4 * i).collect(), corners: vec![0; 24] };
             edit(&mut polygons);
@@ -85,7 +85,7 @@ mod tests {
             (|p| p.starts[3] = 60, "polygon 3 has fewer"),
             (|p| p.starts[6] = 23, "for 24 corners"),
             (|p| p.corners.push(0), "for 25 corners"),
-            (|p| drop(p.starts.remove(3)), "13 faces for a mesh of 12"),
+            (|p| _ = p.starts.remove(3), "13 faces for a mesh of 12"),
             (|p| *p = Polygons::default(), "0 faces"),
         ] {
             let error = quads(edit).expect_err(part);

@@ -3,7 +3,7 @@
 //! The patent has no results. It says that finding quadrics is a fifth or more of the time, took 10.6 s for 199,114 faces
 //! by others, and far less on a GPU.
 
-use super::{Trial, geometric_mean, trials};
+use super::{Trial, geometric_mean, median, trials};
 use crate::backend::Device;
 use crate::contract::{Options, Placement, QuadricFormat, QuadricFrame, Quadrics, initial_quadrics};
 use crate::error::Result;
@@ -97,15 +97,10 @@ pub fn initializations(mesh: &Mesh, repeats: usize, device: &Device) -> Result<V
             turns.push(Initialization { format, secs, total_secs });
         }
     }
-    let median = |turns: &[Initialization], of: fn(&Initialization) -> f64| {
-        let mut values: Vec<f64> = turns.iter().map(of).collect();
-        values.sort_by(f64::total_cmp);
-        values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
-    };
     let medians = |(format, turns): (QuadricFormat, &Vec<Initialization>)| Initialization {
         format,
-        secs: median(turns, |turn| turn.secs),
-        total_secs: median(turns, |turn| turn.total_secs),
+        secs: median(turns.iter().map(|turn| turn.secs)),
+        total_secs: median(turns.iter().map(|turn| turn.total_secs)),
     };
     Ok(QuadricFormat::ALL.into_iter().zip(&turns).map(medians).collect())
 }

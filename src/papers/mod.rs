@@ -2,6 +2,8 @@
 
 pub mod average;
 pub mod features;
+pub mod light;
+pub mod regions;
 pub mod survey;
 
 use crate::backend::Device;
@@ -90,6 +92,13 @@ pub fn trials(
     Ok(trials)
 }
 
+/// The middle of `values`, the greater of two that are beside it; NaN of none.
+fn median(values: impl IntoIterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.into_iter().collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
 /// The geometric mean of positive ratios; 1 of none.
 pub fn geometric_mean(ratios: impl IntoIterator<Item = f64>) -> f64 {
     let (sum, count) = ratios.into_iter().fold((0.0, 0.0), |(sum, count), ratio| (sum + ratio.ln(), count + 1.0));
@@ -109,6 +118,12 @@ mod tests {
         assert_eq!((trial.faces, trial.stop), (320, StopReason::FacesReached));
         assert!((0.0..0.05).contains(&trial.deviation.symmetric().max) && trial.rounds > 0);
         assert!(trial.start_secs() > 0.0 && trial.rounds_secs() > 0.0);
+    }
+
+    #[test]
+    fn medians() {
+        assert!(median([]).is_nan());
+        assert_eq!([median([3.0, 1.0, 2.0]), median([4.0, 1.0])], [2.0, 4.0]);
     }
 
     #[test]

@@ -79,6 +79,7 @@ pub fn run(
         let count = rebuilt.undrawn.len();
         warnings.push(format!("{count} regions, or parts of them, cannot be drawn anew and keep their faces"));
     }
+    let error_estimate = surface.frame.length_to_model(rebuilt.deviation);
     let Restored { mesh, vertex_origin, mut regions } =
         restore(mesh, &surface, &parts, rebuilt, found.colors.as_deref());
     regions.proxies = found.proxies;
@@ -94,7 +95,7 @@ pub fn run(
         target: 0,
         stop: if cancelled { StopReason::Cancelled } else { StopReason::RegionsRebuilt },
         blocked: Blocked::default(),
-        error_estimate: 0.0,
+        error_estimate,
         flips: 0,
         cell_size: None,
         quadrics: None,

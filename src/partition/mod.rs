@@ -78,7 +78,7 @@ impl Superfaces {
             ("distance of borders", self.border_distance),
             ("color inside regions", self.inner_color.unwrap_or(1.0)),
         ];
-        match tolerances.into_iter().find(|&(_, tolerance)| !(tolerance > 0.0)) {
+        match tolerances.into_iter().find(|&(_, tolerance)| tolerance.is_nan() || tolerance <= 0.0) {
             Some((of, tolerance)) => Err(Error::Parameter(format!("the {of} may be off by {tolerance}, not above 0"))),
             None => Ok(()),
         }

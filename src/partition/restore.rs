@@ -52,7 +52,7 @@ pub fn restore(
     rebuilt: Rebuilt,
     lights: Option<&[[f32; 4]]>,
 ) -> Restored {
-    let Rebuilt { faces, region_starts, is_whole, undrawn, spatial } = rebuilt;
+    let Rebuilt { faces, region_starts, is_whole, undrawn, spatial, .. } = rebuilt;
     let whole = |part: u32| parts.whole[part as usize];
     let mut used = vec![false; surface.points.len()];
     faces.iter().flatten().for_each(|&v| used[v as usize] = true);
@@ -101,27 +101,38 @@ pub fn restore(
 
 /// The mean color of every part's faces, by area: theirs, where they have one.
 fn means(surface: &Surface, Parts { partition, .. }: &Parts, colors: &[[f32; 4]]) -> Vec<[f32; 4]> {
-    let mut sums = vec![([0.0; 4], 0.0); partition.region_count];
-    let mut only: Vec<Option<Option<[f32; 4]>>> = vec![None; partition.region_count];
+    let mut sums = vec![Mixed::default(); partition.region_count];
     for (face, &label) in (0..).zip(&partition.labels) {
-        let color = colors[surface.input_face(face) as usize];
         let [a, b, c] = surface.faces[face as usize].map(|v| surface.points[v as usize]);
-        let area = (b - a).cross(c - a).length();
-        let (sum, areas) = &mut sums[label as usize];
-        (0..4).for_each(|k| sum[k] += f64::from(color[k]) * area);
-        *areas += area;
-        let seen = &mut only[label as usize];
-        *seen = Some(match *seen {
-            None => Some(color),
-            Some(other) => other.filter(|&other| other == color),
-        });
+        sums[label as usize].add(colors[surface.input_face(face) as usize], (b - a).cross(c - a).length());
     }
-    let mean = |((sum, area), only): (([f64; 4], f64), Option<Option<[f32; 4]>>)| match only.flatten() {
-        Some(color) => color,
-        None if area > 0.0 => sum.map(|sum| (sum / area) as f32),
-        None => [0.0, 0.0, 0.0, 1.0],
-    };
-    sums.into_iter().zip(only).map(mean).collect()
+    sums.into_iter().map(Mixed::color).collect()
+}
+
+/// Colors mixed by area.
+#[derive(Debug, Clone, Copy, Default)]
+struct Mixed {
+    first: Option<[f32; 4]>,
+    is_one: bool,
+    sum: [f64; 4],
+    area: f64,
+}
+
+impl Mixed {
+    fn add(&mut self, color: [f32; 4], area: f64) {
+        self.is_one = self.first.is_none_or(|first| self.is_one && first == color);
+        self.first.get_or_insert(color);
+        (0..4).for_each(|k| self.sum[k] += f64::from(color[k]) * area);
+        self.area += area;
+    }
+
+    /// The one color that there is, exactly, or the mean; the first where no face has an area.
+    fn color(self) -> [f32; 4] {
+        if self.is_one || self.area <= 0.0 {
+            return self.first.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+        }
+        self.sum.map(|sum| (sum / self.area) as f32)
+    }
 }
 
 /// For every region whether most of its faces were turned over.

@@ -14,7 +14,7 @@ fn names<'a>(list: &'a Value, key: &str) -> Vec<&'a str> {
 #[test]
 fn papers_have_their_tables() {
     let dir = Dir::new();
-    let ran = dir.run("bench --papers sample:part@2k --repeats 1 -j 2 -q").succeeds();
+    let ran = dir.run("bench --papers sample:part@2k sample:room@2k --repeats 1 -j 2 -q --plot curves.svg").succeeds();
     let text = String::from_utf8(ran.out).expect("text in UTF-8");
     assert!(ran.err.is_empty() && text.starts_with("# The papers' tables by coarsen "), "{text}");
     let lines_of = |title: &str| -> Vec<&str> {
@@ -23,11 +23,31 @@ fn papers_have_their_tables() {
     };
     // Heads, rules, and a row for each share and quadric, each method, each format, the mesh and each timed format.
     assert_eq!(["Wu12", "Yang13", "Yu14"].map(|title| lines_of(title).len()), [2 + 9, 2 + 10, 2 + 8 + 2 + 1 + 2 + 6]);
+    // A row for each solver; for each pair, each pair and rival, each step of either curve and its rise.
+    assert_eq!(["Jin09", "Liu99"].map(|title| lines_of(title).len()), [2 + 4, 2 + 4 + 2 + 8 + 2 * (2 + 10 + 1)]);
     // The sample is no cow: nothing of the paper's is beside it.
     assert!(lines_of("Wu12")[2..].iter().all(|row| row.starts_with("| sample:part@2k |") && row.contains(" | -")));
     assert!(lines_of("Yu14").iter().any(|row| row.starts_with("| local16 ") && row.contains(" 12 ")));
+    assert!(lines_of("Jin09")[2..].iter().all(|row| row.starts_with("| sample:part@2k |") && row.contains(" 100 ")));
+    // What has light is judged by it, and by nothing else.
+    assert!(
+        lines_of("Liu99")[2..14].iter().all(|row| !row.contains("part@2k"))
+            && !lines_of("Wu12").join("").contains("room")
+    );
+    let picture = fs::read_to_string(dir.path("curves.svg")).expect("a picture");
+    assert!(picture.starts_with("<svg") && picture.matches("sample:room@2k").count() == 2, "{picture}");
     let wrong = dir.run("bench --papers sample:part@2k --ratio 5%");
     assert!(wrong.err.contains("--papers"), "{}", wrong.err);
+}
+
+#[test]
+fn papers_draw_only_what_has_light() {
+    let dir = Dir::new();
+    let wrong = dir.run("bench --papers sample:part@2k --plot curves.svg -q");
+    assert!(wrong.code == Some(2) && wrong.err.contains("sample:room"), "{}", wrong.err);
+    let ran = dir.run("bench --papers sample:part@1k --repeats 1 -j 2 -q").succeeds();
+    let text = String::from_utf8(ran.out).expect("text in UTF-8");
+    assert!(text.ends_with("sample:room and sample:office have.\n"), "{text}");
 }
 
 #[test]

@@ -60,9 +60,10 @@ pub struct Job {
     /// The papers' tables instead
     ///
     /// Prints what this program makes of the tables and claims of the papers behind it, beside their own figures where they
-    /// print any: quadric pair contraction, visual features, average quadrics. On the CPU, with as many threads as -j names;
-    /// by default with every built-in sample at 20,000 faces, which takes minutes.
-    #[arg(long, conflicts_with_all = ["scale", "ratio", "faces", "samples", "device", "plot", "json"])]
+    /// print any: quadric pair contraction, visual features, average quadrics, regions by variational shape approximation,
+    /// and superfaces for meshes with colors, such as sample:room. On the CPU, with as many threads as -j names; by default
+    /// with every built-in sample at 20,000 faces, which takes minutes.
+    #[arg(long, conflicts_with_all = ["scale", "ratio", "faces", "samples", "device", "json"])]
     pub papers: bool,
 
     /// Times that each job is done
@@ -107,7 +108,8 @@ pub struct Contenders {
 pub struct Writing {
     /// Draw the times: an SVG file
     ///
-    /// Draws the times as an SVG picture: bars by device, or with --scale lines over the size.
+    /// Draws the times as an SVG picture: bars by device, or with --scale lines over the size. With --papers the faces of
+    /// superfaces over either tolerance.
     #[arg(long, value_name = "SVG")]
     pub plot: Option<PathBuf>,
 
@@ -136,4 +138,5 @@ Examples:
   coarsen bench sample:statue@1M --device cpu,software,baseline
   coarsen bench sample:part --ratio 5% --repeats 9 --json
   coarsen bench --scale statue --sizes 100k,1M --plot growth.svg -w
-  coarsen bench --papers sample:statue sample:part@20k";
+  coarsen bench --papers sample:statue sample:part@20k
+  coarsen bench --papers sample:room sample:office --plot curves.svg -w";

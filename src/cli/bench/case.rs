@@ -8,7 +8,7 @@ use coarsen::{Error, Mesh};
 use crate::cli::failure::at;
 use crate::cli::source::Source;
 
-/// A mesh to simplify: geometry only, since meshoptimizer's functions carry no more.
+/// A mesh to simplify.
 pub struct Case {
     /// As the command line names it.
     pub name: String,
@@ -24,15 +24,32 @@ pub struct Single {
 }
 
 impl Case {
-    /// Reads or makes it, and drops what lies at the vertices beside positions.
+    /// Reads or makes it: geometry only, since meshoptimizer's functions carry no more.
     ///
     /// # Errors
     /// As [`Source::read`], and a mesh that is invalid or has no faces.
     pub fn read(source: &Source) -> anyhow::Result<Self> {
+        Self::read_with(source, |Mesh { positions, faces, .. }| Mesh::new(positions, faces))
+    }
+
+    /// As [`Case::read`], with colors.
+    ///
+    /// # Errors
+    /// As [`Case::read`].
+    pub fn read_lit(source: &Source) -> anyhow::Result<Self> {
+        let lit = |Mesh { positions, faces, colors, face_colors, .. }| Mesh {
+            colors,
+            face_colors,
+            ..Mesh::new(positions, faces)
+        };
+        Self::read_with(source, lit)
+    }
+
+    fn read_with(source: &Source, keep: impl Fn(Mesh) -> Mesh) -> anyhow::Result<Self> {
         let clock = Instant::now();
-        let Mesh { positions, faces, .. } = source.read()?;
+        let mesh = source.read()?;
         let read_secs = clock.elapsed().as_secs_f64();
-        let (name, mesh) = (source.to_string(), Mesh::new(positions, faces));
+        let (name, mesh) = (source.to_string(), keep(mesh));
         // The rivals trust their input.
         mesh.check().map_err(|error| at(name.as_ref(), error))?;
         if mesh.faces.is_empty() {

@@ -174,7 +174,8 @@ pub fn cores() -> usize {
     thread::available_parallelism().map_or(1, usize::from)
 }
 
-fn check_picture(path: &Path, overwrite: bool, problems: &mut Problems) {
+/// Notes what keeps a picture from being written.
+pub fn check_picture(path: &Path, overwrite: bool, problems: &mut Problems) {
     if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("svg")) {
         problems.add(format!("'{}' is no SVG: give the picture a name that ends in .svg", path.display()));
     }

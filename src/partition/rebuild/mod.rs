@@ -80,6 +80,8 @@ pub struct Rebuilt {
     pub is_whole: Vec<bool>,
     /// Regions that keep their faces for they cannot be drawn.
     pub undrawn: Vec<u32>,
+    /// The greatest distance of a vertex that went from the plane or the segment in its place, in the frame.
+    pub deviation: f64,
     /// Regions filled in space.
     pub spatial: usize,
 }
@@ -93,6 +95,7 @@ impl Rebuilt {
             region_starts,
             is_whole: vec![false; partition.region_count],
             undrawn: Vec::new(),
+            deviation: 0.0,
             spatial: 0,
         }
     }
@@ -110,7 +113,7 @@ pub fn rebuild(
     loop {
         work.draw(chains);
         if work.open.is_empty() && !work.settle_conflicts(chains) {
-            return work.finish();
+            return work.finish(chains);
         }
     }
 }
@@ -294,8 +297,33 @@ impl<'a> Work<'a> {
         self.open.extend(open);
     }
 
-    fn finish(self) -> Rebuilt {
+    /// The greatest distance of a vertex from the plane of its region, where that is drawn anew, or of a chain's vertex from
+    /// the segment that takes its place.
+    fn deviation(&self, chains: &Chains<'_>) -> f64 {
+        let off = |(region, filling): (usize, &Filling)| {
+            let faces = match filling {
+                Filling::Flat(_) | Filling::Spatial(_) => self.faces_of(region as u32),
+                Filling::Open | Filling::Own | Filling::Least => &[],
+            };
+            let Some(plane) = Plane::of(self.surface, faces) else { return 0.0 };
+            let corners = faces.iter().flat_map(|&f| self.surface.faces[f as usize]);
+            corners.map(|v| plane.height(self.surface.points[v as usize]).abs()).fold(0.0, f64::max)
+        };
+        let along = |chain: usize| {
+            chains
+                .segments(chain)
+                .filter_map(|segment| chains.farthest(segment))
+                .map(|(_, off)| off)
+                .fold(0.0, f64::max)
+        };
+        let regions = self.fillings.par_iter().enumerate().with_min_len(ROWS).map(off).reduce(|| 0.0, f64::max);
+        let all = (0..self.boundary.chain_count()).into_par_iter().with_min_len(ROWS);
+        all.filter(|&chain| !chains.is_whole(chain)).map(along).reduce(|| regions, f64::max)
+    }
+
+    fn finish(self, chains: &Chains<'_>) -> Rebuilt {
         let mut rebuilt = Rebuilt {
+            deviation: self.deviation(chains),
             faces: Vec::new(),
             region_starts: vec![0],
             is_whole: Vec::with_capacity(self.fillings.len()),

@@ -119,11 +119,13 @@ impl Default for Options {
 /// Faces by their light.
 #[derive(Debug, Clone)]
 pub struct Superfaces {
+    /// The regions.
     pub partition: Partition,
     /// The plane that each lies in; none for faces without an area.
     pub planes: Vec<Option<Plane>>,
     /// The mean light of each, by area: red, green and blue.
     pub lights: Vec<DVec3>,
+    /// What a person should know.
     pub warnings: Vec<String>,
 }
 

@@ -1,12 +1,15 @@
-//! The record as a picture: bars by device, or lines over the size.
+//! The record as a picture: bars by device, or lines over the size; and curves of the papers.
 
 mod bars;
+mod chart;
+mod curves;
 mod lines;
 
 use anyhow::anyhow;
 use plotters::prelude::*;
 
 use super::record::Record;
+pub use chart::Line;
 
 /// Colors that stay apart for every kind of sight [OI08], one a device, again from the first when they run out.
 const COLORS: [RGBColor; 8] = [
@@ -31,6 +34,14 @@ const FONT: &str = "sans-serif";
 pub fn svg(record: &Record) -> anyhow::Result<String> {
     let drawn = if record.scales { lines::draw(record) } else { bars::draw(record) };
     drawn.map_err(|error| anyhow!("cannot draw: {error}"))
+}
+
+/// Faces of superfaces over either tolerance, as SVG text.
+///
+/// # Errors
+/// As [`svg`].
+pub fn curves(lines: &[Vec<Line>; 2]) -> anyhow::Result<String> {
+    curves::draw(lines).map_err(|error| anyhow!("cannot draw: {error}"))
 }
 
 /// The color of a device: by its place among all, so that it is the same in every part.

@@ -1,21 +1,25 @@
 //! `coarsen bench --papers`: the papers' tables, with what is measured beside what they print.
 
+mod light;
+mod regions;
+
 use std::path::Path;
 
-use coarsen::metrics;
+use coarsen::metrics::{self, Deviation};
 use coarsen::papers::{Trial, average, features, survey};
-use coarsen::{Device, Mesh};
+use coarsen::{Device, Mesh, formats};
 
 use super::case::Case;
 use super::machine::Machine;
 use super::numbers::{grouped, millis, percent, relative, three_digits};
-use super::plan;
 use super::table::Table;
 use super::ticker::Ticker;
+use super::{plan, plot};
 use crate::cli::console::{self, Verbosity};
+use crate::cli::failure::refuse;
 use crate::cli::resolve::Problems;
 use crate::cli::source::Source;
-use crate::cli::{Exit, args};
+use crate::cli::{Exit, args, interrupt};
 
 /// Faces of the samples when no mesh is named: few enough for minutes on two cores.
 const SAMPLE_FACES: usize = 20_000;
@@ -24,7 +28,10 @@ const TIMED_SAMPLE: &str = "sample:statue@200k";
 
 /// What the tables are of.
 struct Tables<'a> {
+    /// Judged by their shape.
     cases: &'a [Case],
+    /// With light, judged by that.
+    scenes: &'a [Case],
     device: Device,
     repeats: usize,
     verbosity: Verbosity,
@@ -37,22 +44,41 @@ struct Tables<'a> {
 pub fn run(args: &args::Bench) -> anyhow::Result<Exit> {
     let mut problems = Problems::default();
     let sources = plan::sources(args, SAMPLE_FACES, &mut problems);
+    if let Some(path) = &args.writing.plot {
+        plan::check_picture(path, args.writing.overwrite, &mut problems);
+    }
     if !problems.is_empty() {
         return Err(problems.into_error());
     }
     let threads = args.contenders.threads.iter().copied().max().unwrap_or(0);
     let verbosity = if args.writing.quiet { Verbosity::Quiet } else { Verbosity::Normal };
-    let cases = sources.iter().map(Case::read).collect::<anyhow::Result<Vec<_>>>()?;
+    let all = sources.iter().map(Case::read_lit).collect::<anyhow::Result<Vec<_>>>()?;
+    let is_lit = |case: &Case| case.mesh.colors.is_some() || case.mesh.face_colors.is_some();
+    let (scenes, cases): (Vec<Case>, Vec<Case>) = all.into_iter().partition(is_lit);
+    if scenes.is_empty() && args.writing.plot.is_some() {
+        let message = "--papers draws the curves of meshes with light, and there is none: name sample:room";
+        return Err(refuse(Exit::Usage, message));
+    }
     let device = Device::cpu(threads.into())?;
-    let tables = Tables { cases: &cases, device, repeats: args.job.repeats.into(), verbosity };
-    let parts = [tables.heading(), tables.survey()?, tables.features()?, tables.formats()?, tables.initialization()?];
+    let tables = Tables { cases: &cases, scenes: &scenes, device, repeats: args.job.repeats.into(), verbosity };
+    let mut parts = vec![tables.heading()];
+    if !cases.is_empty() {
+        parts.extend([tables.survey()?, tables.features()?, tables.formats()?, tables.initialization()?]);
+        parts.push(tables.regions()?);
+    }
+    let curves = tables.curves()?;
+    if let Some(path) = &args.writing.plot {
+        let picture = plot::curves(&light::lines(&curves))?;
+        interrupt::shielded(|| formats::write_file(path, picture.as_bytes()))?;
+    }
+    parts.push(tables.light(&curves)?);
     console::print((parts.concat().trim_end().to_string() + "\n").as_bytes())?;
     Ok(Exit::Done)
 }
 
 /// A deviation in percent of the diagonal.
-fn of_diagonal(length: f64, trial: &Trial) -> String {
-    few_digits(100.0 * relative(length, trial.deviation.diagonal))
+fn of_diagonal(length: f64, deviation: &Deviation) -> String {
+    few_digits(100.0 * relative(length, deviation.diagonal))
 }
 
 /// Three digits that count, down to four after the point.
@@ -68,7 +94,8 @@ fn short_name(case: &Case) -> String {
 
 /// The symmetric greatest and the forward mean deviation.
 fn deviations(trial: &Trial) -> [String; 2] {
-    [trial.deviation.symmetric().max, trial.deviation.forward.distance.mean].map(|length| of_diagonal(length, trial))
+    [trial.deviation.symmetric().max, trial.deviation.forward.distance.mean]
+        .map(|length| of_diagonal(length, &trial.deviation))
 }
 
 fn verdict(is_held: bool) -> String {
@@ -81,13 +108,14 @@ impl Tables<'_> {
         let names: Vec<String> = self
             .cases
             .iter()
+            .chain(self.scenes)
             .map(|case| format!("{} ({} faces)", short_name(case), grouped(case.mesh.faces.len())))
             .collect();
         format!(
             "# The papers' tables by coarsen {}\n\n{}, {} cores; {}; {}\n\nMeshes: {}.\n\n\
              Deviations are in percent of the diagonal, at vertices, along edges and at ten points a face: the greatest of \
              both sides, and the mean from the input to the result. Times are medians of {} runs, \
-             those of features of one.\n\n",
+             those of features of one. Meshes with colors stand among the superfaces only.\n\n",
             env!("CARGO_PKG_VERSION"),
             machine.cpu,
             machine.cores,

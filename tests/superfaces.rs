@@ -1,0 +1,156 @@
+//! Superfaces of rooms with light: what every result keeps, how faces fall with the tolerances, and the same bytes everywhere.
+#![expect(clippy::print_stdout, reason = "tests print what a reader of a failure needs")]
+
+mod support;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use coarsen::backend::GpuOptions;
+use coarsen::mesh::sample;
+use coarsen::metrics::{self, deviation};
+use coarsen::papers::light::{PAIRS, curves, superfaces};
+use coarsen::{Budget, Device, Mesh, Outcome, StopReason, simplify};
+use support::engine::{assert_kept, bytes, cpu, gpu};
+use support::independent::topology;
+
+/// Small enough for seconds, large enough for shadows with edges.
+const SCENES: [&str; 2] = ["room", "office"];
+const FACES: usize = 20_000;
+
+fn scene(name: &str, faces: usize) -> Mesh {
+    sample(name, Some(faces)).expect("a sample")
+}
+
+fn run_on(device: &Device, scene: &Mesh, pair: [f64; 2]) -> Outcome {
+    simplify(scene, &superfaces(pair), &Budget::default(), device, None).expect("a scene with light")
+}
+
+fn run(scene: &Mesh, pair: [f64; 2]) -> Outcome {
+    run_on(&cpu(2), scene, pair)
+}
+
+#[test]
+fn faces_fall_with_either_tolerance() {
+    for name in SCENES {
+        for (curve, over) in curves(&scene(name, FACES), &cpu(2)).expect("curves").into_iter().zip(["ε", "δ"]) {
+            println!("{name}, faces over {over}: {:?}, rise {:.4}", curve.faces, curve.rise());
+            assert!(curve.is_held(), "{name}: faces over {over} rise: {curve:?}");
+            let (first, last) = (curve.faces[0], curve.faces[curve.faces.len() - 1]);
+            assert!(4 * last < 3 * first, "{name}: faces over {over} hardly fall: {curve:?}");
+        }
+    }
+}
+
+/// Shadows stay where the paper's first pictures show them.
+#[test]
+fn colors_are_within_the_tolerance_on_average() {
+    for name in SCENES {
+        let scene = scene(name, FACES);
+        let color = |pair| {
+            let outcome = run(&scene, pair);
+            let measured = deviation(&scene, &outcome.mesh, &metrics::Options::default(), &cpu(2)).expect("a measure");
+            assert!(measured.symmetric().max < 1e-9 * measured.diagonal, "{name}: the walls stay where they are");
+            255.0 * measured.forward.colors.expect("colors").rgb.mean
+        };
+        let [tight, loose] = [PAIRS[0], PAIRS[1]].map(color);
+        println!("{name}: {tight:.3} of 255 at the first pair, {loose:.3} at the loosest");
+        assert!(tight <= PAIRS[0][1], "{name}: {tight}");
+        assert!(tight < loose, "{name}: {tight} and {loose}");
+    }
+}
+
+/// The result's vertices are the input's with their colors, the topology is kept, so that both sides of a border have the same
+/// vertices, and the area is that of the input.
+#[test]
+fn scenes_are_kept() {
+    for (name, pair) in SCENES.into_iter().flat_map(|name| PAIRS.map(|pair| (name, pair))) {
+        let (scene, name) = (scene(name, FACES), format!("{name} {pair:?}"));
+        let outcome = run(&scene, pair);
+        assert_kept(&name, &scene, &outcome);
+        assert_eq!((outcome.stop, topology(&outcome.mesh).border_loops), (StopReason::RegionsRebuilt, 0), "{name}");
+        let [before, after] = [&scene, &outcome.mesh].map(|mesh| mesh.colors.as_ref().expect("colors at vertices"));
+        for (v, &origin) in outcome.vertex_origin.iter().enumerate() {
+            let origin = origin as usize;
+            assert_eq!(outcome.mesh.positions[v], scene.positions[origin], "{name}: the place of {origin}");
+            assert_eq!(after[v].map(f32::to_bits), before[origin].map(f32::to_bits), "{name}: the color of {origin}");
+        }
+        let (is, was) = (outcome.mesh.area(), scene.area());
+        assert!((is / was - 1.0).abs() < 1e-9, "{name}: area {is} of {was}");
+    }
+}
+
+/// A region as its triangles: how many corners its outline has, along how many loops, and whether vertices lie inside.
+struct Outline {
+    corners: usize,
+    loops: usize,
+    has_inner: bool,
+    /// Whether the outline touches itself.
+    is_pinched: bool,
+}
+
+fn outline(faces: &[[u32; 3]]) -> Outline {
+    let sides: Vec<[u32; 2]> = faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
+    let inside: BTreeSet<[u32; 2]> = sides.iter().copied().collect();
+    let mut next = BTreeMap::new();
+    let mut corners = 0;
+    for [a, b] in sides.into_iter().filter(|&[a, b]| !inside.contains(&[b, a])) {
+        next.insert(a, b);
+        corners += 1;
+    }
+    let is_pinched = next.len() < corners;
+    let has_inner = faces.iter().flatten().any(|v| !next.contains_key(v));
+    let mut loops = 0;
+    while let Some((&start, _)) = next.first_key_value() {
+        let mut at = start;
+        while let Some(to) = next.remove(&at) {
+            at = to;
+        }
+        loops += 1;
+    }
+    Outline { corners, loops, has_inner, is_pinched }
+}
+
+/// k corners and h holes make k + 2h − 2 triangles.
+#[test]
+fn outlines_have_the_triangles_that_they_must() {
+    for name in SCENES {
+        let outcome = run(&scene(name, FACES), PAIRS[1]);
+        let regions = outcome.regions.as_ref().expect("regions");
+        let mut of_region = vec![Vec::new(); regions.count];
+        for (face, &label) in outcome.mesh.faces.iter().zip(&regions.face_labels) {
+            of_region[label as usize].push(*face);
+        }
+        let (mut plain, mut holed) = (0, 0);
+        for faces in &of_region {
+            let Outline { corners, loops, has_inner, is_pinched } = outline(faces);
+            if !has_inner && !is_pinched {
+                assert_eq!(faces.len(), corners + 2 * (loops - 1) - 2, "{name}: {faces:?}");
+                plain += 1;
+                holed += usize::from(loops > 1);
+            }
+        }
+        println!("{name}: {plain} of {} superfaces, {holed} of them with holes", regions.count);
+        assert!(plain > regions.count / 2 && holed > 0, "{name}: {plain} of {}, {holed}", regions.count);
+    }
+}
+
+#[test]
+fn bytes_are_the_same_everywhere() {
+    let on_gpu = gpu(&GpuOptions::default());
+    for (name, pair) in SCENES.into_iter().zip([PAIRS[0], PAIRS[3]]) {
+        let scene = scene(name, FACES);
+        let known = run_on(&cpu(1), &scene, pair);
+        for device in [cpu(2), cpu(3)].iter().chain(&on_gpu) {
+            let outcome = run_on(device, &scene, pair);
+            assert!(bytes(&outcome.mesh) == bytes(&known.mesh), "{name} by {}", device.description());
+            assert_eq!(outcome.regions, known.regions, "{name} by {}", device.description());
+        }
+    }
+}
+
+/// Another pair gives other bytes, so that comparing them can fail.
+#[test]
+fn tolerances_matter() {
+    let room = scene("room", 5000);
+    assert!(bytes(&run(&room, PAIRS[0]).mesh) != bytes(&run(&room, PAIRS[2]).mesh));
+}
