@@ -56,7 +56,7 @@ pub struct Uploaded {
 }
 
 impl Surface {
-    /// Prepares `mesh`; `weld` as [`Arranged::new`] takes it.
+    /// Prepares `mesh`; `weld` is how far apart joined vertices may be, in model units; `None` joins nothing.
     ///
     /// # Errors
     /// [`Error::Mesh`] for an invalid mesh or one that has no face left after welding.
