@@ -85,7 +85,7 @@ mod tests {
             (|p| p.starts[3] = 60, "polygon 3 has fewer"),
             (|p| p.starts[6] = 23, "for 24 corners"),
             (|p| p.corners.push(0), "for 25 corners"),
-            (|p| _ = p.starts.remove(3), "13 faces for a mesh of 12"),
+            (|p| _ = p.starts.remove(3), "14 faces for a mesh of 12"),
             (|p| *p = Polygons::default(), "0 faces"),
         ] {
             let error = quads(edit).expect_err(part);
