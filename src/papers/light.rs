@@ -119,7 +119,7 @@ impl Curve {
         let mut rise = 0.0_f64;
         for &faces in &self.faces {
             least = least.min(faces as f64);
-            rise = rise.max(faces as f64 / least - 1.0);
+            rise = rise.max((faces as f64 - least) / least);
         }
         rise
     }
