@@ -65,18 +65,7 @@ pub fn partition(surface: &Surface, angle_rad: f64, distance: f64, is_wall: impl
         *label = region_count;
         region_count += 1;
     }
-    // In the order of the faces, so that what is near in space is near in memory.
-    let mut renamed = vec![NONE; region_count as usize];
-    let mut next = 0;
-    for label in &mut growth.labels {
-        let name = &mut renamed[*label as usize];
-        if *name == NONE {
-            *name = next;
-            next += 1;
-        }
-        *label = *name;
-    }
-    Partition { labels: growth.labels, region_count: region_count as usize }
+    Partition::in_face_order(growth.labels, region_count as usize).0
 }
 
 struct Growth<'a> {
