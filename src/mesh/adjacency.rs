@@ -137,7 +137,7 @@ const MOST_BANDS: usize = 8;
 /// Items by key in compressed rows: offsets (one more than keys) and item indices, ascending within a key.
 ///
 /// Every thread owns a band of keys and passes over all items, so that the order needs neither atomics nor sorting.
-pub(super) fn group<const K: usize>(
+pub(crate) fn group<const K: usize>(
     item_count: usize,
     key_count: usize,
     keys: impl Fn(usize) -> [u32; K] + Sync,

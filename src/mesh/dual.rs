@@ -35,6 +35,32 @@ pub fn edge_of(face: [u32; 3], a: u32, b: u32) -> Option<usize> {
     (0..3).find(|&k| face[k] == a && face[(k + 1) % 3] == b)
 }
 
+/// The component of every face, numbered by their first faces, and these: what hangs together across edges between faces of
+/// which `belong` says that they do.
+pub(crate) fn components(neighbors: &[[u32; 3]], belong: impl Fn(u32, u32) -> bool) -> (Vec<u32>, Vec<u32>) {
+    let mut components = vec![NONE; neighbors.len()];
+    let mut firsts = Vec::new();
+    let mut stack = Vec::new();
+    for first in 0..neighbors.len() as u32 {
+        if components[first as usize] != NONE {
+            continue;
+        }
+        let component = firsts.len() as u32;
+        firsts.push(first);
+        components[first as usize] = component;
+        stack.push(first);
+        while let Some(face) = stack.pop() {
+            for other in neighbors[face as usize] {
+                if other != NONE && components[other as usize] == NONE && belong(face, other) {
+                    components[other as usize] = component;
+                    stack.push(other);
+                }
+            }
+        }
+    }
+    (components, firsts)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 
 use super::Partition;
 use super::surface::Surface;
+use crate::mesh::adjacency::group;
 use crate::mesh::dual::edge_of;
 
 /// Half-edges that a thread takes at a time.
@@ -253,18 +254,15 @@ impl<'a> Graph<'a> {
 impl Boundary {
     /// Brings loops into the order of their regions; `regions` has that of each.
     fn sort_loops(&mut self, regions: &[u32], region_count: usize) {
-        let mut order: Vec<usize> = (0..regions.len()).collect();
-        order.sort_by_key(|&l| regions[l]);
+        let (region_starts, order) = group(regions.len(), region_count, |l| [regions[l]]);
         let (starts, passes) = (std::mem::take(&mut self.loop_starts), std::mem::take(&mut self.passes));
+        self.region_starts = region_starts;
         self.loop_starts = vec![0];
-        for &l in &order {
-            self.passes.extend_from_slice(&passes[starts[l] as usize..starts[l + 1] as usize]);
+        for l in order {
+            let ends = [l as usize, l as usize + 1].map(|l| starts[l] as usize);
+            self.passes.extend_from_slice(&passes[ends[0]..ends[1]]);
             self.loop_starts.push(self.passes.len() as u32);
         }
-        let mut region_starts = vec![0; region_count + 1];
-        regions.iter().for_each(|&region| region_starts[region as usize + 1] += 1);
-        (0..region_count).for_each(|region| region_starts[region + 1] += region_starts[region]);
-        self.region_starts = region_starts;
     }
 }
 

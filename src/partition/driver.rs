@@ -42,15 +42,8 @@ pub fn run(
 
     let now = Progress { faces: surface.faces.len(), faces_in: mesh.faces.len(), target: 0 };
     let mut report = || progress.as_mut().map_or(ControlFlow::Continue(()), |report| report(now));
-    let search = Search {
-        mesh,
-        surface: &surface,
-        budget,
-        device,
-        queues: &mut queues,
-        warnings: &mut warnings,
-        report: &mut report,
-    };
+    let search =
+        Search { mesh, surface: &surface, budget, queues: &mut queues, warnings: &mut warnings, report: &mut report };
     let found = search.find(options)?;
     seconds.select = lapped();
     let cancelled = found.is_cancelled;
@@ -103,7 +96,7 @@ pub fn run(
         regions: Some(regions),
         rounds: Vec::new(),
         seconds,
-        bytes_moved: queues.bytes_moved() + found.bytes_moved,
+        bytes_moved: queues.bytes_moved(),
         device: queues.description(device),
         warnings,
     })

@@ -2,7 +2,6 @@
 
 use std::ops::ControlFlow;
 
-use crate::backend::Device;
 use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::simplify::Budget;
@@ -24,8 +23,6 @@ pub struct Found {
     pub proxies: Vec<vsa::Proxy>,
     pub energies: Vec<f64>,
     pub is_cancelled: bool,
-    /// By a queue of its own.
-    pub bytes_moved: u64,
 }
 
 /// Where and with what.
@@ -33,7 +30,6 @@ pub struct Search<'a> {
     pub mesh: &'a Mesh,
     pub surface: &'a Surface,
     pub budget: &'a Budget,
-    pub device: &'a Device,
     pub queues: &'a mut Queues,
     pub warnings: &'a mut Vec<String>,
     /// May ask to stop.
@@ -53,7 +49,6 @@ impl Found {
             proxies: Vec::new(),
             energies: Vec::new(),
             is_cancelled: false,
-            bytes_moved: 0,
         }
     }
 }
@@ -91,13 +86,12 @@ impl Search<'_> {
         let report = self.report;
         let mut on_pass = |_| report();
         let options = vsa::Options { goal, ..regions };
-        let found = vsa::partition(self.surface, &options, self.device, Some(&mut on_pass))?;
+        let found = vsa::partition_on(self.queues, self.surface, &options, Some(&mut on_pass))?;
         self.warnings.extend(found.warnings);
         Ok(Found {
             proxies: found.proxies,
             energies: found.energies,
             is_cancelled: found.is_cancelled,
-            bytes_moved: found.bytes_moved,
             ..Found::new(found.partition, Tolerances { chord_ratio, ..ANY })
         })
     }

@@ -1,6 +1,7 @@
 //! Which region each face belongs to.
 
-use crate::mesh::dual::NONE;
+use crate::mesh::adjacency::group;
+use crate::mesh::dual::{NONE, components};
 
 /// Faces by region. Every face is in one region, and the faces of a region are connected across edges.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -50,9 +51,9 @@ impl Partition {
             return vec![Fault::Label { face: face as u32 }];
         }
         let mut pieces = vec![0; self.region_count];
-        for first in pieces_of(&self.labels, neighbors) {
-            pieces[self.labels[first as usize] as usize] += 1;
-        }
+        let (_, firsts) =
+            components(neighbors, |face, other| self.labels[face as usize] == self.labels[other as usize]);
+        firsts.iter().for_each(|&first| pieces[self.labels[first as usize] as usize] += 1);
         (0..)
             .zip(pieces)
             .filter_map(|(region, pieces)| match pieces {
@@ -81,42 +82,8 @@ impl Partition {
 
     /// The faces of every region in compressed rows, ascending: R + 1 starts, and the faces.
     pub fn faces_by_region(&self) -> (Vec<u32>, Vec<u32>) {
-        let mut starts = vec![0; self.region_count + 1];
-        self.labels.iter().for_each(|&label| starts[label as usize + 1] += 1);
-        (0..self.region_count).for_each(|region| starts[region + 1] += starts[region]);
-        let mut next = starts.clone();
-        let mut faces = vec![0; self.labels.len()];
-        for (face, &label) in (0..).zip(&self.labels) {
-            faces[next[label as usize] as usize] = face;
-            next[label as usize] += 1;
-        }
-        (starts, faces)
+        group(self.labels.len(), self.region_count, |face| [self.labels[face]])
     }
-}
-
-/// The first face of every piece of equal labels.
-fn pieces_of(labels: &[u32], neighbors: &[[u32; 3]]) -> Vec<u32> {
-    let mut firsts = Vec::new();
-    let mut seen = vec![false; labels.len()];
-    let mut stack = Vec::new();
-    for first in 0..labels.len() as u32 {
-        if std::mem::replace(&mut seen[first as usize], true) {
-            continue;
-        }
-        firsts.push(first);
-        stack.push(first);
-        while let Some(face) = stack.pop() {
-            for &other in &neighbors[face as usize] {
-                if other != NONE
-                    && labels[other as usize] == labels[face as usize]
-                    && !std::mem::replace(&mut seen[other as usize], true)
-                {
-                    stack.push(other);
-                }
-            }
-        }
-    }
-    firsts
 }
 
 #[cfg(test)]

@@ -31,6 +31,7 @@ pub mod vsa;
 pub use coplanar::Flatness;
 pub use labels::{Fault, Partition};
 pub use restore::{NO_REGION, Regions};
+pub use surface::Surface;
 pub use triangulate::Triangulation;
 
 use crate::backend::Device;
@@ -170,4 +171,3 @@ pub fn run(
     options.check(budget)?;
     device.install(|| driver::run(mesh, options, budget, device, progress))
 }
-pub use surface::Surface;

@@ -1,5 +1,7 @@
 //! A GPU while it works, and the host.
 
+use std::time::Duration;
+
 use crate::backend::{Device, Queue, fallback};
 use crate::error::{Error, Result};
 
@@ -8,14 +10,16 @@ use crate::error::{Error, Result};
 pub struct Queues {
     gpu: Option<Queue>,
     host: Queue,
-    used_gpu: bool,
+    /// By a GPU that failed.
+    bytes_moved: u64,
+    time_moving: Duration,
 }
 
 impl Queues {
     pub fn new(device: &Device) -> Self {
         // One that was taken by itself would not gain: what kernels do here takes less than moving the mesh.
         let gpu = device.gpu_queue().filter(|_| !device.is_auto());
-        Self { used_gpu: gpu.is_some(), gpu, host: device.cpu_queue() }
+        Self { gpu, host: device.cpu_queue(), bytes_moved: 0, time_moving: Duration::ZERO }
     }
 
     /// Runs `work` on the GPU, or on the host when there is none or it fails.
@@ -24,8 +28,9 @@ impl Queues {
             match work(queue) {
                 Err(reason @ (Error::Device(_) | Error::Limit(_))) => {
                     warnings.push(fallback(&reason));
+                    self.bytes_moved = queue.bytes_moved();
+                    self.time_moving = queue.time_moving();
                     self.gpu = None;
-                    self.used_gpu = false;
                 }
                 result => return result,
             }
@@ -33,15 +38,20 @@ impl Queues {
         work(&mut self.host)
     }
 
+    /// Whether there is a GPU that has not failed.
+    pub fn is_on_gpu(&self) -> bool {
+        self.gpu.is_some()
+    }
+
     pub fn bytes_moved(&self) -> u64 {
-        self.gpu.as_ref().map_or(0, Queue::bytes_moved)
+        self.bytes_moved + self.gpu.as_ref().map_or(0, Queue::bytes_moved)
     }
 
     pub fn seconds_moving(&self) -> f64 {
-        self.gpu.as_ref().map_or(0.0, |queue| queue.time_moving().as_secs_f64())
+        (self.time_moving + self.gpu.as_ref().map_or(Duration::ZERO, Queue::time_moving)).as_secs_f64()
     }
 
     pub fn description(&self, device: &Device) -> String {
-        if self.used_gpu { device.description() } else { device.cpu_description() }
+        if self.is_on_gpu() { device.description() } else { device.cpu_description() }
     }
 }

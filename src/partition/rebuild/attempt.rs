@@ -57,11 +57,7 @@ impl Flat {
         let points: Vec<DVec2> =
             points.iter().copied().chain(inner.iter().map(|&v| plane.project(surface.points[v as usize]))).collect();
         let colors: Vec<[f32; 4]> = all().map(|&v| light.colors[v as usize]).collect();
-        let sides = self.outline.rings().flat_map(|ring| {
-            let next = move |i: usize| if i + 1 == ring.end { ring.start } else { i + 1 };
-            ring.clone().map(move |i| [i.min(next(i)) as u32, i.max(next(i)) as u32])
-        });
-        let kept: Edges = sides.collect();
+        let kept: Edges = (0..).zip(self.outline.successors()).map(|(a, b)| [a.min(b), a.max(b)]).collect();
         let removed: Vec<u32> = (vertices.len() as u32..points.len() as u32).collect();
         put_back(&points, &colors, &mut self.triangles, &kept, (&removed, light.tolerance));
         self.inner = inner;

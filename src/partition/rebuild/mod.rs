@@ -26,11 +26,10 @@ use super::boundary::Boundary;
 use super::chains::Chains;
 use super::surface::Surface;
 use super::triangulate::{Triangulation, fill_in_space};
+use crate::mesh::adjacency::group;
 
 /// Attempts at a region before it keeps its faces: each gave its chains more vertices.
 const MOST_ATTEMPTS: u32 = 64;
-/// Longest ring that is filled in space: the time grows with the cube.
-const MOST_IN_SPACE: usize = 200;
 
 /// Regions or chains that a thread takes at a time.
 const ROWS: usize = 1 << 8;
@@ -257,9 +256,6 @@ impl<'a> Work<'a> {
         if ring.len() < 3 {
             return farthest(&ring, chains).map_or(Attempt::Hopeless, |place| Attempt::Split(vec![place]));
         }
-        if ring.len() > MOST_IN_SPACE {
-            return Attempt::Hopeless;
-        }
         let vertices: Vec<u32> = ring.iter().map(|&[from, _]| self.boundary.chain_vertices[from]).collect();
         let points: Vec<_> = vertices.iter().map(|&v| self.surface.points[v as usize]).collect();
         match fill_in_space(&points, &vertices, is_taken) {
@@ -305,7 +301,8 @@ impl<'a> Work<'a> {
                 Filling::Flat(_) | Filling::Spatial(_) => self.faces_of(region as u32),
                 Filling::Open | Filling::Own | Filling::Least => &[],
             };
-            let Some(plane) = Plane::of(self.surface, faces) else { return 0.0 };
+            // That of what is filled in space was given up.
+            let Some(plane) = self.planes[region].or_else(|| Plane::of(self.surface, faces)) else { return 0.0 };
             let corners = faces.iter().flat_map(|&f| self.surface.faces[f as usize]);
             corners.map(|v| plane.height(self.surface.points[v as usize]).abs()).fold(0.0, f64::max)
         };
@@ -355,16 +352,11 @@ impl<'a> Work<'a> {
     }
 }
 
-/// The regions beside every chain, each once, in compressed rows.
+/// The regions beside every chain, once for every pass, in compressed rows.
 fn sides(boundary: &Boundary, region_count: usize) -> (Vec<u32>, Vec<u32>) {
-    let mut pairs: Vec<(u32, u32)> = Vec::with_capacity(boundary.passes.len());
-    for region in 0..region_count {
-        pairs.extend(boundary.loops(region).flatten().map(|pass| (pass.chain() as u32, region as u32)));
-    }
-    pairs.par_sort_unstable();
-    pairs.dedup();
-    let mut starts = vec![0; boundary.chain_count() + 1];
-    pairs.iter().for_each(|&(chain, _)| starts[chain as usize + 1] += 1);
-    (0..boundary.chain_count()).for_each(|chain| starts[chain + 1] += starts[chain]);
-    (starts, pairs.into_iter().map(|(_, region)| region).collect())
+    let passing = |region: usize| boundary.loops(region).flatten().map(move |_| region as u32);
+    let regions: Vec<u32> = (0..region_count).flat_map(passing).collect();
+    let passes = &boundary.passes;
+    let (starts, order) = group(passes.len(), boundary.chain_count(), |pass| [passes[pass].chain() as u32]);
+    (starts, order.into_iter().map(|pass| regions[pass as usize]).collect())
 }

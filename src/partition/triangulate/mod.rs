@@ -13,8 +13,6 @@ mod crossings;
 mod earcut;
 mod ears;
 mod fill;
-// `improve` has no caller yet.
-#[allow(dead_code)]
 mod flips;
 mod line;
 mod nodes;
@@ -25,7 +23,6 @@ mod tests;
 
 pub use crossings::Fault;
 pub use fill::fill_in_space;
-#[allow(unused_imports)]
 pub use flips::{flip_away, improve};
 pub use outline::{Misfit, Outline};
 

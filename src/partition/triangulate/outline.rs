@@ -90,7 +90,7 @@ impl Outline {
     }
 
     /// The point after every point in its ring.
-    pub(super) fn successors(&self) -> Vec<u32> {
+    pub fn successors(&self) -> Vec<u32> {
         let mut next: Vec<u32> = (1..=self.points.len() as u32).collect();
         self.rings().for_each(|ring| next[ring.end - 1] = ring.start as u32);
         next

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::backend::Queue;
 use crate::error::Result;
 use crate::math::random;
 
@@ -93,9 +94,9 @@ impl<'a, 'b> Attempt<'a, 'b> {
     ///
     /// # Errors
     /// As [`Rounds::run`].
-    pub fn rounds(&mut self, rounds: &mut Rounds, round: &mut u32) -> Result<()> {
+    pub fn rounds(&mut self, queue: &mut Queue, rounds: &mut Rounds, round: &mut u32) -> Result<()> {
         let Self { regions, energies, watch, index, .. } = self;
-        rounds.run(self.scene, regions, round, |regions| record(regions, energies, watch, *index))
+        rounds.run(queue, self.scene, regions, round, |regions| record(regions, energies, watch, *index))
     }
 
     /// Moves faces until none gains.

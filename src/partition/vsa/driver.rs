@@ -4,180 +4,141 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use crate::backend::{Device, Queue, fallback};
-use crate::error::{Error, Result};
+use crate::backend::Device;
+use crate::error::Result;
 
 use super::super::labels::Partition;
+use super::super::queues::Queues;
 use super::super::surface::Surface;
 use super::attempt::{Attempt, Watch};
-use super::goals::{first_count, plane};
+use super::goals::{self, plane};
 use super::regions::Regions;
 use super::rounds::Rounds;
 use super::scene::Scene;
 use super::split::Members;
-use super::{Goal, OnPass, Options, Proxy, Solver, Vsa};
+use super::{Goal, OnPass, Options, Proxy, Seconds, Solver, Vsa};
 
 /// Partitions a surface on `device`; the calling thread belongs to its pool.
 ///
 /// # Errors
-/// [`Error::Parameter`] for an option out of range.
+/// [`Error::Parameter`](crate::Error::Parameter) for an option out of range.
 pub fn partition(
     surface: &Surface,
     options: &Options,
     device: &Device,
     on_pass: Option<&mut OnPass<'_>>,
 ) -> Result<Vsa> {
+    let mut queues = Queues::new(device);
+    let mut vsa = partition_on(&mut queues, surface, options, on_pass)?;
+    vsa.on_gpu = queues.is_on_gpu();
+    vsa.bytes_moved = queues.bytes_moved();
+    vsa.seconds.transfer = queues.seconds_moving();
+    Ok(vsa)
+}
+
+/// [`partition`] on these queues, which know where it was done and what was moved.
+pub fn partition_on(
+    queues: &mut Queues,
+    surface: &Surface,
+    options: &Options,
+    on_pass: Option<&mut OnPass<'_>>,
+) -> Result<Vsa> {
     options.check()?;
     let clock = Instant::now();
-    // One that was taken by itself would not gain: most of the work is the host's.
-    let mut run = Run { device, gpu: device.gpu_queue().filter(|_| !device.is_auto()), vsa: Vsa::default() };
-    let scene = run.measure(surface)?;
-    run.vsa.seconds.measure = clock.elapsed().as_secs_f64();
-    let count = run.first_count(&scene, options.goal);
+    let mut warnings = Vec::new();
+    let scene = queues.run(&mut warnings, |queue| Scene::new(queue, surface))?;
+    let measure = clock.elapsed().as_secs_f64();
+    let count = first_count(&scene, options.goal, &mut warnings);
     let watch = Watch::new(on_pass);
-    let attempts = run.attempts(&scene, options, &watch, count)?;
-    run.vsa.is_cancelled = watch.is_cancelled();
-    run.vsa.seconds.solve = clock.elapsed().as_secs_f64() - run.vsa.seconds.measure;
-    Ok(run.finish(&scene, attempts, options.goal))
+    let mut attempts: Vec<Attempt<'_, '_>> =
+        (0..options.restarts).map(|index| Attempt::new(&scene, options, &watch, index)).collect();
+    each(&mut attempts, |attempt| match options.solver {
+        Solver::Lloyd => attempt.iterate(count),
+        Solver::Greedy | Solver::Rounds => attempt.start(count),
+    });
+    if options.solver == Solver::Rounds {
+        rounds(queues, &scene, &mut attempts, &mut warnings)?;
+    }
+    each(&mut attempts, |attempt| match options.goal {
+        Goal::Regions(_) if options.solver == Solver::Lloyd => {}
+        Goal::Regions(_) => attempt.improve(),
+        Goal::Energy(most) => attempt.reach_energy(most, scene.fewest_regions()),
+        Goal::Deviation(most) => attempt.reach_deviation(surface.frame.length_to_rows(most)),
+    });
+    let best = best(attempts, options.goal);
+    Ok(Vsa {
+        proxies: proxies(&scene, &best.regions),
+        partition: Partition { region_count: best.regions.count(), labels: best.regions.labels },
+        energies: best.energies,
+        attempt: best.index,
+        is_cancelled: watch.is_cancelled(),
+        seconds: Seconds { measure, solve: clock.elapsed().as_secs_f64() - measure, transfer: 0.0 },
+        warnings,
+        ..Vsa::default()
+    })
 }
 
-/// What is known so far.
-struct Run<'a> {
-    device: &'a Device,
-    /// The queue of a GPU, while it works.
-    gpu: Option<Queue>,
-    vsa: Vsa,
+/// How many regions to begin with.
+fn first_count(scene: &Scene<'_>, goal: Goal, warnings: &mut Vec<String>) -> usize {
+    let fewest = scene.fewest_regions();
+    let Goal::Regions(count) = goal else { return goals::first_count(fewest, scene) };
+    if count >= fewest {
+        return count;
+    }
+    let closed = scene.is_closed.iter().filter(|&&is_closed| is_closed).count();
+    let taken = scene.regions_beside(count);
+    warnings.push(format!(
+        "{taken} regions instead of {count}: the surface has {} parts, {closed} of them closed, which take two",
+        scene.is_closed.len()
+    ));
+    taken
 }
 
-impl Run<'_> {
-    /// Measures the surface; a GPU that fails gives way to the host.
-    fn measure<'s>(&mut self, surface: &'s Surface) -> Result<Scene<'s>> {
-        if let Some(queue) = &mut self.gpu {
-            match Scene::new(queue, surface) {
-                Err(reason @ (Error::Device(_) | Error::Limit(_))) => self.fall_back(&reason),
-                result => return result,
-            }
-        }
-        Scene::new(&mut self.device.cpu_queue(), surface)
-    }
+/// Does the same to every attempt, one a thread.
+fn each<'s, 'b>(attempts: &mut [Attempt<'s, 'b>], work: impl Fn(&mut Attempt<'s, 'b>) + Sync + Send) {
+    attempts.par_iter_mut().with_max_len(1).for_each(work);
+}
 
-    /// Goes on without the GPU.
-    fn fall_back(&mut self, reason: &Error) {
-        self.vsa.warnings.push(fallback(reason));
-        if let Some(queue) = self.gpu.take() {
-            self.count_moved(&queue);
-        }
+/// The parallel rounds of every attempt, one after the other; the host goes on where a GPU fails.
+fn rounds(
+    queues: &mut Queues,
+    scene: &Scene<'_>,
+    attempts: &mut [Attempt<'_, '_>],
+    warnings: &mut Vec<String>,
+) -> Result<()> {
+    // On the host, or on the GPU.
+    let mut made: Option<(bool, Rounds)> = None;
+    for attempt in attempts {
+        let mut round = 0;
+        queues.run(warnings, |queue| {
+            let on_host = queue.is_on_host();
+            let rounds = match made.take().filter(|made| made.0 == on_host) {
+                Some((_, rounds)) => rounds,
+                None => Rounds::new(queue, scene)?,
+            };
+            let (_, rounds) = made.insert((on_host, rounds));
+            attempt.rounds(queue, rounds, &mut round)
+        })?;
     }
+    Ok(())
+}
 
-    fn count_moved(&mut self, queue: &Queue) {
-        self.vsa.bytes_moved += queue.bytes_moved();
-        self.vsa.seconds.transfer += queue.time_moving().as_secs_f64();
-    }
-
-    /// How many regions to begin with.
-    fn first_count(&mut self, scene: &Scene<'_>, goal: Goal) -> usize {
-        let Goal::Regions(count) = goal else { return first_count(scene.fewest_regions(), scene) };
-        let fewest = scene.fewest_regions();
-        if count >= fewest {
-            return count;
-        }
-        let (closed, taken) =
-            (scene.is_closed.iter().filter(|&&is_closed| is_closed).count(), scene.regions_beside(count));
-        self.vsa.warnings.push(format!(
-            "{taken} regions instead of {count}: the surface has {} parts, {closed} of them closed, which take two",
-            scene.is_closed.len()
-        ));
-        taken
-    }
-
-    /// Every attempt, to its end.
-    fn attempts<'s, 'b>(
-        &mut self,
-        scene: &'s Scene<'s>,
-        options: &'s Options,
-        watch: &'s Watch<'b>,
-        count: usize,
-    ) -> Result<Vec<Attempt<'s, 'b>>> {
-        let mut attempts: Vec<Attempt<'s, 'b>> =
-            (0..options.restarts).map(|index| Attempt::new(scene, options, watch, index)).collect();
-        let each = |attempts: &mut Vec<Attempt<'s, 'b>>, work: &(dyn Fn(&mut Attempt<'s, 'b>) + Sync)| {
-            attempts.par_iter_mut().with_max_len(1).for_each(work);
-        };
-        if options.solver == Solver::Lloyd {
-            each(&mut attempts, &|attempt| attempt.iterate(count));
-        } else {
-            each(&mut attempts, &|attempt| attempt.start(count));
-        }
-        if options.solver == Solver::Rounds {
-            self.rounds(scene, &mut attempts)?;
-        }
-        let limit = |limit| scene.surface.frame.length_to_rows(limit);
-        match options.goal {
-            Goal::Regions(_) if options.solver == Solver::Lloyd => {}
-            Goal::Regions(_) => each(&mut attempts, &|attempt| attempt.improve()),
-            Goal::Energy(most) => each(&mut attempts, &|attempt| attempt.reach_energy(most, scene.fewest_regions())),
-            Goal::Deviation(most) => each(&mut attempts, &|attempt| attempt.reach_deviation(limit(most))),
-        }
-        Ok(attempts)
-    }
-
-    /// The parallel rounds of every attempt, one after the other; the host goes on where a GPU fails.
-    fn rounds(&mut self, scene: &Scene<'_>, attempts: &mut [Attempt<'_, '_>]) -> Result<()> {
-        let mut on = None;
-        for attempt in attempts {
-            let mut round = 0;
-            loop {
-                let (result, was_on_gpu) = match &mut on {
-                    None => {
-                        let queue = self.gpu.take();
-                        let was_on_gpu = queue.is_some();
-                        let made = Rounds::new(queue.unwrap_or_else(|| self.device.cpu_queue()), scene);
-                        (made.map(|rounds| on = Some(rounds)), was_on_gpu)
-                    }
-                    Some(rounds) => (attempt.rounds(rounds, &mut round), !rounds.queue.is_on_host()),
-                };
-                match result {
-                    Ok(()) if round > 0 => break,
-                    Ok(()) => {}
-                    Err(reason @ (Error::Device(_) | Error::Limit(_))) if was_on_gpu => {
-                        self.gpu = on.take().map(|rounds: Rounds| rounds.queue);
-                        self.fall_back(&reason);
-                    }
-                    Err(reason) => return Err(reason),
-                }
-            }
-        }
-        self.gpu = on.map(|rounds| rounds.queue).filter(|queue| !queue.is_on_host());
-        Ok(())
-    }
-
-    /// Keeps the best attempt: with the least energy, of those that look for few regions first the one with the fewest; the
-    /// earlier of equals.
-    fn finish(mut self, scene: &Scene<'_>, mut attempts: Vec<Attempt<'_, '_>>, goal: Goal) -> Vsa {
-        let regions = |attempt: &Attempt<'_, '_>| match goal {
-            Goal::Regions(_) => 0,
-            _ => attempt.regions.count(),
-        };
-        let best = (attempts.iter())
-            .min_by(|a, b| {
-                let by_count = regions(a).cmp(&regions(b));
-                by_count.then(a.regions.energy().total_cmp(&b.regions.energy())).then(a.index.cmp(&b.index))
-            })
-            .map_or(0, |attempt| attempt.index);
-        let Attempt { regions, mut energies, index, .. } = attempts.swap_remove(best);
-        energies.push(regions.energy());
-        if let Some(queue) = self.gpu.take() {
-            self.count_moved(&queue);
-            self.vsa.on_gpu = true;
-        }
-        Vsa {
-            proxies: proxies(scene, &regions),
-            partition: Partition { region_count: regions.count(), labels: regions.labels },
-            energies,
-            attempt: index,
-            ..self.vsa
-        }
-    }
+/// The best attempt: with the least energy, of those that look for few regions first the one with the fewest; the earlier of
+/// equals.
+fn best<'s, 'b>(mut attempts: Vec<Attempt<'s, 'b>>, goal: Goal) -> Attempt<'s, 'b> {
+    let regions = |attempt: &Attempt<'_, '_>| match goal {
+        Goal::Regions(_) => 0,
+        _ => attempt.regions.count(),
+    };
+    let best = (attempts.iter())
+        .min_by(|a, b| {
+            let by_count = regions(a).cmp(&regions(b));
+            by_count.then(a.regions.energy().total_cmp(&b.regions.energy())).then(a.index.cmp(&b.index))
+        })
+        .map_or(0, |attempt| attempt.index);
+    let mut best = attempts.swap_remove(best);
+    best.energies.push(best.regions.energy());
+    best
 }
 
 /// What the regions are like on the whole.

@@ -39,6 +39,7 @@ use crate::math::DVec3;
 use super::Partition;
 
 pub use driver::partition;
+pub(super) use driver::partition_on;
 
 /// How to partition.
 #[derive(Debug, Clone, Copy, PartialEq)]

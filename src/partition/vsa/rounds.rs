@@ -23,7 +23,6 @@ const MOST_ROUNDS: u32 = 2000;
 /// A surface and its labels on a device.
 #[derive(Debug)]
 pub struct Rounds {
-    pub queue: Queue,
     faces: Buffer<Face>,
     neighbors: Buffer<Face>,
     normals: Buffer<[f32; 4]>,
@@ -38,7 +37,7 @@ impl Rounds {
     ///
     /// # Errors
     /// [`crate::Error::Device`] when the device is out of memory or was lost.
-    pub fn new(mut queue: Queue, scene: &Scene<'_>) -> Result<Self> {
+    pub fn new(queue: &mut Queue, scene: &Scene<'_>) -> Result<Self> {
         let surface = scene.surface;
         let face_count = scene.face_count();
         Ok(Self {
@@ -49,7 +48,6 @@ impl Rounds {
             ring_faces: queue.buffer_from(surface.rings.faces.clone())?,
             labels: queue.buffer(face_count)?,
             targets: queue.buffer(face_count)?,
-            queue,
         })
     }
 
@@ -59,15 +57,16 @@ impl Rounds {
     /// [`crate::Error::Device`] when the device was lost; `regions` and `round` are then as after the last round, to go on from.
     pub fn run(
         &mut self,
+        queue: &mut Queue,
         scene: &Scene<'_>,
         regions: &mut Regions,
         round: &mut u32,
         mut go_on: impl FnMut(&Regions) -> bool,
     ) -> Result<()> {
-        self.queue.write(&mut self.labels, &regions.labels)?;
+        queue.write(&mut self.labels, &regions.labels)?;
         let mut energy = regions.energy();
         while *round < MOST_ROUNDS {
-            let moves = self.round(scene, regions, *round)?;
+            let moves = self.round(queue, scene, regions, *round)?;
             *round += 1;
             let before = std::mem::replace(&mut energy, regions.energy());
             if moves == 0 || !go_on(regions) || before - energy < LEAST_GAIN * before {
@@ -79,9 +78,9 @@ impl Rounds {
     }
 
     /// One round. How many faces moved.
-    fn round(&mut self, scene: &Scene<'_>, regions: &mut Regions, round: u32) -> Result<usize> {
+    fn round(&mut self, queue: &mut Queue, scene: &Scene<'_>, regions: &mut Regions, round: u32) -> Result<usize> {
         let face_count = scene.face_count() as u32;
-        let Self { queue, faces, neighbors, normals, ring_starts, ring_faces, labels, targets } = self;
+        let Self { faces, neighbors, normals, ring_starts, ring_faces, labels, targets } = self;
         let directions = queue.buffer_from(regions.sums.iter().map(Sum::direction).map(row).collect())?;
         queue.run(BoundaryGains { faces, neighbors, normals, directions: &directions, labels, face_count, targets })?;
         queue.run(LabelMoves { faces, ring_starts, ring_faces, targets, face_count, round, labels })?;
@@ -118,7 +117,8 @@ mod tests {
             let mut regions = start(&scene, 30, seed);
             let mut energies = vec![regions.energy()];
             let device = Device::cpu(2).expect("threads");
-            let mut rounds = Rounds::new(device.cpu_queue(), &scene).expect("the CPU");
+            let queue = &mut device.cpu_queue();
+            let mut rounds = Rounds::new(queue, &scene).expect("the CPU");
             let mut round = 0;
             let go_on = |regions: &Regions| {
                 let partition = Partition { labels: regions.labels.clone(), region_count: 30 };
@@ -126,7 +126,7 @@ mod tests {
                 energies.push(Regions::new(&scene, regions.labels.clone(), 30).energy());
                 true
             };
-            rounds.run(&scene, &mut regions, &mut round, go_on).expect("the CPU");
+            rounds.run(queue, &scene, &mut regions, &mut round, go_on).expect("the CPU");
             assert!(round > 10 && energies.windows(2).all(|pair| pair[1] < pair[0]), "{energies:?}");
             assert!(energies[energies.len() - 1] < 0.9 * energies[0]);
         }

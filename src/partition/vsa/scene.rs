@@ -10,7 +10,7 @@ use crate::kernel::face_corners::FaceCorners;
 use crate::kernel::face_normals::FaceNormals;
 use crate::kernel::rows::{Corners, Normal};
 use crate::math::DVec3;
-use crate::mesh::dual::NONE;
+use crate::mesh::dual::{self, NONE};
 
 use super::super::surface::Surface;
 
@@ -163,27 +163,10 @@ fn cap(curvatures: &[f64]) -> f64 {
 
 /// The component of every face, and whether each is closed.
 fn components(neighbors: &[[u32; 3]]) -> (Vec<u32>, Vec<bool>) {
-    let mut components = vec![NONE; neighbors.len()];
-    let mut is_closed = Vec::new();
-    let mut stack = Vec::new();
-    for first in 0..neighbors.len() as u32 {
-        if components[first as usize] != NONE {
-            continue;
-        }
-        let component = is_closed.len() as u32;
-        is_closed.push(true);
-        components[first as usize] = component;
-        stack.push(first);
-        while let Some(face) = stack.pop() {
-            for other in neighbors[face as usize] {
-                if other == NONE {
-                    is_closed[component as usize] = false;
-                } else if components[other as usize] == NONE {
-                    components[other as usize] = component;
-                    stack.push(other);
-                }
-            }
-        }
+    let (components, firsts) = dual::components(neighbors, |_, _| true);
+    let mut is_closed = vec![true; firsts.len()];
+    for (row, &component) in neighbors.iter().zip(&components) {
+        is_closed[component as usize] &= !row.contains(&NONE);
     }
     (components, is_closed)
 }
@@ -266,8 +249,7 @@ pub mod tests {
         let shift = two.positions.len() as u32;
         two.positions.extend(plane.positions);
         two.faces.extend(plane.faces.iter().map(|face| face.map(|v| v + shift)));
-        let neighbors =
-            crate::mesh::dual::neighbors(&two.faces, &crate::mesh::Rings::new(&two.faces, two.positions.len()));
+        let neighbors = dual::neighbors(&two.faces, &crate::mesh::Rings::new(&two.faces, two.positions.len()));
         assert_eq!(components(&neighbors), (vec![0, 0, 0, 0, 1, 1], vec![true, false]));
     }
 }

@@ -1,6 +1,7 @@
 //! One region into two.
 
 use crate::math::DVec3;
+use crate::mesh::adjacency::group;
 
 use super::flood::Frontier;
 use super::regions::{FREE, Regions, Sum};
@@ -20,19 +21,9 @@ pub struct Members {
 
 impl Members {
     pub fn new(regions: &Regions) -> Self {
-        let mut starts = vec![0; regions.count() + 1];
-        for (end, sum) in (1..).zip(&regions.sums) {
-            starts[end] = starts[end - 1] + sum.faces;
-        }
-        let mut next = starts.clone();
-        let mut faces = vec![0; regions.labels.len()];
-        let mut places = faces.clone();
-        for (face, &label) in (0..).zip(&regions.labels) {
-            let place = &mut next[label as usize];
-            faces[*place as usize] = face;
-            places[face as usize] = *place;
-            *place += 1;
-        }
+        let (starts, faces) = group(regions.labels.len(), regions.count(), |face| [regions.labels[face]]);
+        let mut places = vec![0; faces.len()];
+        (0..).zip(&faces).for_each(|(place, &face)| places[face as usize] = place);
         Self { starts, faces, places }
     }
 
