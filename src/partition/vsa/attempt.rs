@@ -11,7 +11,7 @@ use crate::math::random;
 use super::exchange::{add, exchange, merge_down, split_all};
 use super::flood::fill;
 use super::greedy::Greedy;
-use super::lloyd::lloyd;
+use super::lloyd;
 use super::regions::Regions;
 use super::rounds::Rounds;
 use super::scene::Scene;
@@ -83,11 +83,32 @@ impl<'a, 'b> Attempt<'a, 'b> {
         self.record();
     }
 
-    /// Lloyd's iterations for `count` regions, which replace all that was.
+    /// Lloyd's iterations for `count` regions and exchanges of regions in turn, while they gain.
     pub fn iterate(&mut self, count: usize) {
-        let seed = self.seed();
-        let Self { energies, watch, index, .. } = self;
-        self.regions = lloyd(self.scene, count, seed, |regions| record(regions, energies, watch, *index));
+        self.regions = lloyd::start(self.scene, count, self.seed());
+        if self.record() {
+            self.settle_by_lloyd();
+        }
+        for _ in 0..self.options.teleports {
+            let before = self.regions.clone();
+            if self.watch.is_cancelled() || exchange(self.scene, &mut self.regions, None) == 0 {
+                return;
+            }
+            self.record();
+            self.settle_by_lloyd();
+            let gained = before.energy() - self.regions.energy();
+            if gained < 0.0 {
+                self.regions = before;
+            }
+            if gained < LEAST_GAIN * self.regions.energy() {
+                return;
+            }
+        }
+    }
+
+    fn settle_by_lloyd(&mut self) {
+        let Self { scene, regions, energies, watch, index, .. } = self;
+        lloyd::iterate(scene, regions, |regions| record(regions, energies, watch, *index));
     }
 
     /// Parallel rounds from number `*round` on.
@@ -126,7 +147,7 @@ impl<'a, 'b> Attempt<'a, 'b> {
         for _ in 0..self.options.teleports {
             let before = self.regions.energy();
             self.settle_roughly(&mut greedy);
-            if self.watch.is_cancelled() || exchange(self.scene, &mut self.regions, &mut greedy) == 0 {
+            if self.watch.is_cancelled() || exchange(self.scene, &mut self.regions, Some(&mut greedy)) == 0 {
                 break;
             }
             self.record();

@@ -55,8 +55,8 @@ fn worst(regions: &Regions, least: impl Fn(usize) -> f64) -> Vec<u32> {
     order
 }
 
-/// Merges cheap pairs and splits dear regions instead, as many as gain, and tells `greedy`. How many.
-pub fn exchange(scene: &Scene<'_>, regions: &mut Regions, greedy: &mut Greedy<'_>) -> usize {
+/// Merges cheap pairs and splits dear regions instead, as many as gain, and tells what moves faces, if that goes on. How many.
+pub fn exchange(scene: &Scene<'_>, regions: &mut Regions, mut greedy: Option<&mut Greedy<'_>>) -> usize {
     let merges = merges(scene, regions);
     let least = LEAST_GAIN * regions.energy();
     let members = Members::new(regions);
@@ -85,8 +85,10 @@ pub fn exchange(scene: &Scene<'_>, regions: &mut Regions, greedy: &mut Greedy<'_
         relabel(scene, regions, members.of(freed), kept);
         regions.sums[freed as usize].component = regions.sums[split.region as usize].component;
         relabel(scene, regions, &split.second, freed);
-        let touched = members.of(split.region).iter().chain(members.of(freed)).copied();
-        greedy.note(regions, &[kept, freed, split.region], touched);
+        if let Some(greedy) = &mut greedy {
+            let touched = members.of(split.region).iter().chain(members.of(freed)).copied();
+            greedy.note(regions, &[kept, freed, split.region], touched);
+        }
     }
     chosen.len()
 }
@@ -254,7 +256,7 @@ mod tests {
         let mut exchanges = 0;
         loop {
             let before = regions.energy();
-            let count = exchange(&scene, &mut regions, &mut greedy);
+            let count = exchange(&scene, &mut regions, Some(&mut greedy));
             if count == 0 {
                 break;
             }

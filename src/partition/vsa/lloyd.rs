@@ -16,34 +16,36 @@ use super::split::{Members, nearest};
 /// Iterations at most.
 const MOST_ITERATIONS: usize = 20;
 
-/// `count` regions, at least one a component; `go_on` is asked after each iteration.
-pub fn lloyd(scene: &Scene<'_>, count: usize, seed: u64, mut go_on: impl FnMut(&Regions) -> bool) -> Regions {
-    let mut seeds = random_faces(scene.face_count(), count, seed);
-    let mut directions: Vec<DVec3> = seeds.iter().map(|&face| scene.shapes[face as usize].normal).collect();
-    let mut regions = Regions::none(scene);
-    for iteration in 0..MOST_ITERATIONS {
-        let mut labels = vec![FREE; scene.face_count()];
-        grow(scene, &mut labels, &seeds, &directions);
-        if labels == regions.labels {
-            break;
-        }
-        regions = Regions::new(scene, labels, seeds.len());
-        if iteration == 0 {
-            complete(scene, &mut regions, count);
-        }
-        if !go_on(&regions) {
-            break;
-        }
-        directions = regions.sums.iter().map(Sum::direction).collect();
-        let members = Members::new(&regions);
-        let seed_of = |region: u32| nearest(scene, members.of(region).iter().copied(), directions[region as usize]);
-        seeds = (0..regions.count() as u32).filter_map(seed_of).collect();
-    }
+/// `count` regions, at least one a component, around random faces.
+pub fn start(scene: &Scene<'_>, count: usize, seed: u64) -> Regions {
+    let seeds = random_faces(scene.face_count(), count, seed);
+    let directions: Vec<DVec3> = seeds.iter().map(|&face| scene.shapes[face as usize].normal).collect();
+    let mut regions = grow(scene, &seeds, &directions);
+    complete(scene, &mut regions, count);
     regions
 }
 
+/// Grows the regions anew until they stay as they are; `go_on` is asked after each iteration.
+pub fn iterate(scene: &Scene<'_>, regions: &mut Regions, mut go_on: impl FnMut(&Regions) -> bool) {
+    for _ in 1..MOST_ITERATIONS {
+        let directions: Vec<DVec3> = regions.sums.iter().map(Sum::direction).collect();
+        let members = Members::new(regions);
+        let seed_of = |region: u32| nearest(scene, members.of(region).iter().copied(), directions[region as usize]);
+        let seeds: Vec<u32> = (0..regions.count() as u32).filter_map(seed_of).collect();
+        let grown = grow(scene, &seeds, &directions);
+        if grown.labels == regions.labels {
+            return;
+        }
+        *regions = grown;
+        if !go_on(regions) {
+            return;
+        }
+    }
+}
+
 /// Grows a region from every seed.
-fn grow(scene: &Scene<'_>, labels: &mut [u32], seeds: &[u32], directions: &[DVec3]) {
+fn grow(scene: &Scene<'_>, seeds: &[u32], directions: &[DVec3]) -> Regions {
+    let mut labels = vec![FREE; scene.face_count()];
     let mut frontier = Frontier::default();
     for (label, &seed) in (0..).zip(seeds) {
         labels[seed as usize] = label;
@@ -53,7 +55,8 @@ fn grow(scene: &Scene<'_>, labels: &mut [u32], seeds: &[u32], directions: &[DVec
             frontier.push(scene.shapes[other as usize].distance_sq(directions[label as usize]), other, label);
         }
     }
-    flood(scene, labels, directions, &mut frontier);
+    flood(scene, &mut labels, directions, &mut frontier);
+    Regions::new(scene, labels, seeds.len())
 }
 
 /// `count` different faces; all, where there are not more.
@@ -81,8 +84,9 @@ mod tests {
     fn iterations_lower_the_energy() {
         let surface = surface(&shapes::torus(60, 40));
         let scene = scene(&surface);
-        let mut energies = Vec::new();
-        let regions = lloyd(&scene, 30, 5, |regions| {
+        let mut regions = start(&scene, 30, 5);
+        let mut energies = vec![regions.energy()];
+        iterate(&scene, &mut regions, |regions| {
             energies.push(regions.energy());
             true
         });

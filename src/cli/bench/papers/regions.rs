@@ -37,19 +37,19 @@ impl Tables<'_> {
             let count = published.map_or(REGIONS, |row| row.regions);
             self.ticker(&case.name, "regions").show(&format!("{count} in turns"));
             let trials = regions::row(&case.mesh, count, self.repeats, &self.device)?;
-            let lloyd_secs = trials.last().map_or(0.0, |lloyd| lloyd.secs);
             let or_none = |text: Option<String>| text.unwrap_or_else(|| "-".into());
-            for (i, ((method, _), trial)) in regions::contenders().into_iter().zip(&trials).enumerate() {
-                let is_lloyd = i + 1 == trials.len();
-                let figures = published.and_then(|row| row.figures(i));
-                let held = published.and_then(|row| row.is_held(i, faces, trial));
-                let ratio_of = |row: &regions::Published| Some(row.lloyd?[0] / row.greedy[0]).filter(|_| !is_lloyd);
+            for (way, trial) in regions::contenders().iter().zip(&trials) {
+                let figures = published.and_then(|row| row.figures(way));
+                let held = published.and_then(|row| row.is_held(way, faces, trial));
+                let lloyd = way.lloyd.map(|lloyd| trials[lloyd].secs / trial.secs);
+                let ratio_of =
+                    |row: &regions::Published| Some(row.lloyd?[0] / row.greedy[0]).filter(|_| lloyd.is_some());
                 table.rows.push(vec![
                     name.clone(),
                     grouped(faces),
                     or_none(published.map(|row| grouped(row.faces))),
                     trial.regions.to_string(),
-                    method.into(),
+                    way.name.into(),
                     or_none(held.map(verdict)),
                     if trial.falls { "yes" } else { "no" }.into(),
                     millis(trial.secs),
@@ -57,7 +57,7 @@ impl Tables<'_> {
                     format!("{:.4}", trial.energy),
                     or_none(figures.map(|[_, energy]| format!("{energy:.4}"))),
                     or_none(figures.map(|[_, energy]| format!("{:.2}", trial.energy / energy))),
-                    or_none((!is_lloyd).then(|| three_digits(lloyd_secs / trial.secs))),
+                    or_none(lloyd.map(three_digits)),
                     or_none(published.and_then(ratio_of).map(three_digits)),
                 ]);
             }
@@ -68,7 +68,7 @@ impl Tables<'_> {
              energy of up to {} of the paper's in the paper's time, on a mesh of as many faces. As published, faces move one by \
              one; greedy is this program's default, which also exchanges regions; rounds move many at once. Falls is that the \
              energy never rose on the way, which Lloyd's iterations do not promise. They are to take at least {LEAST_RATIO} times \
-             as long. Other meshes have {REGIONS} regions, where no model is named.\n\n{}",
+             as long as what exchanges regions as they do, or does not. Other meshes have {REGIONS} regions, where no model is named.\n\n{}",
             percent(BAND),
             table.lines(7)
         ))
