@@ -301,7 +301,14 @@ pub fn simplify(
     if outcome.stop == StopReason::Cancelled {
         return Ok(outcome);
     }
+    let had_face_colors = outcome.mesh.face_colors.is_some();
     let flipped = polish::flip(mesh, &mut outcome.mesh, method.flips(), device)?;
+    if flipped.edges > 0 {
+        let dropped = had_face_colors && outcome.mesh.face_colors.is_none();
+        outcome.warnings.extend(dropped.then(|| "face colors are dropped: edges between them were turned".into()));
+        // Faces lie on both sides of borders now.
+        outcome.regions.iter_mut().for_each(|regions| regions.face_labels.clear());
+    }
     outcome.flips = flipped.edges;
     outcome.seconds.flip = flipped.seconds;
     outcome.seconds.total += flipped.seconds;

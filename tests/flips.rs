@@ -7,6 +7,7 @@ use coarsen::cluster;
 use coarsen::contract::Options;
 use coarsen::math::DVec3;
 use coarsen::mesh::sample;
+use coarsen::partition::{self, vsa};
 use coarsen::polish::{Flips, Objective, flip};
 use coarsen::{Budget, Device, Error, Mesh, Method, Outcome, removal, simplify};
 use support::deviation::deviation;
@@ -27,15 +28,18 @@ fn flipped(original: &Mesh, result: &Mesh, flips: Flips) -> (Mesh, usize) {
 }
 
 /// Every method, with these flips after it.
-fn methods(flips: Flips) -> [Method; 3] {
+fn methods(flips: Flips) -> [Method; 4] {
     [
         Method::Contract(Options { flips, ..Options::default() }),
         Method::Cluster(cluster::Options { flips, ..cluster::Options::default() }),
         Method::Removal(removal::Options { flips, ..removal::Options::default() }),
+        Method::Partition(partition::Options { flips, ..partition::Options::variational(vsa::Goal::Regions(40)) }),
     ]
 }
 
+/// Regions alone say how many faces partition leaves.
 fn run(mesh: &Mesh, method: &Method, budget: Budget, device: &Device) -> Outcome {
+    let budget = if matches!(method, Method::Partition(_)) { Budget::default() } else { budget };
     simplify(mesh, method, &budget, device, None).expect("a valid mesh and budget")
 }
 

@@ -6,7 +6,8 @@ use std::ops::ControlFlow;
 
 use coarsen::backend::{Device, GpuOptions};
 use coarsen::math::DVec3;
-use coarsen::mesh::{Rings, dual, sample, shapes};
+use coarsen::mesh::{dual, sample, shapes};
+use coarsen::papers::regions::{BAND, ROWS};
 use coarsen::partition::Surface;
 use coarsen::partition::vsa::{Connectivity, Goal, Options, Solver, Vsa, partition};
 use coarsen::{Error, Mesh};
@@ -191,15 +192,15 @@ fn what_is_out_of_range_is_an_error() {
 }
 
 #[test]
-fn restarts_and_exchanges_only_help() {
+fn restarts_and_exchanges_help() {
     let surface = surface(&bumpy(torus(60, 40), 0.08));
     let energy = |options: &Options| *run(&surface, options).energies.last().expect("an energy");
     for solver in SOLVERS {
         let once = Options { restarts: 1, teleports: 0, solver, ..regions(40) };
         let more = Options { restarts: 4, ..once };
-        assert!(energy(&more) <= energy(&once), "{solver:?}");
+        assert!(energy(&more) < energy(&once), "{solver:?}");
         let exchanged = Options { teleports: 8, ..once };
-        assert!(energy(&exchanged) <= energy(&once), "{solver:?}");
+        assert!(energy(&exchanged) < 0.99 * energy(&once), "{solver:?}");
     }
 }
 
@@ -302,6 +303,7 @@ fn any_mesh_has_regions() {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         state >> 16
     };
+    let mut parted = 0;
     for trial in 0..150 {
         let vertices = 3 + random() % 60;
         let mut coordinate = || match trial % 4 {
@@ -314,6 +316,7 @@ fn any_mesh_has_regions() {
         let faces = (0..1 + random() % 200).map(|_| [(); 3].map(|()| random() % vertices)).collect();
         let mesh = Mesh::new(positions, faces);
         let Ok(surface) = Surface::new(&mesh, if trial % 2 == 0 { Some(0.0) } else { None }) else { continue };
+        parted += 1;
         for solver in SOLVERS {
             for goal in [Goal::Regions(1), Goal::Regions(7), Goal::Energy(0.1), Goal::Deviation(0.1)] {
                 for connectivity in [Connectivity::Local, Connectivity::Exact] {
@@ -325,6 +328,7 @@ fn any_mesh_has_regions() {
             }
         }
     }
+    assert!(parted > 120, "{parted} have a face left");
 }
 
 #[test]
@@ -338,7 +342,11 @@ fn faces_without_area_go_along() {
     mesh.faces[20] = [a, middle, c];
     mesh.faces.extend([[middle, b, c], [a, b, middle]]);
     let surface = surface(&mesh);
-    assert!(Rings::new(&surface.faces, surface.points.len()).starts.len() > 1);
+    let has_no_area = |face: &&[u32; 3]| {
+        let [a, b, c] = face.map(|v| surface.points[v as usize]);
+        (b - a).cross(c - a).length() < 1e-12
+    };
+    assert_eq!(surface.faces.iter().filter(has_no_area).count(), 1);
     let vsa = run(&surface, &regions(1));
     assert_valid("line", &surface, &vsa);
     assert_eq!(vsa.energies.last(), Some(&0.0));
@@ -362,20 +370,18 @@ fn real_meshes_have_regions() {
     }
 }
 
-/// The table of \[Jin09\]: at most 1.05 times its energies, with the versions of its models at hand.
+/// The table of \[Jin09\]: at most 1.05 times its energies, with the versions of its models at hand; without exchanges rounds
+/// end where no face gains by itself, which may be a little higher.
 #[test]
 fn energies_are_the_paper_s() {
-    let rows = [
-        ("bunny.ply", 100, 0.3898),
-        ("fandisk.obj", 30, 0.0968),
-        ("feline.obj", 200, 0.4781),
-        ("armadillo.obj", 300, 0.4092),
-    ];
-    for (name, count, printed) in rows {
-        let Some(path) = model(&format!("papers/{name}")) else { return };
+    for row in ROWS {
+        let (count, [_, printed]) = (row.regions, row.greedy);
+        let extension = if row.model == "bunny" { "ply" } else { "obj" };
+        let name = format!("{}.{extension}", row.model);
+        let Some(path) = model(&format!("papers/{name}")) else { continue };
         let surface = surface(&coarsen::formats::read(&path).expect("a mesh"));
         for (solver, teleports, most) in
-            [(Solver::Greedy, 0, 1.05), (Solver::Rounds, 0, 1.08), (Solver::Greedy, 8, 0.85)]
+            [(Solver::Greedy, 0, BAND), (Solver::Rounds, 0, 1.08), (Solver::Greedy, 8, 0.85)]
         {
             let vsa = run_on(&cpu(2), &surface, &Options { solver, teleports, ..regions(count) });
             let energy = vsa.energies[vsa.energies.len() - 1];

@@ -8,8 +8,8 @@ use coarsen::simplify::{Blocked, Outcome, Phases, RoundRecord};
 use coarsen::{Budget, Device, Mesh, Method, StopReason, contract, metrics, partition};
 use serde::Serialize;
 
-use super::memory;
 use super::resolve::Job;
+use super::{memory, regions};
 
 /// A run, as `--json` prints it. Fields are only ever added under this `schema`.
 #[derive(Debug, Serialize)]
@@ -78,6 +78,13 @@ impl From<&partition::Regions> for Regions {
     fn from(regions: &partition::Regions) -> Self {
         let partition::Regions { count, undrawn, spatial, .. } = *regions;
         Self { count, undrawn, spatial, energy: regions.energies.last().copied() }
+    }
+}
+
+impl fmt::Display for Regions {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, ", {} regions", self.count)?;
+        self.energy.map_or(Ok(()), |energy| write!(f, " of energy {energy:.4}"))
     }
 }
 
@@ -187,7 +194,7 @@ impl Record {
             vertices_in: input.positions.len(),
             vertices_out: outcome.mesh.positions.len(),
             target: counts_faces(&job.budget).then_some(outcome.target),
-            reached: is_reached(&job.budget, outcome.stop),
+            reached: is_reached(&job.budget, outcome.stop) && regions::are_reached(job, outcome),
             stop_reason: outcome.stop,
             cell_size: outcome.cell_size,
             quadrics: outcome.quadrics.map(Stored::from),
@@ -222,9 +229,10 @@ impl Record {
     /// What was missed, for `--require-target`.
     pub fn shortfall(&self) -> String {
         let reasons = blocked_by(&self.blocked);
-        let asked = match self.target {
-            Some(target) => format!("{} faces are left of {} asked for", self.faces_out, target),
-            None => format!("{} faces are left and the error limit is not reached", self.faces_out),
+        let asked = match (self.target, &self.regions) {
+            (Some(target), _) => format!("{} faces are left of {} asked for", self.faces_out, target),
+            (None, Some(regions)) => format!("there are {} regions", regions.count),
+            (None, None) => format!("{} faces are left and the error limit is not reached", self.faces_out),
         };
         format!("the target is not reached: {asked} (stop={}{reasons})", name(self.stop_reason))
     }
@@ -274,7 +282,11 @@ impl fmt::Display for Record {
             self.faces_in,
             self.faces_out,
             name(self.stop_reason),
-            if self.reached { String::new() } else { blocked_by(&self.blocked) },
+            match &self.regions {
+                Some(regions) => regions.to_string(),
+                None if self.reached => String::new(),
+                None => blocked_by(&self.blocked),
+            },
             self.error.estimate_relative * 100.0,
             self.seconds.read,
             self.simplify_ms / 1e3,

@@ -40,7 +40,7 @@ fn coplanar(args: &args::Regions) -> anyhow::Result<By> {
         return Err(refuse(Exit::Usage, message));
     }
     let defaults = Flatness::default();
-    let angle_rad = args.flat_angle.map_or(defaults.angle_rad, f64::from);
+    let angle_rad = args.flat_angle.unwrap_or(defaults.angle_rad);
     Ok(By::Coplanar(Flatness { angle_rad, ..defaults }))
 }
 
@@ -87,7 +87,7 @@ fn superfaces(args: &args::Regions) -> anyhow::Result<By> {
         Some(area_unit) => Criterion::Paper { epsilon, area_unit },
         None => Criterion::Contrast { epsilon, range_cap: light_range.unwrap_or(RANGE_CAP) },
     };
-    found.regions.guard.angle_rad = flat_angle.map_or(found.regions.guard.angle_rad, f64::from);
+    found.regions.guard.angle_rad = flat_angle.unwrap_or(found.regions.guard.angle_rad);
     found.border_color = border_color.unwrap_or(found.border_color);
     Ok(By::Superfaces(found))
 }
@@ -131,6 +131,21 @@ pub fn is_asked(args: &args::Regions) -> bool {
     *args != NONE
 }
 
+/// Whether a run made the regions that were asked for: of others than variational shape approximation it always does.
+pub fn are_reached(job: &Job, outcome: &Outcome) -> bool {
+    let Method::Partition(partition::Options { by: By::Variational(variational), .. }) = &job.method else {
+        return true;
+    };
+    let Some(regions) = &outcome.regions else { return true };
+    let budget = &job.budget;
+    match variational.regions.goal {
+        _ if budget.error.is_some() || budget.error_abs.is_some() => true,
+        vsa::Goal::Regions(count) => regions.count <= count,
+        vsa::Goal::Energy(most) => regions.energies.last().is_some_and(|energy| *energy <= most),
+        vsa::Goal::Deviation(_) => true,
+    }
+}
+
 /// Notes what contradicts itself in the arguments for polygons and the file of the regions.
 pub fn check_files(args: &args::Simplify, source: Option<&Source>, sink: Option<&Sink>, problems: &mut Problems) {
     let args::RegionFiles { polygons, write_regions } = &args.region_files;
@@ -138,6 +153,9 @@ pub fn check_files(args: &args::Simplify, source: Option<&Source>, sink: Option<
         if is_given && !args.shape.method.makes_regions() {
             problems.add(format!("{name} is for --method vsa, superface and coplanar: nothing else makes regions"));
         }
+    }
+    if args.target.require_target && matches!(args.shape.method, args::Method::Superface | args::Method::Coplanar) {
+        problems.add("--require-target is for methods that have a target: superface and coplanar have none");
     }
     if *polygons && args.shape.flips > 0 {
         problems.add("--polygons and --flips contradict each other: what is turned are edges inside polygons");
@@ -212,4 +230,102 @@ pub fn write(job: &Job, outcome: &Outcome) -> anyhow::Result<()> {
     let mut bytes = serde_json::to_vec(&Told::new(&options.by, regions))?;
     bytes.push(b'\n');
     Ok(formats::write_file(path, &bytes)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::FromArgMatches;
+    use coarsen::polish::Flips;
+
+    use super::*;
+    use crate::cli::{Arguments, args::Verb, method};
+
+    fn method_of(line: &str) -> anyhow::Result<Method> {
+        let words = ["coarsen", "simplify", "in.ply", "out.ply"].into_iter().chain(line.split_whitespace());
+        let matches = args::command().try_get_matches_from(words)?;
+        let Verb::Simplify(args) = Arguments::from_arg_matches(&matches)?.verb else { panic!("{line}") };
+        method::method(&args, contract::Feature::default())
+    }
+
+    fn with(by: By, triangulation: partition::Triangulation) -> Method {
+        let flips = Flips { sweeps: 2, ..Flips::default() };
+        Method::Partition(partition::Options { by, triangulation, weld: Some(0.5), flips })
+    }
+
+    #[test]
+    fn options_reach_the_engine() {
+        let shape = "--weld 0.5 --flips 2";
+        let flat = By::Coplanar(Flatness { angle_rad: 5_f64.to_radians(), ..Flatness::default() });
+        let wanted = [
+            ("--method coplanar --flat-angle 5 --triangulation ears", with(flat, partition::Triangulation::Ears)),
+            (
+                "--method vsa --energy 0.3 --vsa-solver rounds --restarts 5 --chord-ratio 0.4",
+                with(
+                    By::Variational(Variational {
+                        regions: vsa::Options {
+                            solver: vsa::Solver::Rounds,
+                            restarts: 5,
+                            ..vsa::Options::new(vsa::Goal::Energy(0.3))
+                        },
+                        chord_ratio: 0.4,
+                    }),
+                    partition::Triangulation::Earcut,
+                ),
+            ),
+            (
+                "--method vsa --regions 7 --vsa-solver lloyd",
+                with(
+                    By::Variational(Variational {
+                        regions: vsa::Options {
+                            solver: vsa::Solver::Lloyd,
+                            ..vsa::Options::new(vsa::Goal::Regions(7))
+                        },
+                        ..Variational::new(vsa::Goal::Regions(7))
+                    }),
+                    partition::Triangulation::Earcut,
+                ),
+            ),
+        ];
+        for (line, wanted) in wanted {
+            assert_eq!(method_of(&format!("{line} {shape}")).expect(line), wanted, "{line}");
+        }
+    }
+
+    #[test]
+    fn light_reaches_the_engine() {
+        let superfaces = |line: &str| match method_of(&format!("--method superface {line}")).expect(line) {
+            Method::Partition(partition::Options { by: By::Superfaces(superfaces), triangulation, .. }) => {
+                (superfaces, triangulation)
+            }
+            other => panic!("{line}: {other:?}"),
+        };
+        let (found, triangulation) = superfaces("--light-step 0.2 --light-range 40% --border-color 3");
+        assert_eq!(found.regions.criterion, Criterion::Contrast { epsilon: 0.2, range_cap: 0.4 });
+        assert_eq!((found.border_color, triangulation), (3.0, partition::Triangulation::Ears));
+        let (found, triangulation) =
+            superfaces("--light-step 0.2 --area-unit 4 --flat-angle 20 --triangulation earcut");
+        assert_eq!(found.regions.criterion, Criterion::Paper { epsilon: 0.2, area_unit: 4.0 });
+        assert_eq!(found.regions.guard.angle_rad, 20_f64.to_radians());
+        assert_eq!(triangulation, partition::Triangulation::Earcut);
+        assert_eq!(superfaces("").0, Superfaces::default());
+        assert_eq!(superfaces("--flat-angle 1 --light-step 0.1").0, Superfaces::default());
+    }
+
+    #[test]
+    fn contradictions_are_told() {
+        let wrong = [
+            ("--method vsa", "--regions, --energy"),
+            ("--method vsa --regions 3 --energy 1", "contradict"),
+            ("--method vsa --regions 3 --error 1%", "contradict"),
+            ("--method vsa --regions 3 --light-step 1", "--vsa-solver"),
+            ("--method coplanar --regions 3", "--method coplanar takes"),
+            ("--method superface --regions 3", "--method superface takes"),
+            ("--method coplanar --metric plane", "--weld and --flips"),
+            ("--ratio 0.5 --regions 3", "options of regions are for"),
+        ];
+        for (line, part) in wrong {
+            let message = method_of(line).expect_err(line).to_string();
+            assert!(message.contains(part), "{line}: {message}");
+        }
+    }
 }

@@ -93,11 +93,9 @@ fn tell(job: &Job, record: &Record) -> anyhow::Result<Exit> {
     if job.json {
         console::print_json(record)?;
     }
-    if job.verbosity == Verbosity::Verbose && !record.rounds.is_empty() {
-        console::say(record.round_table());
-        if let Some(table) = record.kernel_table() {
-            console::say(table);
-        }
+    if job.verbosity == Verbosity::Verbose {
+        let rounds = (!record.rounds.is_empty()).then(|| record.round_table());
+        rounds.into_iter().chain(record.kernel_table()).for_each(console::say);
     }
     if job.verbosity > Verbosity::Quiet {
         console::say(record);

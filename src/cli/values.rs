@@ -53,9 +53,14 @@ pub fn weight(text: &str) -> Result<f32, String> {
 
 /// An angle in degrees, above 0 and at most 90; the result is in radians.
 pub fn angle(text: &str) -> Result<f32, String> {
+    // The angle is rounded after the conversion: 90 is a quarter turn exactly as f32 has it.
+    flat_angle(text).map(|radians| radians as f32)
+}
+
+/// [`angle`] in double precision.
+pub fn flat_angle(text: &str) -> Result<f64, String> {
     match number(text.strip_suffix('°').unwrap_or(text)) {
-        // The angle is rounded after the conversion: 90 is a quarter turn exactly as f32 has it.
-        Ok(degrees) if degrees > 0.0 && degrees <= 90.0 => Ok(degrees.to_radians() as f32),
+        Ok(degrees) if degrees > 0.0 && degrees <= 90.0 => Ok(degrees.to_radians()),
         _ => Err("give degrees above 0 and up to 90".into()),
     }
 }

@@ -137,7 +137,8 @@ impl Published {
     pub fn is_held(&self, way: &Contender, faces: usize, trial: &Trial) -> Option<bool> {
         let is_judged = faces == self.faces && way.lloyd.is_some();
         let [millis, energy] = self.greedy;
-        is_judged.then_some(trial.secs * 1e3 <= millis && trial.energy <= BAND * energy)
+        let is_near = trial.energy <= BAND * energy && trial.regions <= self.regions;
+        is_judged.then_some(trial.secs * 1e3 <= millis && is_near)
     }
 }
 

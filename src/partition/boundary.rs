@@ -335,7 +335,7 @@ mod tests {
         assert_ne!(boundary.passes[0].is_reversed(), boundary.passes[1].is_reversed());
     }
 
-    /// A face of each of two fans on one vertex, as a region that meets itself there.
+    /// Three regions in crumbs, with an edge of three faces among them.
     #[test]
     fn every_half_edge_is_passed_once_whatever_the_labels() {
         for seed in 0..20_u32 {

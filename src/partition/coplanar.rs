@@ -11,9 +11,13 @@ use super::surface::Surface;
 use crate::error::{Error, Result};
 use crate::math::DVec3;
 use crate::mesh::dual::NONE;
+use crate::mesh::limits::{ONE_DEGREE, least_cos};
 
 /// Faces that a thread takes at a time.
 const ROWS: usize = 1 << 12;
+
+/// How often a region is grown: it ends with the first that its plane holds.
+const MOST_TRIES: usize = 4;
 
 /// What lies in a plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,7 +31,7 @@ pub struct Flatness {
 impl Default for Flatness {
     /// One degree, and what rounding to six digits does.
     fn default() -> Self {
-        Self { angle_rad: 1_f64.to_radians(), distance: 1e-5 }
+        Self { angle_rad: ONE_DEGREE, distance: 1e-5 }
     }
 }
 
@@ -49,8 +53,7 @@ impl Flatness {
 
 /// Grows flat regions from the largest faces, within `distance` of a plane in the frame; `is_wall` tells faces that never share a region though they meet.
 ///
-/// A region is grown twice: with the plane of what it has so far, then anew from the same face with the plane of all that was
-/// found, so that every vertex is within the distance of one plane.
+/// Every vertex of a region is within the distance of the plane that it is drawn in.
 pub fn partition(surface: &Surface, angle_rad: f64, distance: f64, is_wall: impl Fn(u32, u32) -> bool) -> Partition {
     let mut growth = Growth::new(surface, angle_rad, distance);
     let mut region_count = 0;
@@ -66,6 +69,16 @@ pub fn partition(surface: &Surface, angle_rad: f64, distance: f64, is_wall: impl
         region_count += 1;
     }
     Partition::in_face_order(growth.labels, region_count as usize).0
+}
+
+/// The plane that a region grows in.
+#[derive(Debug, Clone, Copy)]
+struct Growing {
+    plane: Plane,
+    /// Whether it follows what is found.
+    leans: bool,
+    /// How far from it a vertex may be.
+    near: f64,
 }
 
 struct Growth<'a> {
@@ -87,7 +100,7 @@ impl<'a> Growth<'a> {
         Self {
             surface,
             normals: surface.faces.par_iter().with_min_len(ROWS).map(normal).collect(),
-            least_cos: angle_rad.cos(),
+            least_cos: least_cos(angle_rad),
             distance,
             labels: vec![NONE; surface.faces.len()],
             found: Vec::new(),
@@ -116,33 +129,46 @@ impl<'a> Growth<'a> {
         seeds.into_iter().map(|(_, face)| face).collect()
     }
 
+    /// Grows a region from `seed`: with a plane that leans to what is found, then with that of all that was found, then nearer
+    /// and nearer to its planes until the one that it has at last holds it.
     fn grow(&mut self, seed: u32, label: u32, is_wall: &impl Fn(u32, u32) -> bool) {
         let [a, ..] = self.surface.faces[seed as usize];
-        let normal = self.normals[seed as usize];
+        let own = Plane::new(self.surface.points[a as usize], self.normals[seed as usize]);
+        let mut near = self.distance;
+        for _ in 0..MOST_TRIES {
+            self.spread(seed, label, Growing { plane: own, leans: true, near }, is_wall);
+            let Some(plane) = self.plane_that_is_off() else { return };
+            self.let_go();
+            self.spread(seed, label, Growing { plane, leans: false, near }, is_wall);
+            if self.plane_that_is_off().is_none() {
+                return;
+            }
+            self.let_go();
+            near /= 2.0;
+        }
         self.labels[seed as usize] = label;
-        if normal.length_squared() <= 0.0 {
-            return;
-        }
-        let own = Plane::new(self.surface.points[a as usize], normal);
-        self.spread(seed, label, own, true, is_wall);
-        if self.found.len() < 3 {
-            return;
-        }
-        let Some(plane) = Plane::of(self.surface, &self.found) else { return };
-        let off = |v: u32| plane.height(self.surface.points[v as usize]).abs() > self.distance;
-        if !self.found.iter().any(|&f| self.surface.faces[f as usize].into_iter().any(off)) {
-            return;
-        }
+    }
+
+    /// The plane of what was found, if a vertex is too far from it.
+    fn plane_that_is_off(&self) -> Option<Plane> {
+        let plane = Plane::of(self.surface, &self.found)?;
+        let is_off = |v: u32| plane.height(self.surface.points[v as usize]).abs() > self.distance;
+        let any = self.found.iter().any(|&face| self.surface.faces[face as usize].into_iter().any(is_off));
+        any.then_some(plane)
+    }
+
+    /// Takes the labels back from what was found.
+    fn let_go(&mut self) {
         for &face in &self.found {
             self.labels[face as usize] = NONE;
         }
-        self.labels[seed as usize] = label;
-        self.spread(seed, label, plane, false, is_wall);
     }
 
-    /// Labels what hangs together with `seed` and lies in `plane`, which may lean to what was found.
-    fn spread(&mut self, seed: u32, label: u32, mut plane: Plane, leans: bool, is_wall: &impl Fn(u32, u32) -> bool) {
+    /// Labels what hangs together with `seed` and lies in the plane.
+    fn spread(&mut self, seed: u32, label: u32, growing: Growing, is_wall: &impl Fn(u32, u32) -> bool) {
         let surface = self.surface;
+        let Growing { mut plane, leans, near } = growing;
+        self.labels[seed as usize] = label;
         self.found.clear();
         self.found.push(seed);
         let (mut done, mut next_lean) = (0, 8);
@@ -152,8 +178,8 @@ impl<'a> Growth<'a> {
                 if other == NONE || self.labels[other as usize] != NONE || is_wall(face, other) {
                     continue;
                 }
-                let near = |v: u32| plane.height(surface.points[v as usize]).abs() <= self.distance;
-                if self.faces_along(other, plane.normal) && surface.faces[other as usize].into_iter().all(near) {
+                let is_near = |v: u32| plane.height(surface.points[v as usize]).abs() <= near;
+                if self.faces_along(other, plane.normal) && surface.faces[other as usize].into_iter().all(is_near) {
                     self.labels[other as usize] = label;
                     self.found.push(other);
                 }
@@ -207,17 +233,16 @@ mod tests {
         let distance = 0.01 * surface.diagonal;
         let partition = partition(&surface, 1.0, distance, |_, _| false);
         let (starts, faces) = partition.faces_by_region();
+        let mut most = 0;
         for ends in starts.windows(2) {
             let faces = &faces[ends[0] as usize..ends[1] as usize];
+            let plane = Plane::of(&surface, faces).expect("a direction");
             let corners = faces.iter().flat_map(|&f| surface.faces[f as usize]);
-            let normals = Growth::new(&surface, 1.0, distance).normals;
-            let sum: DVec3 = faces.iter().map(|&f| normals[f as usize]).sum();
-            // Some plane across the mean normal holds them all: their extent along it is twice the distance, and a little more
-            // where the plane of what was left is not the one it was grown in.
-            let heights = corners.map(|v| surface.points[v as usize].dot(sum.normalize()));
-            let (low, high) = heights.fold((f64::MAX, f64::MIN), |(low, high), h| (low.min(h), high.max(h)));
-            assert!(high - low <= 2.5 * distance, "{}", (high - low) / distance);
+            let highest = corners.map(|v| plane.height(surface.points[v as usize]).abs()).fold(0.0, f64::max);
+            assert!(highest <= distance * (1.0 + 1e-9), "{} of {} faces", highest / distance, faces.len());
+            most = most.max(faces.len());
         }
+        assert!(most > 20, "{most} faces in the largest region");
     }
 
     #[test]

@@ -46,27 +46,32 @@ pub fn run(
         Search { mesh, surface: &surface, budget, queues: &mut queues, warnings: &mut warnings, report: &mut report };
     let found = search.find(options)?;
     seconds.select = lapped();
-    let cancelled = found.is_cancelled;
+    let mut cancelled = found.is_cancelled;
     let mut parts = Parts::new(found.partition);
     let mut rebuilt = Rebuilt::nothing(&surface, &parts.partition);
-    for cuts in 0..=MOST_CUTS {
-        if cancelled {
-            break;
-        }
+    let (mut cuts, mut fills_in_space) = (0, false);
+    while !cancelled {
         let boundary = Boundary::new(&surface, &parts.partition);
         let mut chains = Chains::new(&surface, &boundary);
         queues.run(&mut warnings, |queue| chains.simplify(found.tolerances, found.colors.as_deref(), queue))?;
         seconds.cost += lapped();
         let recipe = Recipe {
             triangulation: options.triangulation,
-            fills_in_space: cuts == MOST_CUTS,
+            fills_in_space,
             light: found.colors.as_deref().map(|colors| Light { colors, tolerance: found.inner_color }),
         };
         rebuilt = rebuild(&surface, &parts.partition, &boundary, &mut chains, recipe);
         seconds.apply += lapped();
-        if cuts == MOST_CUTS || !parts.cut(&surface, &rebuilt.undrawn) {
+        if rebuilt.undrawn.is_empty() || fills_in_space {
             break;
         }
+        // What cannot be cut any more is filled in space at last.
+        cuts += 1;
+        fills_in_space = cuts > MOST_CUTS || !parts.cut(&surface, &rebuilt.undrawn);
+        cancelled = report().is_break();
+    }
+    if cancelled {
+        rebuilt = Rebuilt::nothing(&surface, &parts.partition);
     }
     if !rebuilt.undrawn.is_empty() {
         let count = rebuilt.undrawn.len();

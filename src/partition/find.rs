@@ -83,6 +83,7 @@ impl Search<'_> {
 
     fn variational(self, &Variational { regions, chord_ratio }: &Variational, limit: f64) -> Result<Found> {
         let goal = if limit.is_finite() { vsa::Goal::Deviation(limit) } else { regions.goal };
+        let distance = self.surface.frame.length_to_rows(limit);
         let report = self.report;
         let mut on_pass = |_| report();
         let options = vsa::Options { goal, ..regions };
@@ -92,20 +93,24 @@ impl Search<'_> {
             proxies: found.proxies,
             energies: found.energies,
             is_cancelled: found.is_cancelled,
-            ..Found::new(found.partition, Tolerances { chord_ratio, ..ANY })
+            ..Found::new(found.partition, Tolerances { chord_ratio, distance, ..ANY })
         })
     }
 
     fn superfaces(&mut self, superfaces: &Superfaces, limit: f64) -> Result<Found> {
         let (surface, mesh) = (self.surface, self.mesh);
         let mut regions = superfaces.regions;
-        if limit.is_finite() {
-            regions.guard.distance = surface.frame.length_to_rows(limit) / surface.diagonal;
+        let limit = surface.frame.length_to_rows(limit);
+        if limit.is_finite() && surface.diagonal > 0.0 {
+            regions.guard.distance = limit / surface.diagonal;
         }
         let found = self.queues.run(self.warnings, |queue| superface::partition(surface, mesh, regions, queue))?;
         self.warnings.extend(found.warnings);
+        let moved =
+            mesh.face_colors.is_some().then(|| "face colors become those of vertices, without steps between".into());
+        self.warnings.extend(moved);
         let tolerances = Tolerances {
-            distance: superfaces.border_distance * surface.diagonal,
+            distance: limit.min(superfaces.border_distance * surface.diagonal),
             color: superfaces.border_color / 255.0,
             ..ANY
         };

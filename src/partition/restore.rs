@@ -21,7 +21,7 @@ pub struct Regions {
     pub labels: Vec<u32>,
     /// How many regions there are.
     pub count: usize,
-    /// The region of every face of the result.
+    /// The region of every face of the result; empty where edges were turned after, also those on borders.
     pub face_labels: Vec<u32>,
     /// The result without edges inside regions: each is one polygon, or several where it was cut to be drawn, and one a face
     /// where it keeps its faces or has vertices inside. Edge flips come after this and change no polygon.

@@ -22,10 +22,13 @@ fn regions_are_written_as_polygons() {
     assert_eq!(faces(&fs::read(dir.path("out.obj")).expect("the result")), 6);
     let piped = dir.run("simplify in.obj - --format obj --method vsa --regions 6 --polygons -g cpu").succeeds();
     assert_eq!(faces(&piped.out), 6);
+    dir.run("simplify in.obj out.ply --method coplanar --polygons -g cpu").succeeds();
+    let ply = fs::read(dir.path("out.ply")).expect("the result");
+    assert!(String::from_utf8_lossy(&ply).contains("element face 6\n"));
     dir.run("simplify in.obj out.ply.gz --method coplanar --polygons -g cpu").succeeds();
     let inspected = dir.run("inspect out.ply.gz --json").succeeds().json();
     assert_eq!((&inspected["stored"]["faces"], &inspected["stored"]["border_edges"]), (&12.into(), &0.into()));
-    assert_eq!(dir.files(), ["in.obj", "out.obj", "out.ply.gz"]);
+    assert_eq!(dir.files(), ["in.obj", "out.obj", "out.ply", "out.ply.gz"]);
 }
 
 #[test]

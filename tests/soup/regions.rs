@@ -1,16 +1,15 @@
 //! Rubbish through the methods that make regions.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::time::Instant;
 
-use coarsen::mesh::{Rings, dual, weld};
+use coarsen::mesh::{Rings, dual};
 use coarsen::partition::superface::Criterion;
-use coarsen::partition::{By, Flatness, Options, Partition, Superfaces, Triangulation, vsa};
-use coarsen::{Budget, Device, Error, Mesh, Method, simplify};
+use coarsen::partition::{By, Flatness, NO_REGION, Options, Partition, Superfaces, Triangulation, vsa};
+use coarsen::{Budget, Device, Mesh, Method};
 
 use super::rubbish::{below, pick};
 use super::support::deviation::Random;
-use super::{PATIENCE, assert_topology};
+use super::{assert_topology, flips, outcome, start};
 
 /// One mesh by one of the methods, with options that follow from the seed.
 pub fn run(seed: u64, mesh: &Mesh, device: &Device) {
@@ -59,40 +58,24 @@ fn options(random: &mut Random) -> Options {
     };
     options.triangulation = pick(random, &[Triangulation::Earcut, Triangulation::Ears]);
     options.weld = pick(random, &[Some(0.0), Some(0.0), None, Some(1e-3), Some(0.5)]);
+    options.flips = flips(random);
     options
 }
 
 /// Vertices are the input's, the topology is kept, and regions hang together.
 fn assert_rebuilds(mesh: &Mesh, options: &Options, budget: Budget, device: &Device) {
-    let clock = Instant::now();
-    let result = simplify(mesh, &Method::Partition(options.clone()), &budget, device, None);
-    assert!(clock.elapsed() < PATIENCE, "it took {:?}", clock.elapsed());
-    let outcome = match result {
-        Ok(outcome) => outcome,
-        // All faces may be degenerate, there may be no colors, and the diagonal times a limit may be too large.
-        Err(Error::Mesh(_) | Error::Parameter(_)) => return,
-        Err(other) => panic!("{other}"),
-    };
-    outcome.mesh.check().unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(outcome.mesh.positions.len(), outcome.vertex_origin.len());
-    for (p, &origin) in outcome.mesh.positions.iter().zip(&outcome.vertex_origin) {
-        assert!(*p == mesh.positions[origin as usize], "{p} does not come from {origin}");
-    }
-    let mut start = match options.weld {
-        Some(tolerance) => weld(mesh, tolerance).mesh,
-        None => mesh.clone(),
-    };
-    start.faces.retain(|[a, b, c]| a != b && b != c && c != a);
-    assert_topology(&start, &outcome.mesh, false);
+    let Some(outcome) = outcome(mesh, Method::Partition(options.clone()), budget, device) else { return };
+    assert_topology(&start(mesh, options.weld), &outcome.mesh, false);
 
     let regions = outcome.regions.expect("regions");
-    assert_eq!(regions.face_labels.len(), outcome.mesh.faces.len());
+    let labeled = if outcome.flips == 0 { outcome.mesh.faces.len() } else { 0 };
+    assert_eq!(regions.face_labels.len(), labeled);
     if options.weld.is_none() {
         let (faces, labels): (Vec<_>, Vec<_>) = mesh
             .faces
             .iter()
             .zip(&regions.labels)
-            .filter(|(_, label)| **label != u32::MAX)
+            .filter(|(_, label)| **label != NO_REGION)
             .map(|(f, l)| (*f, *l))
             .unzip();
         let neighbors = dual::neighbors(&faces, &Rings::new(&faces, mesh.positions.len()));

@@ -9,21 +9,22 @@ use crate::cli::values;
 #[derive(Debug, PartialEq, Args)]
 #[command(next_help_heading = "Regions")]
 pub struct Regions {
-    /// Angle within a flat region: 1
+    /// Angle within a flat region, in degrees
     ///
-    /// With --method coplanar and superface: how far the normal of a face may be from that of its region, in degrees above 0
-    /// and up to 90. Without the option 1; superfaces of what is curved take 20.
-    #[arg(long, value_name = "DEG", value_parser = values::angle)]
-    pub flat_angle: Option<f32>,
+    /// With --method coplanar and superface: how far the normal of a face may be from that of its region, and of a superface
+    /// from that of the face it began with, in degrees above 0 and up to 90. Without the option 1; superfaces of what is curved
+    /// take 20.
+    #[arg(long, value_name = "DEG", value_parser = values::flat_angle)]
+    pub flat_angle: Option<f64>,
 
-    /// Regions of --method vsa: 100
+    /// Regions of --method vsa
     ///
     /// How many regions --method vsa makes; more where the surface has more parts than that, and fewer where more would be
     /// alike. In its place --energy or --error.
     #[arg(long, value_name = "N", value_parser = values::count)]
     pub regions: Option<usize>,
 
-    /// Energy of --method vsa: 0.1
+    /// Energy of --method vsa
     ///
     /// Makes as few regions as bring the energy below this: the squared difference of each face's normal from its region's,
     /// times its area where half the bounding box's diagonal is 1.
@@ -33,7 +34,7 @@ pub struct Regions {
     /// Solver: greedy, rounds or lloyd
     ///
     /// How --method vsa finds its regions: with 'greedy', the default, faces on borders move one by one; with 'rounds' many
-    /// at once, by kernels on the device; with 'lloyd' regions are grown anew around their directions, which takes longer.
+    /// at once, by kernels, on an adapter only where --device names one; with 'lloyd' regions are grown anew around their directions, which takes longer.
     #[arg(long, value_name = "NAME", value_enum, hide_possible_values = true)]
     pub vsa_solver: Option<Solver>,
 

@@ -75,7 +75,8 @@ pub struct Target {
     ///
     /// Stops before the estimated deviation passes this fraction of the bounding box's diagonal. The estimate is the root
     /// of a mean squared distance to the planes of the original, no bound. With --method cluster it bounds how far a
-    /// vertex moves.
+    /// vertex moves, with vsa, superface and coplanar how far it is from its region's plane and a border from what takes
+    /// its place.
     #[arg(short, long, value_name = "R|P%", value_parser = values::fraction)]
     pub error: Option<f64>,
 

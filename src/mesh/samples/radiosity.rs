@@ -1,7 +1,8 @@
 //! The light in a room whose surfaces reflect alike in all directions: radiosity by progressive refinement.
 //!
 //! Coarse patches exchange light until little is left to send; what reaches a point straight from a lamp is found for each
-//! point by itself, so that shadows are as sharp as the lamps are small. Only exact arithmetic: the same bits everywhere.
+//! point by itself, so that shadows are as sharp as the lamps are small. Only operations that round correctly, in a fixed order:
+//! the same bits everywhere.
 
 use std::f64::consts::PI;
 

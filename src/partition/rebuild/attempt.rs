@@ -28,7 +28,7 @@ pub enum Attempt {
 #[derive(Debug)]
 pub struct Flat {
     pub outline: Outline,
-    /// Vertices of the surface inside, put back for their light.
+    /// Vertices of the surface inside the region; those are back for their light that a triangle has.
     pub inner: Vec<u32>,
     /// Indices of the outline's points, and after them of those inside.
     pub triangles: Vec<[u32; 3]>,
@@ -76,7 +76,7 @@ pub struct Site<'a> {
     pub surface: &'a Surface,
     pub boundary: &'a Boundary,
     pub chains: &'a Chains<'a>,
-    /// How many attempts were made before.
+    /// How many attempts gave its chains more vertices.
     pub attempts: u32,
 }
 

@@ -161,8 +161,9 @@ impl Work<'_> {
         passed.sort_unstable();
         for slit in passed.windows(2).filter(|pair| pair[0] == pair[1]).map(|pair| pair[0]) {
             let vertex = |place: usize| self.boundary.chain_vertices[place];
-            let own: Vec<u64> = chains.segments(slit).map(|[a, b]| key(vertex(a), vertex(b))).collect();
-            edges.retain(|edge| !own.contains(edge));
+            let mut own: Vec<u64> = chains.segments(slit).map(|[a, b]| key(vertex(a), vertex(b))).collect();
+            own.sort_unstable();
+            edges.retain(|edge| own.binary_search(edge).is_err());
         }
     }
 
@@ -187,8 +188,7 @@ impl Work<'_> {
                 && matches!(self.fillings[region as usize], Filling::Least | Filling::Own))
     }
 
-    /// Takes an edge from all who have it but one, or from all if the input has it: a chain keeps it that has no other vertex
-    /// to give, else the first.
+    /// Takes an edge from all who have it but the first, or from all if the input has it.
     fn settle(&mut self, group: &[(u64, Owner)], taken: &mut FxHashSet<u64>, chains: &mut Chains<'_>) {
         let edge = group[0].0;
         let keeper = if self.is_in_input(edge, Some(group[0].1)) { usize::MAX } else { 0 };
@@ -227,8 +227,7 @@ impl Work<'_> {
             Filling::Open => return,
             Filling::Least | Filling::Own => Attempt::Hopeless,
             Filling::Flat(flat) => {
-                let is_plain = flat.inner.is_empty();
-                if is_plain && flip_away(&flat.outline, &mut flat.triangles, ends(edge), is_taken) {
+                if !flat.has_vertices_inside() && flip_away(&flat.outline, &mut flat.triangles, ends(edge), is_taken) {
                     let mut edges = Vec::new();
                     inner_edges(flat.vertices(), &mut edges);
                     taken.extend(edges);

@@ -26,7 +26,9 @@ use super::boundary::Boundary;
 use super::chains::Chains;
 use super::surface::Surface;
 use super::triangulate::{Triangulation, fill_in_space};
+use crate::math::DVec3;
 use crate::mesh::adjacency::group;
+use crate::spatial::triangle::closest_point;
 
 /// Attempts at a region before it keeps its faces: each gave its chains more vertices.
 const MOST_ATTEMPTS: u32 = 64;
@@ -79,7 +81,8 @@ pub struct Rebuilt {
     pub is_whole: Vec<bool>,
     /// Regions that keep their faces for they cannot be drawn.
     pub undrawn: Vec<u32>,
-    /// The greatest distance of a vertex that went from the plane or the segment in its place, in the frame.
+    /// The greatest distance of a vertex from the plane that its region is drawn in, from the triangles that fill that in space,
+    /// or from the segment in its place, in the frame.
     pub deviation: f64,
     /// Regions filled in space.
     pub spatial: usize,
@@ -133,6 +136,7 @@ struct Work<'a> {
     planes: Vec<Option<Plane>>,
     is_planar: Vec<bool>,
     fillings: Vec<Filling>,
+    /// How often each gave its chains more vertices because it could not be drawn.
     attempts: Vec<u32>,
     /// How many edges each region gave up.
     conflicts: Vec<u32>,
@@ -183,10 +187,8 @@ impl<'a> Work<'a> {
     fn draw(&mut self, chains: &mut Chains<'_>) {
         let open = std::mem::take(&mut self.open);
         let shared = &*chains;
-        let attempts: Vec<Attempt> =
-            open.par_iter().with_min_len(ROWS).map(|&region| self.attempt(region, shared)).collect();
+        let attempts: Vec<Attempt> = open.par_iter().map(|&region| self.attempt(region, shared)).collect();
         for (region, attempt) in open.into_iter().zip(attempts) {
-            self.attempts[region as usize] += 1;
             match attempt {
                 Attempt::Least => self.fillings[region as usize] = Filling::Least,
                 Attempt::Flat(flat) => self.fillings[region as usize] = Filling::Flat(flat),
@@ -195,7 +197,10 @@ impl<'a> Work<'a> {
                     self.planes[region as usize] = None;
                     self.fillings[region as usize] = Filling::Spatial(triangles);
                 }
-                Attempt::Split(places) => self.split(region, &places, chains),
+                Attempt::Split(places) => {
+                    self.attempts[region as usize] += 1;
+                    self.split(region, &places, chains);
+                }
                 Attempt::Hopeless => self.keep_own(region, chains),
             }
         }
@@ -293,18 +298,21 @@ impl<'a> Work<'a> {
         self.open.extend(open);
     }
 
-    /// The greatest distance of a vertex from the plane of its region, where that is drawn anew, or of a chain's vertex from
-    /// the segment that takes its place.
+    /// The greatest distance of a vertex from the plane of its region, or from the triangles that fill that in space, where it
+    /// is drawn anew, or of a chain's vertex from the segment that takes its place.
     fn deviation(&self, chains: &Chains<'_>) -> f64 {
-        let off = |(region, filling): (usize, &Filling)| {
-            let faces = match filling {
-                Filling::Flat(_) | Filling::Spatial(_) => self.faces_of(region as u32),
-                Filling::Open | Filling::Own | Filling::Least => &[],
-            };
-            // That of what is filled in space was given up.
-            let Some(plane) = self.planes[region].or_else(|| Plane::of(self.surface, faces)) else { return 0.0 };
-            let corners = faces.iter().flat_map(|&f| self.surface.faces[f as usize]);
-            corners.map(|v| plane.height(self.surface.points[v as usize]).abs()).fold(0.0, f64::max)
+        let point = |v: u32| self.surface.points[v as usize];
+        let corners = |region: usize| self.faces_of(region as u32).iter().flat_map(|&f| self.surface.faces[f as usize]);
+        let off = |(region, filling): (usize, &Filling)| match (filling, &self.planes[region]) {
+            (Filling::Flat(_), Some(plane)) => {
+                corners(region).map(|v| plane.height(point(v)).abs()).fold(0.0, f64::max)
+            }
+            (Filling::Spatial(triangles), _) => {
+                let to = |p: DVec3| triangles.iter().map(move |t| closest_point(p, t.map(point)).distance_sq);
+                let nearest = |v: u32| to(point(v)).fold(f64::INFINITY, f64::min);
+                corners(region).map(nearest).fold(0.0, f64::max).sqrt()
+            }
+            _ => 0.0,
         };
         let along = |chain: usize| {
             chains
@@ -313,7 +321,7 @@ impl<'a> Work<'a> {
                 .map(|(_, off)| off)
                 .fold(0.0, f64::max)
         };
-        let regions = self.fillings.par_iter().enumerate().with_min_len(ROWS).map(off).reduce(|| 0.0, f64::max);
+        let regions = self.fillings.par_iter().enumerate().map(off).reduce(|| 0.0, f64::max);
         let all = (0..self.boundary.chain_count()).into_par_iter().with_min_len(ROWS);
         all.filter(|&chain| !chains.is_whole(chain)).map(along).reduce(|| regions, f64::max)
     }

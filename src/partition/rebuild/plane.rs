@@ -72,7 +72,7 @@ mod tests {
         for direction in [DVec3::X, -DVec3::Y, DVec3::Z * 1e-200, DVec3::new(1.0, -2.0, 1e200), DVec3::ONE] {
             let plane = Plane::new(DVec3::ONE, direction);
             assert!((plane.u.cross(plane.v) - plane.normal).length() < 1e-12, "{direction}");
-            assert!(plane.height(DVec3::ONE + plane.normal * 2.0) - 2.0 < 1e-12);
+            assert!((plane.height(DVec3::ONE + plane.normal * 2.0) - 2.0).abs() < 1e-12);
             assert_eq!(plane.project(DVec3::ONE), DVec2::ZERO);
         }
         let flat = Plane::new(DVec3::ZERO, DVec3::Z);

@@ -22,6 +22,7 @@ use crate::kernel::light_changes::LightChanges;
 use crate::kernel::rows::Face;
 use crate::math::DVec3;
 use crate::mesh::Mesh;
+use crate::mesh::limits::{ONE_DEGREE, TWENTY_DEGREES};
 
 use super::rebuild::Plane;
 use super::surface::Surface;
@@ -86,9 +87,9 @@ pub struct Options {
 
 impl Options {
     /// Rooms: what is flat, to one degree.
-    pub const FLAT: Flatness = Flatness { angle_rad: 0.017_453_292_519_943_295, distance: 1e-3 };
+    pub const FLAT: Flatness = Flatness { angle_rad: ONE_DEGREE, distance: 1e-3 };
     /// Curved surfaces: faces within twenty degrees of the first.
-    pub const BENT: Flatness = Flatness { angle_rad: 0.349_065_850_398_865_9, distance: 1e-3 };
+    pub const BENT: Flatness = Flatness { angle_rad: TWENTY_DEGREES, distance: 1e-3 };
 
     /// # Errors
     /// [`Error::Parameter`] for what is out of range.

@@ -4,6 +4,7 @@ use super::super::rebuild::Plane;
 use super::super::surface::Surface;
 use super::{Criterion, Options};
 use crate::math::DVec3;
+use crate::mesh::limits::least_cos;
 
 /// The least cosine between the normal of a face and that of its superface: past it, faces would lie over each other in the plane.
 const LEAST_TO_PLANE: f64 = 0.2;
@@ -80,7 +81,7 @@ impl Rules {
             by_area: options.criterion.area_unit().is_some(),
             range_cap,
             floor: f64::from(floor),
-            least_cos: options.guard.angle_rad.cos(),
+            least_cos: least_cos(options.guard.angle_rad),
             distance: options.guard.distance * diagonal,
         }
     }
