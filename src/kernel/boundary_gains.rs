@@ -202,3 +202,69 @@ impl Kernel for BoundaryGains<'_> {
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Six faces around vertex 0: face k has the corners 0, k + 1 and the next. Across `ab` lies the face before, across `ca`
+    /// the one after, and nothing lies outside.
+    fn fan() -> (Vec<Face>, Vec<Face>) {
+        let face = |k: u32| Face { a: 0, b: k + 1, c: (k + 1) % 6 + 1 };
+        let across = |k: u32| Face { a: (k + 5) % 6, b: NONE, c: (k + 1) % 6 };
+        ((0..6).map(face).collect(), (0..6).map(across).collect())
+    }
+
+    fn targets(labels: [u32; 6], normals: [[f32; 4]; 6], directions: &[[f32; 4]]) -> [u32; 6] {
+        let (faces, neighbors) = fan();
+        let seen = Labeled { faces: &faces, neighbors: &neighbors, labels: &labels };
+        std::array::from_fn(|face| target_of(face as u32, &seen, &normals, directions))
+    }
+
+    const X: [f32; 4] = [1.0, 0.0, 0.0, 0.0];
+    const Y: [f32; 4] = [0.0, 1.0, 0.0, 0.0];
+
+    #[test]
+    fn faces_go_where_they_face() {
+        // Face 2 looks the way of the region beside it, and its own is whole without it. Face 4 does too, but lies among its own.
+        let normals = [X, X, X, Y, X, Y];
+        assert_eq!(targets([0, 0, 1, 1, 1, 1], normals, &[X, Y]), [NONE, NONE, 0, NONE, NONE, NONE]);
+    }
+
+    #[test]
+    fn the_last_face_of_a_region_stays() {
+        assert_eq!(targets([0, 1, 0, 0, 0, 0], [X; 6], &[X, Y])[1], NONE);
+        assert_eq!(targets([0, 1, 1, 0, 0, 0], [X; 6], &[X, Y])[1..3], [0, 0]);
+    }
+
+    #[test]
+    fn a_way_around_the_vertex_is_enough() {
+        // All but face 0 are of region 1: any of its faces has two neighbors of its own, and face 0 cuts the way around but for
+        // those beside it, which have one.
+        assert_eq!(targets([0, 1, 1, 1, 1, 1], [X; 6], &[X, Y]), [NONE, 0, NONE, NONE, NONE, 0]);
+        let (faces, neighbors) = fan();
+        let labels = [1; 6];
+        let seen = Labeled { faces: &faces, neighbors: &neighbors, labels: &labels };
+        assert!((0..6).all(|face| stays_connected(face, 1, &seen)));
+    }
+
+    #[test]
+    fn the_lower_of_regions_as_near_is_taken() {
+        // Another face of its region lies outside of face 0, and a region on either side of it.
+        let (mut faces, mut neighbors) = fan();
+        faces.push(Face { a: 2, b: 1, c: 7 });
+        neighbors.push(Face { a: 0, b: NONE, c: NONE });
+        neighbors[0].b = 6;
+        for labels in [[2, 0, 0, 1, 1, 1, 2], [2, 1, 1, 0, 0, 0, 2]] {
+            let seen = Labeled { faces: &faces, neighbors: &neighbors, labels: &labels };
+            assert_eq!(target_of(0, &seen, &[X; 7], &[X, X, Y]), 0);
+            assert_eq!(target_of(0, &seen, &[X; 7], &[Y, X, Y]), 1);
+        }
+    }
+
+    #[test]
+    fn a_gain_must_exceed_the_least() {
+        let off = |gain: f32| targets([0, 0, 1, 1, 1, 1], [X; 6], &[X, [1.0 - gain, 0.0, 0.0, 0.0]])[2];
+        assert_eq!((off(LEAST_GAIN), off(2.0 * LEAST_GAIN)), (NONE, 0));
+    }
+}

@@ -111,3 +111,57 @@ impl Kernel for LabelMoves<'_> {
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::backend::Device;
+
+    /// Four faces around vertex 0, and one apart.
+    const FACES: [[u32; 3]; 5] = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1], [5, 6, 7]];
+
+    fn moved(targets: [u32; 5], round: u32) -> Vec<u32> {
+        let device = Device::cpu(1).expect("a thread");
+        let mut queue = device.cpu_queue();
+        let rings = [vec![0, 1, 2, 3], vec![0, 3], vec![0, 1], vec![1, 2], vec![2, 3], vec![4], vec![4], vec![4]];
+        let starts = std::iter::once(0).chain(rings.iter().scan(0, |sum, ring| {
+            *sum += ring.len() as u32;
+            Some(*sum)
+        }));
+        let faces = FACES.map(|[a, b, c]| Face { a, b, c }).to_vec();
+        let faces = queue.buffer_from(faces).expect("memory");
+        let ring_starts = queue.buffer_from(starts.collect()).expect("memory");
+        let ring_faces = queue.buffer_from(rings.concat()).expect("memory");
+        let targets = queue.buffer_from(targets.to_vec()).expect("memory");
+        let mut labels = queue.buffer_from(vec![9; 5]).expect("memory");
+        let kernel = LabelMoves {
+            faces: &faces,
+            ring_starts: &ring_starts,
+            ring_faces: &ring_faces,
+            targets: &targets,
+            face_count: 5,
+            round,
+            labels: &mut labels,
+        };
+        queue.run(kernel).expect("the CPU");
+        labels.host().to_vec()
+    }
+
+    #[test]
+    fn of_those_around_a_vertex_the_one_with_the_greatest_hash_moves() {
+        for round in 0..8 {
+            let first = (0..4).max_by_key(|&face| tie_hash(face, round)).expect("four faces") as usize;
+            let mut wanted = [9, 9, 9, 9, 7];
+            wanted[first] = 3;
+            assert_eq!(moved([3, 3, 3, 3, 7], round), wanted, "{round}");
+        }
+    }
+
+    #[test]
+    fn what_stays_is_in_nobody_s_way() {
+        for round in 0..8 {
+            assert_eq!(moved([NONE, 3, NONE, NONE, NONE], round), [9, 3, 9, 9, 9]);
+            assert_eq!(moved([NONE; 5], round), [9; 5]);
+        }
+    }
+}

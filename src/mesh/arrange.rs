@@ -11,9 +11,11 @@ use rayon::prelude::*;
 
 use super::adjacency::Rings;
 use super::curve::Curve;
+use super::limits::check_weld;
 use super::near::within;
 use super::topology::has_repeated_corner;
 use super::{Mesh, PARALLEL_ROWS};
+use crate::error::{Error, Result};
 use crate::math::DVec3;
 
 /// A welded mesh without its positions, in the order of the curve.
@@ -37,6 +39,23 @@ pub(crate) struct Arranged {
 }
 
 impl Arranged {
+    /// [`new`](Self::new) of any mesh.
+    ///
+    /// # Errors
+    /// [`Error::Mesh`] for an invalid mesh or one that has no face left, [`Error::Parameter`] for a tolerance that is no length.
+    pub fn checked(mesh: &Mesh, tolerance: Option<f64>) -> Result<Self> {
+        mesh.check()?;
+        if mesh.faces.is_empty() {
+            return Err(Error::Mesh("it has no faces".into()));
+        }
+        check_weld(tolerance)?;
+        let arranged = Self::new(mesh, tolerance);
+        if arranged.faces.is_empty() {
+            return Err(Error::Mesh("all its faces are degenerate: two corners of each lie at one point".into()));
+        }
+        Ok(arranged)
+    }
+
     /// Arranges `mesh`, which passed its check.
     ///
     /// Joins vertices like [`weld`](super::weld()) with this tolerance. `None` joins nothing, keeps duplicate faces and
@@ -93,6 +112,11 @@ impl Arranged {
             (self.duplicate_faces, "duplicate faces dropped"),
             (self.unreferenced_vertices, "unreferenced vertices dropped"),
         ]
+    }
+
+    /// What was dropped, as warnings.
+    pub fn warnings(&self) -> impl Iterator<Item = String> {
+        self.dropped().into_iter().filter(|&(count, _)| count > 0).map(|(count, what)| format!("{count} {what}"))
     }
 
     /// Finds unreferenced vertices, and drops them where vertices are joined.

@@ -3,16 +3,19 @@
 use rayon::prelude::*;
 
 use crate::backend::{Buffer, Queue};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::kernel::rows::{BORDER, Face, Position};
+use crate::kernel::{boundary_gains, pairs};
 use crate::math::DVec3;
 use crate::mesh::arrange::Arranged;
 use crate::mesh::dual::{NONE, neighbors};
 use crate::mesh::fan::Fan;
 use crate::mesh::frame::Frame;
-use crate::mesh::limits::check_weld;
 use crate::mesh::orient::{TURNED, turn_to_agree};
 use crate::mesh::{Mesh, Rings};
+
+// The rows of neighbors go to kernels as they are.
+const _: () = assert!(NONE == boundary_gains::NONE && NONE == pairs::NO_FACE);
 
 /// Vertices that a thread places at a time.
 const ROWS: usize = 1 << 12;
@@ -59,21 +62,10 @@ impl Surface {
     /// Prepares `mesh`; `weld` is how far apart joined vertices may be, in model units; `None` joins nothing.
     ///
     /// # Errors
-    /// [`Error::Mesh`] for an invalid mesh or one that has no face left after welding.
+    /// [`Error::Mesh`](crate::Error::Mesh) for an invalid mesh or one that has no face left after welding.
     pub fn new(mesh: &Mesh, weld: Option<f64>) -> Result<Self> {
-        mesh.check()?;
-        if mesh.faces.is_empty() {
-            return Err(Error::Mesh("it has no faces".into()));
-        }
-        check_weld(weld)?;
-        let arranged = Arranged::new(mesh, weld);
-        if arranged.faces.is_empty() {
-            return Err(Error::Mesh("all its faces are degenerate: two corners of each lie at one point".into()));
-        }
-        let mut warnings: Vec<String> = (arranged.dropped().into_iter())
-            .filter(|&(count, _)| count > 0)
-            .map(|(count, what)| format!("{count} {what}"))
-            .collect();
+        let arranged = Arranged::checked(mesh, weld)?;
+        let mut warnings: Vec<String> = arranged.warnings().collect();
         let Arranged { vertex_source, mut faces, mut face_source, rings, lowest, bounds, .. } = arranged;
         let oriented = turn_to_agree(&mut faces, &mut face_source, &rings);
         warnings.extend(oriented.warning);
@@ -127,6 +119,7 @@ impl Surface {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::Error;
     use crate::mesh::shapes;
 
     #[test]

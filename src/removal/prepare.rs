@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::backend::Queue;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::kernel::rows::{BORDER, Face, LOCKED, Position, with_hub};
 use crate::mesh::arrange::Arranged;
 use crate::mesh::fan::Fan;
@@ -34,22 +34,12 @@ pub struct Prepared {
 /// Prepares `mesh`, with buffers of the host's `queue`.
 ///
 /// # Errors
-/// [`Error::Mesh`] for an invalid mesh or one that has no face left after welding.
+/// As [`Arranged::checked`].
 pub fn prepare(mesh: &Mesh, options: &Options, queue: &mut Queue) -> Result<Prepared> {
-    mesh.check()?;
-    if mesh.faces.is_empty() {
-        return Err(Error::Mesh("it has no faces".into()));
-    }
     let clock = std::time::Instant::now();
-    let mut arranged = Arranged::new(mesh, options.weld);
+    let mut arranged = Arranged::checked(mesh, options.weld)?;
     let weld_secs = clock.elapsed().as_secs_f64();
-    if arranged.faces.is_empty() {
-        return Err(Error::Mesh("all its faces are degenerate: two corners of each lie at one point".into()));
-    }
-    let mut warnings: Vec<String> = (arranged.dropped().into_iter())
-        .filter(|&(count, _)| count > 0)
-        .map(|(count, what)| format!("{count} {what}"))
-        .collect();
+    let mut warnings: Vec<String> = arranged.warnings().collect();
     if mesh.texcoords.is_some() {
         warnings.push("texture coordinates are dropped: they are not carried through removals".into());
     }
