@@ -31,16 +31,16 @@ pub fn bridge(nodes: &mut Nodes, points: &[DVec2], west: &[u32], may_join: impl 
         // The place of a bridge, which is near the top.
         .chain(holes.iter().map(|&top| [top; 2]))
         .map(|ends| Rect::around(&ends.map(at)));
-    let mut town = Town { points, may_join, boxes: Boxes::new(boxes.collect()), edges };
+    let mut bridges = Bridges { points, may_join, boxes: Boxes::new(boxes.collect()), edges };
     for &top in &holes {
-        let [from, to] = town.way_out(nodes, top, west[top as usize])?;
-        town.build(nodes, from, to);
+        let [from, to] = bridges.bridge_of(nodes, top, west[top as usize])?;
+        bridges.build(nodes, from, to);
     }
     Some(())
 }
 
 /// Edges and the bridges between them.
-struct Town<'a, F> {
+struct Bridges<'a, F> {
     points: &'a [DVec2],
     may_join: F,
     /// Of the edges, then of the bridges; one not built yet is a point.
@@ -49,7 +49,7 @@ struct Town<'a, F> {
     edges: Vec<[u32; 2]>,
 }
 
-impl<F: Fn(u32, u32) -> bool> Town<'_, F> {
+impl<F: Fn(u32, u32) -> bool> Bridges<'_, F> {
     fn at(&self, point: u32) -> DVec2 {
         self.points[point as usize]
     }
@@ -59,7 +59,7 @@ impl<F: Fn(u32, u32) -> bool> Town<'_, F> {
     }
 
     /// The nodes of the bridge of a hole.
-    fn way_out(&self, nodes: &Nodes, top: u32, west: u32) -> Option<[u32; 2]> {
+    fn bridge_of(&self, nodes: &Nodes, top: u32, west: u32) -> Option<[u32; 2]> {
         let p = self.at(top);
         let distance_squared = |edge: u32| {
             let [a, b] = self.ends(edge)?;

@@ -5,7 +5,7 @@
 //! outline looks like.
 
 use super::Outline;
-use super::line::Line;
+use super::line::{Gap, Line};
 use super::sides::{by_sign, compare, is_above, turn};
 use crate::math::DVec2;
 
@@ -76,81 +76,135 @@ impl Edges<'_> {
 ///
 /// `points` are the outline's, [scaled](Outline::scaled); the outline is sound.
 pub(super) fn sweep(outline: &Outline, points: &[DVec2]) -> Result<Vec<u32>, Fault> {
-    let next = outline.successors();
-    let mut prev = vec![0; next.len()];
-    (0..).zip(&next).for_each(|(i, &after): (u32, _)| prev[after as usize] = i);
-    let is_down = (0..next.len()).map(|i| is_above(points[i], points[next[i] as usize])).collect();
-    let edges = Edges { points, next, is_down };
-    let crossing = |a: u32, b: u32| Err(Fault::Crossing([a as usize, b as usize]));
+    one_place_each(outline, points)?;
     let mut order: Vec<u32> = (0..points.len() as u32).collect();
     order.sort_unstable_by(|&a, &b| compare(points[b as usize], points[a as usize]).then(a.cmp(&b)));
-    one_place_each(outline, points)?;
-
-    let mut west_of = vec![NONE; points.len()];
-    let mut misplaced = None;
-    let mut line = Line::new();
-    let (mut ended, mut started): (Vec<u32>, Vec<u32>) = (Vec::new(), Vec::new());
+    let mut sweep = Sweep::new(outline, points);
     for places in order.chunk_by(|&a, &b| points[a as usize] == points[b as usize]) {
-        let (first, p) = (places[0], points[places[0] as usize]);
-        let vertex = |i: u32| outline.vertices[i as usize];
+        sweep.pass(places)?;
+    }
+    match sweep.misplaced {
+        Some(start) => Err(Fault::Misplaced(outline.ring_starts.partition_point(|&first| first <= start) - 1)),
+        None => Ok(sweep.west_of),
+    }
+}
+
+/// The line of the sweep, and what it passed.
+struct Sweep<'a> {
+    outline: &'a Outline,
+    edges: Edges<'a>,
+    prev: Vec<u32>,
+    line: Line,
+    /// At the point that it passes: the edges that end there and those that start, from west to east.
+    ended: Vec<u32>,
+    started: Vec<u32>,
+    west_of: Vec<u32>,
+    /// The first edge, from the top, with the inside on its wrong side.
+    misplaced: Option<u32>,
+}
+
+/// Two edges that cross or touch.
+fn crossing(a: u32, b: u32) -> Fault {
+    Fault::Crossing([a as usize, b as usize])
+}
+
+impl<'a> Sweep<'a> {
+    fn new(outline: &'a Outline, points: &'a [DVec2]) -> Self {
+        let next = outline.successors();
+        let mut prev = vec![0; next.len()];
+        (0..).zip(&next).for_each(|(i, &after): (u32, _)| prev[after as usize] = i);
+        let is_down = (0..next.len()).map(|i| is_above(points[i], points[next[i] as usize])).collect();
+        Self {
+            outline,
+            edges: Edges { points, next, is_down },
+            prev,
+            line: Line::new(),
+            ended: Vec::new(),
+            started: Vec::new(),
+            west_of: vec![NONE; points.len()],
+            misplaced: None,
+        }
+    }
+
+    /// Passes these points, which lie at one place.
+    fn pass(&mut self, places: &[u32]) -> Result<(), Fault> {
+        let (first, p) = (places[0], self.edges.points[places[0] as usize]);
+        let vertex = |i: u32| self.outline.vertices[i as usize];
         if let Some(&other) = places.iter().find(|&&other| vertex(other) != vertex(first)) {
-            return crossing(first, other);
+            return Err(crossing(first, other));
         }
-        let gap = line.find(|edge| edges.side(edge, p) > 0.0);
-        ended.clear();
-        while let Some(edge) = line.east(gap).filter(|&edge| edges.side(edge, p) == 0.0) {
-            if edges.low(edge) != p {
-                return crossing(edge, first);
+        let edges = &self.edges;
+        let gap = self.line.find(|edge| edges.side(edge, p) > 0.0);
+        self.end_edges(gap, first)?;
+        self.start_edges(places)?;
+        self.check_turns(first)?;
+        let west = self.line.west(gap);
+        if let ([], Some(&start)) = (self.ended.as_slice(), self.started.first()) {
+            // The inside lies east of edges that lead down.
+            let is_inside = west.is_some_and(|west| self.edges.is_down[west as usize]);
+            if is_inside == self.edges.is_down[start as usize] {
+                self.misplaced.get_or_insert(start);
             }
-            ended.push(edge);
-            line.remove_east(gap);
+            places.iter().for_each(|&place| self.west_of[place as usize] = west.unwrap_or(NONE));
         }
+        self.check_neighbors(west, self.line.east(gap))?;
+        self.line.insert(gap, &self.started);
+        Ok(())
+    }
+
+    /// Takes the edges that end at a point off the line.
+    fn end_edges(&mut self, gap: Gap, point: u32) -> Result<(), Fault> {
+        let p = self.edges.points[point as usize];
+        self.ended.clear();
+        while let Some(edge) = self.line.east(gap).filter(|&edge| self.edges.side(edge, p) == 0.0) {
+            if self.edges.low(edge) != p {
+                return Err(crossing(edge, point));
+            }
+            self.ended.push(edge);
+            self.line.remove_east(gap);
+        }
+        Ok(())
+    }
+
+    /// Finds the edges that start at these points; with those that end there they are two a point.
+    fn start_edges(&mut self, places: &[u32]) -> Result<(), Fault> {
+        let Self { edges, prev, started, .. } = self;
+        let p = edges.points[places[0] as usize];
         started.clear();
         for &place in places {
             let [before, after] = [prev[place as usize], edges.next[place as usize]];
-            if points[after as usize] == p {
-                return crossing(place, after);
+            if edges.points[after as usize] == p {
+                return Err(crossing(place, after));
             }
             started.extend([place, before].into_iter().filter(|&edge| edges.high(edge) == p));
         }
-        if ended.len() + started.len() != 2 * places.len() {
-            return crossing(first, prev[first as usize]);
+        if self.ended.len() + started.len() != 2 * places.len() {
+            return Err(crossing(places[0], prev[places[0] as usize]));
         }
         started.sort_unstable_by(|&a, &b| by_sign(turn(p, edges.low(b), edges.low(a))));
-        if let Some(pair) = started.windows(2).find(|pair| turn(p, edges.low(pair[0]), edges.low(pair[1])) == 0.0) {
-            return crossing(pair[0], pair[1]);
-        }
-        // Around a point the edges away from it and to it take turns, or the inside would overlap.
-        let around = || started.iter().chain(ended.iter().rev());
-        let leads_away = |edge: u32| points[edge as usize] == p;
-        if let Some((&a, &b)) = around().zip(around().cycle().skip(1)).find(|(a, b)| leads_away(**a) == leads_away(**b))
-        {
-            return crossing(a, b);
-        }
-        let west = line.west(gap);
-        if let ([], Some(&start)) = (ended.as_slice(), started.first()) {
-            // The inside lies east of edges that lead down.
-            let is_inside = west.is_some_and(|west| edges.is_down[west as usize]);
-            if is_inside == edges.is_down[start as usize] {
-                misplaced.get_or_insert(start);
-            }
-            places.iter().for_each(|&place| west_of[place as usize] = west.unwrap_or(NONE));
-        }
-        let east = line.east(gap);
-        let neighbors = match (started.first(), started.last()) {
+        let are_one = |pair: &&[u32]| turn(p, edges.low(pair[0]), edges.low(pair[1])) == 0.0;
+        started.windows(2).find(are_one).map_or(Ok(()), |pair| Err(crossing(pair[0], pair[1])))
+    }
+
+    /// Around a point the edges away from it and to it take turns, or the inside would overlap.
+    fn check_turns(&self, point: u32) -> Result<(), Fault> {
+        let points = self.edges.points;
+        let leads_away = |edge: u32| points[edge as usize] == points[point as usize];
+        let around = || self.started.iter().chain(self.ended.iter().rev()).copied();
+        let mut pairs = around().zip(around().cycle().skip(1));
+        let alike = pairs.find(|&(a, b)| leads_away(a) == leads_away(b));
+        alike.map_or(Ok(()), |(a, b)| Err(crossing(a, b)))
+    }
+
+    /// What has become neighbors on the line must not meet.
+    fn check_neighbors(&self, west: Option<u32>, east: Option<u32>) -> Result<(), Fault> {
+        let neighbors = match (self.started.first(), self.started.last()) {
             (Some(&first), Some(&last)) => [(west, Some(first)), (Some(last), east)],
             _ => [(west, east), (None, None)],
         };
-        for (west, east) in neighbors.into_iter().filter_map(|(west, east)| west.zip(east)) {
-            if edges.clash(west, east) {
-                return crossing(west, east);
-            }
-        }
-        line.insert(gap, &started);
-    }
-    match misplaced {
-        Some(start) => Err(Fault::Misplaced(outline.ring_starts.partition_point(|&first| first <= start) - 1)),
-        None => Ok(west_of),
+        let mut pairs = neighbors.into_iter().filter_map(|(west, east)| west.zip(east));
+        let clash = pairs.find(|&(west, east)| self.edges.clash(west, east));
+        clash.map_or(Ok(()), |(west, east)| Err(crossing(west, east)))
     }
 }
 

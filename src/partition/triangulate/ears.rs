@@ -44,7 +44,7 @@ struct Ears<'a, F> {
     heap: BinaryHeap<Ear>,
     ages: Vec<u32>,
     /// The nodes that may lie in an ear: if one does, then also one whose corner is not convex.
-    hollow: Boxes,
+    reflex: Boxes,
     /// Ears that wait for a node to go, by node: the last of them in `waiting`.
     last_waiting: Vec<u32>,
     /// An ear and the one that waited before it.
@@ -67,7 +67,7 @@ pub fn clip_ears(
         let [before, at, after] = nodes.corner(node, points);
         if turn(before, at, after) > 0.0 { Rect::EMPTY } else { Rect::around(&[at]) }
     };
-    let hollow = Boxes::new((0..count as u32).map(rect).collect());
+    let reflex = Boxes::new((0..count as u32).map(rect).collect());
     let mut ears = Ears {
         nodes,
         points,
@@ -75,7 +75,7 @@ pub fn clip_ears(
         may_join,
         heap: BinaryHeap::with_capacity(count),
         ages: vec![0; count],
-        hollow,
+        reflex,
         last_waiting: vec![NONE; count],
         waiting: Vec::new(),
         triangles: Vec::with_capacity(count),
@@ -119,7 +119,7 @@ impl<F: Fn(u32, u32) -> bool> Ears<'_, F> {
         let enters = |rect: &Rect| {
             rect.meets(&reach) && !rect.is_right_of(a, b) && !rect.is_right_of(b, c) && !rect.is_right_of(c, a)
         };
-        self.hollow.search(enters, |node| {
+        self.reflex.search(enters, |node| {
             let p = self.points[self.nodes.point[node as usize] as usize];
             if !corner.contains(&p) && triangle_holds(corner, p) {
                 ControlFlow::Break(node)
@@ -149,7 +149,7 @@ impl<F: Fn(u32, u32) -> bool> Ears<'_, F> {
             self.ages[node as usize] += 1;
             let [a, b, c] = self.nodes.corner(node, self.points);
             if turn(a, b, c) > 0.0 {
-                self.hollow.set(node, Rect::EMPTY);
+                self.reflex.set(node, Rect::EMPTY);
             }
             self.offer(node);
         }
@@ -158,7 +158,7 @@ impl<F: Fn(u32, u32) -> bool> Ears<'_, F> {
     /// Takes a node out and offers the ears that it was in again.
     fn leave(&mut self, node: u32) {
         self.ages[node as usize] = NONE;
-        self.hollow.set(node, Rect::EMPTY);
+        self.reflex.set(node, Rect::EMPTY);
         let mut last = std::mem::replace(&mut self.last_waiting[node as usize], NONE);
         while let Some(&(ear, previous)) = self.waiting.get(last as usize) {
             if self.ages[ear.tip as usize] == ear.age {
