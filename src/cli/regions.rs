@@ -74,21 +74,35 @@ fn variational(args: &args::Regions, target: &args::Target) -> anyhow::Result<By
 }
 
 fn superfaces(args: &args::Regions) -> anyhow::Result<By> {
-    let &args::Regions { flat_angle, light_step, light_range, area_unit, border_color, triangulation, .. } = args;
-    if *args != (args::Regions { flat_angle, light_step, light_range, area_unit, border_color, triangulation, ..NONE })
-    {
-        let message = "--method superface takes --flat-angle, --light-step, --light-range, --area-unit, --border-color and \
-                       --triangulation of the options of regions: leave the others away";
+    let &args::Regions {
+        flat_angle, light_step, light_range, area_unit, border_color, keep_colors, triangulation, ..
+    } = args;
+    let taken = args::Regions {
+        flat_angle,
+        light_step,
+        light_range,
+        area_unit,
+        border_color,
+        keep_colors,
+        triangulation,
+        ..NONE
+    };
+    if *args != taken {
+        let message = "--method superface takes --flat-angle, --light-step, --light-range, --area-unit, --border-color, \
+                       --keep-colors and --triangulation of the options of regions: leave the others away";
         return Err(refuse(Exit::Usage, message));
     }
     let mut found = Superfaces::default();
-    let epsilon = light_step.unwrap_or(LIGHT_STEP);
     found.regions.criterion = match area_unit {
-        Some(area_unit) => Criterion::Paper { epsilon, area_unit },
-        None => Criterion::Contrast { epsilon, range_cap: light_range.unwrap_or(RANGE_CAP) },
+        Some(area_unit) => Criterion::Paper { epsilon: light_step.unwrap_or(LIGHT_STEP), area_unit },
+        None => Criterion::Contrast {
+            epsilon: light_step.unwrap_or(f64::INFINITY),
+            range_cap: light_range.unwrap_or(RANGE_CAP),
+        },
     };
     found.regions.guard.angle_rad = flat_angle.unwrap_or(found.regions.guard.angle_rad);
     found.border_color = border_color.unwrap_or(found.border_color);
+    found.fits_light = !keep_colors;
     Ok(By::Superfaces(found))
 }
 
@@ -123,6 +137,7 @@ const NONE: args::Regions = args::Regions {
     light_range: None,
     area_unit: None,
     border_color: None,
+    keep_colors: false,
     triangulation: None,
 };
 

@@ -15,11 +15,16 @@ use super::cut::Parts;
 use super::find::Search;
 use super::queues::Queues;
 use super::rebuild::{Light, Rebuilt, Recipe, rebuild};
-use super::restore::{Restored, restore};
+use super::restore::{Restored, VertexLight, restore};
+use super::superface;
 use super::surface::Surface;
 
 /// How often regions that cannot be drawn are cut in two.
 const MOST_CUTS: usize = 8;
+/// A vertex inside a region is worth keeping where its absence costs more light than this share of the squared tolerance and the
+/// squared diagonal. What is off over all, and not only where it is most, has to be even: with halved tolerances a flat of even
+/// bends takes twice the triangles, each of half the area, so that both shrink by the square.
+const WORTH: f64 = 1.0 / 12.0;
 
 /// Partitions and rebuilds on `device`; the calling thread belongs to its pool.
 pub fn run(
@@ -58,7 +63,11 @@ pub fn run(
         let recipe = Recipe {
             triangulation: options.triangulation,
             fills_in_space,
-            light: found.colors.as_deref().map(|colors| Light { colors, tolerance: found.inner_color }),
+            light: found.colors.as_deref().map(|colors| Light {
+                colors,
+                tolerance: found.inner_color,
+                worth: WORTH * (found.inner_color * surface.diagonal).powi(2),
+            }),
         };
         rebuilt = rebuild(&surface, &parts.partition, &boundary, &mut chains, recipe);
         seconds.apply += lapped();
@@ -77,9 +86,11 @@ pub fn run(
         let count = rebuilt.undrawn.len();
         warnings.push(format!("{count} regions, or parts of them, cannot be drawn anew and keep their faces"));
     }
+    let fitted = (found.colors.as_deref().filter(|_| found.fits_light && !cancelled))
+        .map(|colors| superface::fit::fit(&surface, colors, &rebuilt.faces, &rebuilt.samples, found.inner_color / 2.0));
+    let light = fitted.as_deref().map(VertexLight::Fitted).or(found.colors.as_deref().map(VertexLight::Own));
     let error_estimate = surface.frame.length_to_model(rebuilt.deviation);
-    let Restored { mesh, vertex_origin, mut regions } =
-        restore(mesh, &surface, &parts, rebuilt, found.colors.as_deref());
+    let Restored { mesh, vertex_origin, mut regions } = restore(mesh, &surface, &parts, rebuilt, light);
     regions.proxies = found.proxies;
     regions.proxies.iter_mut().for_each(|proxy| *proxy = proxy.in_model(&surface));
     regions.energies = found.energies;

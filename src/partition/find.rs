@@ -18,8 +18,10 @@ pub struct Found {
     pub tolerances: Tolerances,
     /// The color of every vertex, where it counts.
     pub colors: Option<Vec<[f32; 4]>>,
-    /// How far a vertex inside a region may be from the color in its place, in 255ths.
+    /// How far a vertex inside a region may be from the color in its place.
     pub inner_color: f64,
+    /// Whether colors may move.
+    pub fits_light: bool,
     pub proxies: Vec<vsa::Proxy>,
     pub energies: Vec<f64>,
     pub is_cancelled: bool,
@@ -46,6 +48,7 @@ impl Found {
             tolerances,
             colors: None,
             inner_color: f64::INFINITY,
+            fits_light: false,
             proxies: Vec::new(),
             energies: Vec::new(),
             is_cancelled: false,
@@ -116,7 +119,8 @@ impl Search<'_> {
         };
         Ok(Found {
             colors: Some(superface::vertex_lights(surface, mesh)),
-            inner_color: superfaces.inner_color.unwrap_or(2.0 * superfaces.border_color),
+            inner_color: superfaces.inner_color.unwrap_or(2.0 * superfaces.border_color) / 255.0,
+            fits_light: superfaces.fits_light,
             is_cancelled: (self.report)().is_break(),
             ..Found::new(found.partition, tolerances)
         })

@@ -61,13 +61,16 @@ pub struct Superfaces {
     pub border_color: f64,
     /// Greatest distance of a border from what takes its place, as a fraction of the bounding box's diagonal: the paper's d.
     pub border_distance: f64,
-    /// Greatest difference of color inside a region, in 255ths; twice that along borders without one.
+    /// Greatest difference of color at a vertex inside a region, in 255ths; twice that along borders without one.
     pub inner_color: Option<f64>,
+    /// Whether colors of vertices are moved, by half of that at most, so that the light between them is right on average.
+    pub fits_light: bool,
 }
 
 impl Default for Superfaces {
     fn default() -> Self {
-        Self { regions: superface::Options::default(), border_color: 2.0, border_distance: 1e-3, inner_color: None }
+        let regions = superface::Options::default();
+        Self { regions, border_color: 2.0, border_distance: 1e-3, inner_color: None, fits_light: true }
     }
 }
 

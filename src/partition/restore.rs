@@ -44,13 +44,22 @@ pub struct Restored {
     pub regions: Regions,
 }
 
+/// The light at the vertices of the surface.
+#[derive(Debug, Clone, Copy)]
+pub enum VertexLight<'a> {
+    /// Their colors, or what was made of those of faces.
+    Own(&'a [[f32; 4]]),
+    /// Moved, in the place of their colors.
+    Fitted(&'a [[f32; 4]]),
+}
+
 /// Names vertices in the order of the input and turns regions back over that were turned to agree with others.
 pub fn restore(
     input: &Mesh,
     surface: &Surface,
     parts: &Parts,
     rebuilt: Rebuilt,
-    lights: Option<&[[f32; 4]]>,
+    light: Option<VertexLight<'_>>,
 ) -> Restored {
     let Rebuilt { faces, region_starts, is_whole, undrawn, spatial, .. } = rebuilt;
     let whole = |part: u32| parts.whole[part as usize];
@@ -76,12 +85,13 @@ pub fn restore(
         labels[(source & !TURNED) as usize] = whole(part);
     }
     let (normals, mut colors) = joined_attributes(input, surface.lowest.as_ref(), &vertex_origin);
-    if colors.is_none() {
-        // Made from what the faces had.
-        colors = lights.map(|lights| order.iter().map(|&v| lights[v as usize]).collect());
+    if let Some(VertexLight::Fitted(rows) | VertexLight::Own(rows)) = light
+        && (colors.is_none() || matches!(light, Some(VertexLight::Fitted(_))))
+    {
+        colors = Some(order.iter().map(|&v| rows[v as usize]).collect());
     }
     // Vertices carry the light then, without steps between regions.
-    let means = input.face_colors.as_ref().filter(|_| lights.is_none()).map(|rows| means(surface, parts, rows));
+    let means = input.face_colors.as_ref().filter(|_| light.is_none()).map(|rows| means(surface, parts, rows));
     let mesh = Mesh {
         positions: vertex_origin.iter().map(|&v| input.positions[v as usize]).collect(),
         faces: faces.iter().zip(&face_labels).map(named).collect(),

@@ -51,17 +51,18 @@ pub struct Regions {
     #[arg(long, value_name = "R|P%", value_parser = values::fraction)]
     pub chord_ratio: Option<f64>,
 
-    /// Step of light in a superface: 0.1
+    /// Step of light in a superface: any
     ///
     /// With --method superface: how much the light of neighboring faces may differ, as a share of the darker; with
-    /// --area-unit also over their area in that unit, as the method was published. Without the option 0.1.
+    /// --area-unit also over their area in that unit, as the method was published. Without the option anything, so that
+    /// regions are as large as they are flat and light comes back inside them; 0.1 with --area-unit.
     #[arg(long, value_name = "E", value_parser = values::length)]
     pub light_step: Option<f64>,
 
-    /// Range of light in a superface: 25%
+    /// Range of light in a superface: any
     ///
-    /// With --method superface: how much of its greatest light the light within a superface may range over, so that soft
-    /// shadows stay. Without the option 25%.
+    /// With --method superface: how much of its greatest light the light within a superface may range over. Without the
+    /// option anything.
     #[arg(long, value_name = "R|P%", value_parser = values::fraction)]
     pub light_range: Option<f64>,
 
@@ -79,6 +80,13 @@ pub struct Regions {
     #[arg(long, value_name = "D", value_parser = values::length)]
     pub border_color: Option<f64>,
 
+    /// Keep the colors of vertices as they are
+    ///
+    /// With --method superface: vertices keep the input's colors. Without the option they are moved, by at most --border-color,
+    /// so that the light between them is right on average.
+    #[arg(long)]
+    pub keep_colors: bool,
+
     /// Outlines by earcut or ears
     ///
     /// How the outline of a region becomes triangles, before edges inside it are turned for rounder ones: with 'earcut' by ears
@@ -93,8 +101,9 @@ pub struct RegionFiles {
     /// Write polygons instead of triangles
     ///
     /// With methods that make regions: writes each region as one polygon, without the edges inside; its holes are joined to what
-    /// surrounds them by bridges, edges that it has both ways. A region that keeps its faces is a polygon a face. OBJ or PLY
-    /// only, and not together with --flips.
+    /// surrounds them by bridges, edges that it has both ways. A region that keeps its faces, or has vertices inside, is a
+    /// polygon a face. Polygons of --method vsa are not planar: programs that project them to a plane may tear them. OBJ or
+    /// PLY only, and not together with --flips.
     #[arg(long)]
     pub polygons: bool,
 

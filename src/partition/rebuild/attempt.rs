@@ -2,10 +2,11 @@
 
 use super::Light;
 use super::plane::Plane;
-use crate::math::DVec2;
+use crate::math::DVec3;
 use crate::partition::boundary::{Boundary, Pass};
 use crate::partition::chains::{Chains, Segment};
-use crate::partition::superface::interior::{Edges, put_back};
+use crate::partition::superface::fit::{Sample, area_at};
+use crate::partition::superface::interior::{Color, Edges, Limits, Places, Shade, thin};
 use crate::partition::surface::Surface;
 use crate::partition::triangulate::{Fault, Misfit, Outline, Triangulation, improve, triangulate};
 
@@ -32,6 +33,8 @@ pub struct Flat {
     pub inner: Vec<u32>,
     /// Indices of the outline's points, and after them of those inside.
     pub triangles: Vec<[u32; 3]>,
+    /// The light between its vertices, once it was asked for.
+    pub samples: Option<Vec<Sample>>,
 }
 
 impl Flat {
@@ -50,17 +53,37 @@ impl Flat {
         self.triangles.iter().flatten().any(|&i| i as usize >= self.outline.vertices.len())
     }
 
-    /// Puts vertices from inside the region back whose light is lost.
-    pub fn put_back(&mut self, surface: &Surface, inner: Vec<u32>, plane: &Plane, light: Light<'_>) {
-        let Outline { points, vertices, .. } = &self.outline;
-        let all = || vertices.iter().chain(&inner);
-        let points: Vec<DVec2> =
-            points.iter().copied().chain(inner.iter().map(|&v| plane.project(surface.points[v as usize]))).collect();
-        let colors: Vec<[f32; 4]> = all().map(|&v| light.colors[v as usize]).collect();
+    /// Puts those vertices from inside the region back whose light would be missed.
+    pub fn put_back(&mut self, surface: &Surface, faces: &[u32], inner: Vec<u32>, plane: &Plane, light: Light<'_>) {
+        let vertices = || self.outline.vertices.iter().chain(&inner).copied();
+        let mut points = self.outline.points.clone();
+        points.extend(inner.iter().map(|&v| plane.project(surface.points[v as usize])));
+        let mut colors: Vec<Color> = vertices().map(|v| light.color(v)).collect();
+        let mut areas: Vec<f64> = vertices().map(|v| area_at(surface, v)).collect();
+        let vertex_count = points.len() as u32;
+        for &f in faces {
+            let corners = surface.faces[f as usize];
+            let middle = corners.iter().map(|&v| surface.points[v as usize]).sum::<DVec3>() / 3.0;
+            points.push(plane.project(middle));
+            let Sample { color, area, .. } = light.middle(surface, 0, f);
+            colors.push(color);
+            areas.push(area);
+        }
+        let places = Places { points: &points, colors: &colors, areas: &areas, vertex_count };
         let kept: Edges = (0..).zip(self.outline.successors()).map(|(a, b)| [a.min(b), a.max(b)]).collect();
-        let removed: Vec<u32> = (vertices.len() as u32..points.len() as u32).collect();
-        put_back(&points, &colors, &mut self.triangles, &kept, (&removed, light.tolerance));
-        self.inner = inner;
+        let limits = Limits { most: light.tolerance, worth: light.worth };
+        let (triangles, members) = thin(places, std::mem::take(&mut self.triangles), &kept, limits);
+        let mut samples = Vec::with_capacity(members.iter().map(Vec::len).sum());
+        for ((face, &corners), members) in (0..).zip(&triangles).zip(&members) {
+            let corners = corners.map(|v| points[v as usize]);
+            let parts = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            let shares = Shade::new(corners, parts);
+            samples.extend(members.iter().map(|&point| {
+                let at = point as usize;
+                Sample { face, shares: shares.difference(points[at], [0.0; 3]), color: colors[at], area: areas[at] }
+            }));
+        }
+        (self.triangles, self.samples, self.inner) = (triangles, Some(samples), inner);
     }
 }
 
@@ -100,7 +123,7 @@ impl Site<'_> {
         };
         if let Some(mut triangles) = triangulate(&outline, by) {
             improve(&outline, &mut triangles, |_, _| false);
-            return Attempt::Flat(Flat { outline, inner: Vec::new(), triangles });
+            return Attempt::Flat(Flat { outline, inner: Vec::new(), triangles, samples: None });
         }
         // The outer ring comes first, the others as they were.
         let first = &outline.vertices[..outline.ring_starts[1] as usize];

@@ -231,6 +231,8 @@ impl Work<'_> {
                     let mut edges = Vec::new();
                     inner_edges(flat.vertices(), &mut edges);
                     taken.extend(edges);
+                    // Between other triangles than these.
+                    flat.samples.iter_mut().for_each(Vec::clear);
                     self.fillings[region as usize] = filling;
                     return;
                 }

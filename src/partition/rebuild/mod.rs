@@ -24,6 +24,8 @@ use topology::planar_regions;
 use super::Partition;
 use super::boundary::Boundary;
 use super::chains::Chains;
+use super::superface::fit::{AT_VERTICES, Sample, area};
+use super::superface::interior::Color;
 use super::surface::Surface;
 use super::triangulate::{Triangulation, fill_in_space};
 use crate::math::DVec3;
@@ -66,8 +68,25 @@ pub struct Recipe<'a> {
 pub struct Light<'a> {
     /// Of every vertex of the surface.
     pub colors: &'a [[f32; 4]],
-    /// Greatest difference of a channel, in 255ths.
+    /// Greatest difference of a channel at a vertex.
     pub tolerance: f64,
+    /// The difference of color times area that a vertex inside is worth at least, in the frame.
+    pub worth: f64,
+}
+
+impl Light<'_> {
+    /// Red, green and blue of a vertex.
+    fn color(&self, vertex: u32) -> Color {
+        let [red, green, blue, _] = self.colors[vertex as usize];
+        [red, green, blue].map(f64::from)
+    }
+
+    /// The light in the middle of the input's face `f`, which is `face` of the result.
+    fn middle(&self, surface: &Surface, face: u32, f: u32) -> Sample {
+        let corners = surface.faces[f as usize].map(|v| self.color(v));
+        let color = [0, 1, 2].map(|k| corners.iter().map(|color| color[k]).sum::<f64>() / 3.0);
+        Sample { face, shares: [1.0 / 3.0; 3], color, area: area(surface, f) * (1.0 - AT_VERTICES) }
+    }
 }
 
 /// A partition rebuilt.
@@ -86,6 +105,8 @@ pub struct Rebuilt {
     pub deviation: f64,
     /// Regions filled in space.
     pub spatial: usize,
+    /// The light between the vertices of `faces`, where it was asked for.
+    pub samples: Vec<Sample>,
 }
 
 impl Rebuilt {
@@ -99,6 +120,7 @@ impl Rebuilt {
             undrawn: Vec::new(),
             deviation: 0.0,
             spatial: 0,
+            samples: Vec::new(),
         }
     }
 }
@@ -114,7 +136,7 @@ pub fn rebuild(
     let mut work = Work::new(surface, partition, boundary, recipe);
     loop {
         work.draw(chains);
-        if work.open.is_empty() && !work.settle_conflicts(chains) {
+        if work.open.is_empty() && !work.settle_conflicts(chains) && !work.put_back() {
             return work.finish(chains);
         }
     }
@@ -227,15 +249,28 @@ impl<'a> Work<'a> {
             None => Attempt::Hopeless,
         };
         match flat {
-            Attempt::Flat(mut flat) => {
-                if let (Some(light), Some(plane)) = (self.recipe.light, &self.planes[region as usize]) {
-                    flat.put_back(self.surface, self.vertices_inside(region), plane, light);
-                }
-                Attempt::Flat(flat)
-            }
             Attempt::Hopeless if self.recipe.fills_in_space => self.fill_in_space(region, chains, |_, _| false),
             other => other,
         }
+    }
+
+    /// Puts vertices back inside the regions drawn that have not got theirs; whether there were any. What they connect may be
+    /// in conflict again.
+    fn put_back(&mut self) -> bool {
+        let Some(light) = self.recipe.light else { return false };
+        let mut fillings = std::mem::take(&mut self.fillings);
+        let is_dark = |filling: &Filling| matches!(filling, Filling::Flat(flat) if flat.samples.is_none());
+        let is_any = fillings.iter().any(is_dark);
+        fillings.par_iter_mut().enumerate().with_max_len(1).for_each(|(region, filling)| {
+            if let (Filling::Flat(flat), Some(plane)) = (filling, &self.planes[region])
+                && flat.samples.is_none()
+            {
+                let region = region as u32;
+                flat.put_back(self.surface, self.faces_of(region), self.vertices_inside(region), plane, light);
+            }
+        });
+        self.fillings = fillings;
+        is_any
     }
 
     /// Whether its faces are the fewest that there can be: its chains are whole, and none of its vertices is inside.
@@ -334,10 +369,16 @@ impl<'a> Work<'a> {
             is_whole: Vec::with_capacity(self.fillings.len()),
             undrawn: Vec::new(),
             spatial: 0,
+            samples: Vec::new(),
         };
         for (region, filling) in (0..).zip(&self.fillings) {
+            let first = rebuilt.faces.len() as u32;
             match filling {
-                Filling::Flat(flat) => rebuilt.faces.extend(flat.vertices()),
+                Filling::Flat(flat) => {
+                    rebuilt.faces.extend(flat.vertices());
+                    let samples = flat.samples.iter().flatten();
+                    rebuilt.samples.extend(samples.map(|sample| Sample { face: first + sample.face, ..*sample }));
+                }
                 Filling::Spatial(triangles) => {
                     rebuilt.spatial += 1;
                     rebuilt.faces.extend_from_slice(triangles);
@@ -347,6 +388,10 @@ impl<'a> Work<'a> {
                         rebuilt.undrawn.push(region);
                     }
                     rebuilt.faces.extend(self.faces_of(region).iter().map(|&f| self.surface.faces[f as usize]));
+                    if let Some(light) = self.recipe.light {
+                        let middles = (first..).zip(self.faces_of(region));
+                        rebuilt.samples.extend(middles.map(|(face, &f)| light.middle(self.surface, face, f)));
+                    }
                 }
             }
             rebuilt.region_starts.push(rebuilt.faces.len() as u32);

@@ -9,6 +9,7 @@
 //! - The regions are a [`Partition`]: every face is in one, and each hangs together across edges.
 //! - The vertices of a region lie within [`Flatness::distance`] of its plane, and its faces look to the plane's side.
 
+pub(super) mod fit;
 mod grow;
 pub(super) mod interior;
 mod light;
@@ -38,8 +39,8 @@ pub enum Criterion {
     Contrast {
         /// Steps are below this.
         epsilon: f64,
-        /// The greatest light of a superface less the least, as a share of the greatest: without it a long soft shadow, whose
-        /// every step is small, would vanish.
+        /// The greatest light of a superface less the least, as a share of the greatest. Vertices inside come back for their
+        /// light, so that it need not be capped.
         range_cap: f64,
     },
     /// The paper's: steps as shares of the darker side and of the area of both, so that the larger a superface is, the more it
@@ -52,12 +53,13 @@ pub enum Criterion {
     },
 }
 
-/// The greatest range of light in a superface: among 0.06, 0.1 and 0.8 as `epsilon` it keeps shadows on a floor.
-pub const RANGE_CAP: f64 = 0.25;
+/// Any range of light in a superface. With a cap of a quarter borders follow every soft shadow, raggedly.
+pub const RANGE_CAP: f64 = 1.0;
 
+/// Any light: superfaces are as large as they are flat.
 impl Default for Criterion {
     fn default() -> Self {
-        Self::Contrast { epsilon: 0.1, range_cap: RANGE_CAP }
+        Self::Contrast { epsilon: f64::INFINITY, range_cap: RANGE_CAP }
     }
 }
 
@@ -96,7 +98,7 @@ impl Options {
     pub(super) fn check(&self) -> Result<()> {
         self.guard.check()?;
         let epsilon = self.criterion.epsilon();
-        if !(epsilon >= 0.0 && epsilon.is_finite()) {
+        if epsilon.is_nan() || epsilon < 0.0 {
             return Err(Error::Parameter(format!("the step of light is {epsilon}: give 0 or more")));
         }
         match self.criterion {

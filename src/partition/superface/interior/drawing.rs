@@ -1,4 +1,5 @@
-//! A point put into a triangulation of a plane outline: a triangle or an edge is split, and edges flip toward Delaunay.
+//! A triangulation of a plane outline that knows which points lie in each triangle: vertices are put in, where a triangle or an
+//! edge is split and edges flip toward Delaunay, and taken out.
 
 use rustc_hash::FxHashMap;
 
@@ -11,6 +12,8 @@ use crate::mesh::dual::NONE;
 
 /// A point nearer to an edge than this share of the edge's length is on it.
 const ON_EDGE: f64 = 1e-9;
+/// A vertex of more neighbors stays.
+const MOST_NEIGHBORS: usize = 24;
 
 /// Counter-clockwise triangles with those across their edges.
 #[derive(Debug)]
@@ -19,16 +22,26 @@ pub struct Drawing<'a> {
     triangles: Vec<[u32; 3]>,
     /// Across the edge `k` from corner `k` to the corner after it; [`NONE`] on the outline.
     across: Vec<[u32; 3]>,
+    /// The points in each triangle that are no corner.
+    members: Vec<Vec<u32>>,
     kept: &'a Edges,
 }
 
-/// Where a point is.
+/// A vertex inside and what is around it.
+#[derive(Debug, Default)]
+pub struct Star {
+    /// Its neighbors, counter-clockwise.
+    pub ring: Vec<u32>,
+    /// The triangle on each of them and the one after.
+    pub triangles: Vec<u32>,
+}
+
+/// Where in a triangle a point is.
 enum Place {
-    Inside(u32),
-    /// On the edge `k` of a triangle.
-    Edge(u32, usize),
-    /// At a corner, or outside.
-    Nowhere,
+    Inside,
+    /// On the edge `k`.
+    Edge(usize),
+    Corner,
 }
 
 impl<'a> Drawing<'a> {
@@ -50,29 +63,133 @@ impl<'a> Drawing<'a> {
                 }
             }
         }
-        Self { points, triangles, across, kept }
+        Self { points, members: vec![Vec::new(); triangles.len()], triangles, across, kept }
     }
 
-    /// Puts in a vertex that lies in a triangle near `hint`. False for one that lies in none, at a corner, or on an edge that stays.
-    pub fn insert(&mut self, vertex: u32, hint: u32) -> bool {
-        let place = self.locate(vertex, hint);
-        let mut suspects = match place {
-            Place::Inside(t) => self.split_triangle(vertex, t),
-            Place::Edge(t, k) if !self.is_kept(t, k) => self.split_edge(vertex, t, k),
-            _ => return false,
+    /// Puts in a vertex that lies in a triangle; returns the triangles that changed, some more than once. None for one at a
+    /// corner, or on an edge that stays.
+    pub fn insert(&mut self, vertex: u32, t: u32) -> Option<Vec<u32>> {
+        let mut suspects = match self.place_in(vertex, t) {
+            Place::Inside => self.split_triangle(vertex, t),
+            Place::Edge(k) if !self.is_kept(t, k) => self.split_edge(vertex, t, k)?,
+            Place::Edge(_) | Place::Corner => return None,
         };
+        let mut changed = suspects.clone();
         // Edges across from the vertex; a flip gives it two more. Its degree grows with each: they end.
         while let Some(t) = suspects.pop() {
             let Some(k) = (0..3).find(|&k| self.triangles[t as usize][(k + 2) % 3] == vertex) else { continue };
-            if !self.is_kept(t, k) && self.should_flip(t, k) {
-                suspects.extend(self.flip(t, k));
+            if self.should_flip(t, k) {
+                let both = self.flip(t, k);
+                suspects.extend(both);
+                changed.extend(both);
             }
         }
-        true
+        Some(changed)
     }
 
-    pub fn into_triangles(self) -> Vec<[u32; 3]> {
-        self.triangles
+    /// How many triangles there are, those included that were taken out.
+    pub fn len(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// The corners of a triangle; three times the same of one that was taken out.
+    pub fn corners(&self, t: u32) -> [u32; 3] {
+        self.triangles[t as usize]
+    }
+
+    /// The points in a triangle.
+    pub fn members(&self, t: u32) -> &[u32] {
+        &self.members[t as usize]
+    }
+
+    /// Adds a point to those of a triangle.
+    pub fn add(&mut self, t: u32, point: u32) {
+        self.members[t as usize].push(point);
+    }
+
+    /// The triangles that are left, and the points in each.
+    pub fn into_parts(self) -> (Vec<[u32; 3]>, Vec<Vec<u32>>) {
+        self.triangles.into_iter().zip(self.members).filter(|(corners, _)| corners[0] != corners[1]).unzip()
+    }
+
+    /// Deals points to those of these triangles that hold them; to the nearest where rounding leaves one out.
+    fn deal(&mut self, members: Vec<u32>, triangles: &[u32]) {
+        for point in members {
+            let depth = |&t: &u32| (0..3).map(|k| self.side(self.edge(t, k), point)).fold(f64::INFINITY, f64::min);
+            let holder = triangles
+                .iter()
+                .copied()
+                .find(|t| depth(t) >= 0.0)
+                .or_else(|| triangles.iter().copied().max_by(|a, b| depth(a).total_cmp(&depth(b))));
+            if let Some(t) = holder {
+                self.members[t as usize].push(point);
+            }
+        }
+    }
+
+    /// Takes the points out of two triangles.
+    fn gather(&mut self, [t, o]: [u32; 2]) -> Vec<u32> {
+        let mut members = std::mem::take(&mut self.members[t as usize]);
+        members.append(&mut self.members[o as usize]);
+        members
+    }
+
+    /// What is around a vertex, from one of its triangles; false on the outline or an edge that stays.
+    pub fn star(&self, vertex: u32, first: u32, star: &mut Star) -> bool {
+        star.ring.clear();
+        star.triangles.clear();
+        let mut t = first;
+        loop {
+            let Some(k) = (0..3).find(|&k| self.triangles[t as usize][k] == vertex) else { return false };
+            if self.is_kept(t, k) {
+                return false;
+            }
+            star.ring.push(self.triangles[t as usize][(k + 1) % 3]);
+            star.triangles.push(t);
+            t = self.across[t as usize][(k + 2) % 3];
+            if t == first {
+                return true;
+            }
+            if t == NONE || star.ring.len() > MOST_NEIGHBORS {
+                return false;
+            }
+        }
+    }
+
+    /// Takes a vertex out: a fan from the neighbor at `apex` takes the place of its star, whose first triangles it reuses.
+    /// Returns these; the vertex is a point in one of them.
+    pub fn remove<'s>(&mut self, vertex: u32, star: &'s Star, apex: usize) -> &'s [u32] {
+        let Star { ring, triangles } = star;
+        let count = ring.len();
+        let outside = |t: &u32| {
+            let k = (0..3).find(|&k| self.triangles[*t as usize][k] == vertex).unwrap_or_default();
+            self.across[*t as usize][(k + 1) % 3]
+        };
+        let outside: Vec<u32> = triangles.iter().map(outside).collect();
+        let mut members = vec![vertex];
+        triangles.iter().for_each(|&t| members.append(&mut self.members[t as usize]));
+        let (fan, rest) = triangles.split_at(count - 2);
+        let at = |i: usize| (apex + i) % count;
+        for (i, &t) in (1..).zip(fan) {
+            self.triangles[t as usize] = [ring[apex], ring[at(i)], ring[at(i + 1)]];
+            let before = if i == 1 { outside[apex] } else { fan[i - 2] };
+            let after = if i == count - 2 { outside[at(count - 1)] } else { fan[i] };
+            self.across[t as usize] = [before, outside[at(i)], after];
+        }
+        for &t in rest {
+            (self.triangles[t as usize], self.across[t as usize]) = ([vertex; 3], [NONE; 3]);
+        }
+        for i in 0..count {
+            let (edge, other) = ([ring[at(i)], ring[at(i + 1)]], outside[at(i)]);
+            let owner = fan[i.clamp(1, count - 2) - 1];
+            if let Some(k) =
+                (other != NONE).then(|| (0..3).find(|&k| self.edge(other, k) == [edge[1], edge[0]])).flatten()
+            {
+                self.across[other as usize][k] = owner;
+            }
+        }
+        self.deal(members, fan);
+        fan
     }
 
     fn is_kept(&self, t: u32, k: usize) -> bool {
@@ -97,30 +214,13 @@ impl<'a> Drawing<'a> {
         self.side(edge, vertex) / (b - a).length_squared()
     }
 
-    /// Walks from the hint towards the vertex; where a hole is in the way, looks everywhere.
-    fn locate(&self, vertex: u32, hint: u32) -> Place {
-        let mut t = hint;
-        // A walk that goes round in circles is given up.
-        for step in 0..self.triangles.len() {
-            // Another edge first in every step, so that circles are rare.
-            let out = (0..3).map(|i| (i + step) % 3).find(|&k| self.side(self.edge(t, k), vertex) < 0.0);
-            match out.map(|k| self.across[t as usize][k]) {
-                None => return self.place_in(vertex, t),
-                Some(NONE) => break,
-                Some(next) => t = next,
-            }
-        }
-        let holds = |&t: &u32| (0..3).all(|k| self.side(self.edge(t, k), vertex) >= 0.0);
-        (0..self.triangles.len() as u32).find(holds).map_or(Place::Nowhere, |t| self.place_in(vertex, t))
-    }
-
     fn place_in(&self, vertex: u32, t: u32) -> Place {
         let is_near = |k: &usize| self.height(self.edge(t, *k), vertex) <= ON_EDGE;
         let mut near = (0..3).filter(is_near);
         match (near.next(), near.next()) {
-            (None, _) => Place::Inside(t),
-            (Some(k), None) => Place::Edge(t, k),
-            _ => Place::Nowhere,
+            (None, _) => Place::Inside,
+            (Some(k), None) => Place::Edge(k),
+            _ => Place::Corner,
         }
     }
 
@@ -143,6 +243,10 @@ impl<'a> Drawing<'a> {
         self.across.extend([[bc, v, t], [ca, t, u]]);
         self.relink(bc, t, u);
         self.relink(ca, t, v);
+        let mut members = std::mem::take(&mut self.members[t as usize]);
+        members.retain(|&point| point != p);
+        self.members.extend([Vec::new(), Vec::new()]);
+        self.deal(members, &[t, u, v]);
         vec![t, u, v]
     }
 
@@ -154,17 +258,17 @@ impl<'a> Drawing<'a> {
     ///    \ o /          \ | /
     ///      d              d
     /// ```
-    fn split_edge(&mut self, p: u32, t: u32, k: usize) -> Vec<u32> {
+    fn split_edge(&mut self, p: u32, t: u32, k: usize) -> Option<Vec<u32>> {
         let o = self.across[t as usize][k];
         let ([a, b], c) = (self.edge(t, k), self.triangles[t as usize][(k + 2) % 3]);
         let [bc, ca] = [1, 2].map(|i| self.across[t as usize][(k + i) % 3]);
-        let Some(j) = (0..3).find(|&j| self.edge(o, j) == [b, a]) else { return Vec::new() };
+        let j = (0..3).find(|&j| self.edge(o, j) == [b, a])?;
         let d = self.triangles[o as usize][(j + 2) % 3];
         let [ad, db] = [1, 2].map(|i| self.across[o as usize][(j + i) % 3]);
         // Of the halves of an edge that has next to no area on one side, one may turn over.
         let halves = [[c, a], [b, c], [a, d], [d, b]];
         if halves.iter().any(|&edge| self.side(edge, p) <= 0.0) {
-            return Vec::new();
+            return None;
         }
         let [u, v] = [self.triangles.len() as u32, self.triangles.len() as u32 + 1];
         (self.triangles[t as usize], self.across[t as usize]) = ([c, a, p], [ca, v, u]);
@@ -173,22 +277,42 @@ impl<'a> Drawing<'a> {
         self.across.extend([[bc, t, o], [ad, o, t]]);
         self.relink(bc, t, u);
         self.relink(ad, o, v);
-        vec![t, o, u, v]
+        let mut members = self.gather([t, o]);
+        members.retain(|&point| point != p);
+        self.members.extend([Vec::new(), Vec::new()]);
+        self.deal(members, &[t, o, u, v]);
+        Some(vec![t, o, u, v])
     }
 
-    /// Whether the vertex across an edge lies in the circle of a triangle, and the flipped edge would lie inside both.
-    fn should_flip(&self, t: u32, k: usize) -> bool {
+    /// The corners around an edge inside that may be turned: its ends, and those on its sides. The other diagonal lies inside
+    /// both triangles.
+    pub fn diamond(&self, t: u32, k: usize) -> Option<[u32; 4]> {
+        if self.is_kept(t, k) {
+            return None;
+        }
         let o = self.across[t as usize][k];
         let ([a, b], c) = (self.edge(t, k), self.triangles[t as usize][(k + 2) % 3]);
-        let Some(j) = (0..3).find(|&j| self.edge(o, j) == [b, a]) else { return false };
+        let j = (0..3).find(|&j| self.edge(o, j) == [b, a])?;
         let d = self.triangles[o as usize][(j + 2) % 3];
-        let is_convex = self.side([c, a], d) > 0.0 && self.side([b, c], d) > 0.0;
-        let [a, b, c, d] = [a, b, c, d].map(|v| Coord { x: self.points[v as usize].x, y: self.points[v as usize].y });
-        is_convex && incircle(a, b, c, d) > 0.0
+        (self.side([c, a], d) > 0.0 && self.side([b, c], d) > 0.0).then_some([a, b, c, d])
+    }
+
+    /// Whether the vertex across an edge lies in the circle of a triangle.
+    fn should_flip(&self, t: u32, k: usize) -> bool {
+        self.diamond(t, k).is_some_and(|corners| {
+            let coord = |v: u32| Coord { x: self.points[v as usize].x, y: self.points[v as usize].y };
+            let [a, b, c, d] = corners.map(coord);
+            incircle(a, b, c, d) > 0.0
+        })
+    }
+
+    /// The triangle across an edge.
+    pub fn across(&self, t: u32, k: usize) -> u32 {
+        self.across[t as usize][k]
     }
 
     /// Turns the edge `k` of a triangle to the other diagonal; returns the two triangles.
-    fn flip(&mut self, t: u32, k: usize) -> [u32; 2] {
+    pub fn flip(&mut self, t: u32, k: usize) -> [u32; 2] {
         let o = self.across[t as usize][k];
         let ([a, b], c) = (self.edge(t, k), self.triangles[t as usize][(k + 2) % 3]);
         let [bc, ca] = [1, 2].map(|i| self.across[t as usize][(k + i) % 3]);
@@ -199,12 +323,15 @@ impl<'a> Drawing<'a> {
         (self.triangles[o as usize], self.across[o as usize]) = ([d, b, c], [db, bc, t]);
         self.relink(ad, o, t);
         self.relink(bc, t, o);
+        let members = self.gather([t, o]);
+        self.deal(members, &[t, o]);
         [t, o]
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::super::triangulate::sides::triangle_holds;
     use super::*;
 
     /// Counter-clockwise from the least corner, sorted.
@@ -213,7 +340,7 @@ mod tests {
             let least = (0..3).min_by_key(|&k| t[k]).unwrap_or_default();
             [0, 1, 2].map(|i| t[(least + i) % 3])
         };
-        let mut triangles: Vec<[u32; 3]> = drawing.into_triangles().into_iter().map(turned).collect();
+        let mut triangles: Vec<[u32; 3]> = drawing.into_parts().0.into_iter().map(turned).collect();
         triangles.sort_unstable();
         triangles
     }
@@ -233,6 +360,13 @@ mod tests {
         }
     }
 
+    /// Puts a vertex into the first triangle that holds it.
+    fn put(drawing: &mut Drawing<'_>, vertex: u32) -> bool {
+        let holds = |&t: &u32| (0..3).all(|k| drawing.side(drawing.edge(t, k), vertex) >= 0.0);
+        let found = (0..drawing.len() as u32).find(holds);
+        found.is_some_and(|t| drawing.insert(vertex, t).is_some())
+    }
+
     fn points(list: &[[f64; 2]]) -> Vec<DVec2> {
         list.iter().map(|&p| DVec2::from(p)).collect()
     }
@@ -242,7 +376,7 @@ mod tests {
         let points = points(&[[0.0, 0.0], [3.0, 0.0], [0.0, 3.0], [1.0, 1.0]]);
         let kept = Edges::default();
         let mut drawing = Drawing::new(&points, vec![[0, 1, 2]], &kept);
-        assert!(drawing.insert(3, 0));
+        assert!(put(&mut drawing, 3));
         check(&drawing);
         assert_eq!(sorted(drawing), [[0, 1, 3], [0, 3, 2], [1, 2, 3]]);
     }
@@ -253,15 +387,15 @@ mod tests {
         let triangles = vec![[0, 1, 2], [0, 2, 3]];
         let kept = Edges::default();
         let mut drawing = Drawing::new(&points, triangles.clone(), &kept);
-        assert!(drawing.insert(4, 1));
+        assert!(put(&mut drawing, 4));
         check(&drawing);
-        assert!(!drawing.insert(5, 0), "on the outline");
-        assert!(!drawing.insert(6, 0), "outside");
-        assert!(!drawing.insert(4, 0), "at a corner");
+        assert!(!put(&mut drawing, 5), "on the outline");
+        assert!(!put(&mut drawing, 6), "outside");
+        assert!(!put(&mut drawing, 4), "at a corner");
         assert_eq!(sorted(drawing), [[0, 1, 4], [0, 4, 3], [1, 2, 4], [2, 3, 4]]);
         let kept = Edges::from_iter([[0, 2]]);
         let mut drawing = Drawing::new(&points, triangles.clone(), &kept);
-        assert!(!drawing.insert(4, 0));
+        assert!(!put(&mut drawing, 4));
         assert_eq!(sorted(drawing), triangles);
     }
 
@@ -272,16 +406,44 @@ mod tests {
         let triangles = vec![[0, 1, 2], [0, 2, 3]];
         let kept = Edges::default();
         let mut drawing = Drawing::new(&points, triangles.clone(), &kept);
-        assert!(drawing.insert(4, 0));
+        assert!(put(&mut drawing, 4));
         check(&drawing);
         assert_eq!(sorted(drawing), [[0, 1, 4], [0, 4, 3], [1, 2, 4], [2, 3, 4]]);
         let kept = Edges::from_iter([[0, 2]]);
         let mut drawing = Drawing::new(&points, triangles, &kept);
-        assert!(drawing.insert(4, 0));
+        assert!(put(&mut drawing, 4));
         assert_eq!(sorted(drawing), [[0, 1, 4], [0, 2, 3], [0, 4, 2], [1, 2, 4]]);
     }
 
-    /// Around a hole, with hints at the wrong end: a square ring of eight triangles, whose walk runs into the hole.
+    /// A vertex with five around it: the fan from each takes its place, and points stay in what holds them.
+    #[test]
+    fn a_fan_takes_the_place_of_a_star() {
+        let list = [[0.0, 0.0], [4.0, 0.0], [5.0, 3.0], [2.0, 5.0], [-1.0, 3.0], [2.0, 2.0], [2.5, 1.0], [1.0, 3.0]];
+        let points = points(&list);
+        let kept = Edges::default();
+        for apex in 0..5 {
+            let triangles = (0..5).map(|i| [i, (i + 1) % 5, 5]).collect();
+            let mut drawing = Drawing::new(&points, triangles, &kept);
+            drawing.add(0, 6);
+            drawing.add(3, 7);
+            let mut star = Star::default();
+            assert!(drawing.star(5, 2, &mut star));
+            assert_eq!(star.ring, [2, 3, 4, 0, 1]);
+            assert_eq!(drawing.remove(5, &star, apex).len(), 3);
+            let mut members = Vec::new();
+            let (triangles, lists) = drawing.into_parts();
+            for (triangle, list) in triangles.iter().zip(lists) {
+                let corners = triangle.map(|v| points[v as usize]);
+                assert!(turn(corners[0], corners[1], corners[2]) > 0.0 && triangle.contains(&[2, 3, 4, 0, 1][apex]));
+                assert!(list.iter().all(|&p| triangle_holds(corners, points[p as usize])));
+                members.extend(list);
+            }
+            members.sort_unstable();
+            assert_eq!((triangles.len(), members), (3, vec![5, 6, 7]));
+        }
+    }
+
+    /// Around a hole: a square ring of eight triangles.
     #[test]
     fn many_points_keep_the_outline_and_the_area() {
         let mut list =
@@ -309,7 +471,7 @@ mod tests {
             .map(|[a, b]: [u32; 2]| [a.min(b), a.max(b)])
             .collect();
         let mut drawing = Drawing::new(&points, ring.collect(), &kept);
-        let inserted = (8..600).filter(|&v| drawing.insert(v, 0)).count();
+        let inserted = (8..600).filter(|&v| put(&mut drawing, v)).count();
         check(&drawing);
         // Those that were put on the outline, and those at the place of another, stay out.
         assert!(inserted > 550, "{inserted}");
@@ -323,7 +485,7 @@ mod tests {
         assert_eq!(drawing.triangles.len(), 8 + 2 * inserted);
         // No edge but those of the outline can flip any more.
         for t in 0..drawing.triangles.len() as u32 {
-            assert!((0..3).all(|k| drawing.is_kept(t, k) || !drawing.should_flip(t, k)));
+            assert!((0..3).all(|k| !drawing.should_flip(t, k)));
         }
         let area = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|v| points[v as usize]);

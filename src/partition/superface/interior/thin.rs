@@ -1,0 +1,329 @@
+//! Vertices put back into an outline, and taken out again, the least missed first.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use super::super::super::triangulate::sides::{triangle_holds, turn};
+use super::drawing::{Drawing, Star};
+use super::grid::Grid;
+use super::{Edges, Limits, Places, Shade, length};
+use crate::math::DVec2;
+use crate::mesh::dual::NONE;
+
+/// Twice the area over the longest side squared that triangles of a fan have at least.
+const LEAST_HEIGHT: f64 = 1e-3;
+/// An edge turns where that saves more than this share of the difference.
+const GAIN: f64 = 1e-9;
+/// Edges turned toward the light, for each triangle: a limit that rounding cannot reach.
+const MOST_TURNS: usize = 16;
+
+/// Puts the vertices of `places` that lie in triangles in, all at first, and takes out those that `limits` let go: in the order of
+/// what they are worth, which is by how much the light of the best fan in their place is off. `triangles` are counter-clockwise
+/// and keep the edges `kept`, their outline among them. Returns triangles, and the places in each that are no corner.
+///
+/// What a vertex is worth is found anew when it comes up; it goes if no other is worth less by then. With N places and M vertices
+/// that stay O(N log (N / M)) differences of color.
+pub fn thin(
+    places: Places<'_>,
+    triangles: Vec<[u32; 3]>,
+    kept: &Edges,
+    limits: Limits,
+) -> (Vec<[u32; 3]>, Vec<Vec<u32>>) {
+    let mut thinning = Thinning {
+        drawing: Drawing::new(places.points, triangles, kept),
+        places,
+        limits,
+        losses: Vec::new(),
+        triangle_of: vec![NONE; places.vertex_count as usize],
+        star: Star::default(),
+        shades: Vec::new(),
+    };
+    thinning.place();
+    thinning.fill();
+    thinning.turn_edges();
+    thinning.thin();
+    thinning.drawing.into_parts()
+}
+
+struct Thinning<'a> {
+    drawing: Drawing<'a>,
+    places: Places<'a>,
+    limits: Limits,
+    /// By how much the light of each triangle is off, over its area.
+    losses: Vec<f64>,
+    /// A triangle of every vertex; none for those that are no corner.
+    triangle_of: Vec<u32>,
+    star: Star,
+    shades: Vec<Shade>,
+}
+
+impl Thinning<'_> {
+    /// Finds the first triangle that holds each point.
+    fn place(&mut self) {
+        let mut is_known = vec![false; self.places.points.len()];
+        for t in 0..self.drawing.len() as u32 {
+            self.drawing.corners(t).iter().for_each(|&v| is_known[v as usize] = true);
+        }
+        let list: Vec<u32> = (0..is_known.len() as u32).filter(|&point| !is_known[point as usize]).collect();
+        let grid = Grid::new(self.places.points, &list);
+        for t in 0..self.drawing.len() as u32 {
+            let corners = self.drawing.corners(t).map(|v| self.places.points[v as usize]);
+            grid.for_each_in(corners, |at| {
+                let point = list[at] as usize;
+                if !is_known[point] && triangle_holds(corners, self.places.points[point]) {
+                    is_known[point] = true;
+                    self.drawing.add(t, list[at]);
+                }
+            });
+        }
+    }
+
+    /// Puts in all vertices, of every triangle the middle one of its list first, so that lists halve.
+    fn fill(&mut self) {
+        let vertex_count = self.places.vertex_count;
+        let mut is_stuck = vec![false; vertex_count as usize];
+        let mut open: Vec<u32> = (0..self.drawing.len() as u32).rev().collect();
+        while let Some(t) = open.pop() {
+            let members = self.drawing.members(t);
+            let can_be = |v: &u32| *v < vertex_count && !is_stuck[*v as usize];
+            let count = members.iter().copied().filter(can_be).count();
+            let Some(vertex) = members.iter().copied().filter(can_be).nth(count / 2) else { continue };
+            match self.drawing.insert(vertex, t) {
+                Some(changed) => open.extend(changed),
+                None => {
+                    is_stuck[vertex as usize] = true;
+                    open.push(t);
+                }
+            }
+        }
+    }
+
+    /// Turns edges where that brings the light nearer: of the two diagonals of a square the one that the input had.
+    fn turn_edges(&mut self) {
+        self.losses = (0..self.drawing.len() as u32).map(|t| self.loss(t)).collect();
+        let mut turns = MOST_TURNS * self.drawing.len();
+        let mut open: Vec<u32> = (0..self.drawing.len() as u32).rev().collect();
+        while let Some(t) = open.pop() {
+            let Some(k) = (0..3).find(|&k| self.should_turn(t, k)) else { continue };
+            if turns == 0 {
+                break;
+            }
+            turns -= 1;
+            for t in self.drawing.flip(t, k) {
+                self.losses[t as usize] = self.loss(t);
+                open.push(t);
+            }
+        }
+    }
+
+    fn should_turn(&self, t: u32, k: usize) -> bool {
+        let o = self.drawing.across(t, k);
+        let now = self.losses[t as usize] + self.losses.get(o as usize).copied().unwrap_or(0.0);
+        if now <= 0.0 {
+            return false;
+        }
+        let Some([a, b, c, d]) = self.drawing.diamond(t, k) else { return false };
+        let sides = [[a, d, c], [d, b, c]];
+        if sides.iter().any(|&side| !self.is_round(side)) {
+            return false;
+        }
+        let shades = sides.map(|side| self.shade(side));
+        let [from, to] = [d, c].map(|v| self.places.points[v as usize]);
+        let mut turned = 0.0;
+        for &point in self.drawing.members(t).iter().chain(self.drawing.members(o)) {
+            let is_left = (to - from).perp_dot(self.places.points[point as usize] - from) >= 0.0;
+            turned += self.off(&shades[usize::from(!is_left)], point);
+        }
+        turned < now * (1.0 - GAIN)
+    }
+
+    /// Takes out what is worth least, until nothing may go.
+    fn thin(&mut self) {
+        for t in 0..self.drawing.len() as u32 {
+            self.drawing.corners(t).iter().for_each(|&v| self.triangle_of[v as usize] = t);
+        }
+        let corners: Vec<u32> =
+            (0..self.places.vertex_count).filter(|&v| self.triangle_of[v as usize] != NONE).collect();
+        let worth = |v: u32| Some(Reverse((order(self.worth(v)?.0), v)));
+        let mut queue: BinaryHeap<Reverse<(u64, u32)>> = corners.into_iter().filter_map(worth).collect();
+        while let Some(Reverse((before, vertex))) = queue.pop() {
+            let Some((worth, apex)) = self.worth(vertex) else { continue };
+            let now = Reverse((order(worth), vertex));
+            if now.0.0 > before && queue.peek().is_some_and(|next| *next > now) {
+                queue.push(now);
+                continue;
+            }
+            for &t in self.drawing.remove(vertex, &self.star, apex) {
+                self.losses[t as usize] = self.loss(t);
+                self.drawing.corners(t).iter().for_each(|&v| self.triangle_of[v as usize] = t);
+            }
+            self.triangle_of[vertex as usize] = NONE;
+        }
+    }
+
+    /// By how much more the light is off without a vertex, and the neighbor whose fan is best in its place; nothing where it stays.
+    /// Leaves what is around it in `star`.
+    fn worth(&mut self, vertex: u32) -> Option<(f64, usize)> {
+        let mut star = std::mem::take(&mut self.star);
+        let is_inside = self.drawing.star(vertex, self.triangle_of[vertex as usize], &mut star);
+        self.star = star;
+        if !is_inside {
+            return None;
+        }
+        let now: f64 = self.star.triangles.iter().map(|&t| self.losses[t as usize]).sum();
+        let mut best = None;
+        let mut most = now + self.limits.worth;
+        for apex in 0..self.star.ring.len() {
+            if let Some(loss) = self.loss_of_fan(vertex, apex, most) {
+                (best, most) = (Some((loss - now, apex)), loss);
+            }
+        }
+        best
+    }
+
+    /// By how much the light is off with a fan from a neighbor, if by less than `most`.
+    fn loss_of_fan(&mut self, vertex: u32, apex: usize, most: f64) -> Option<f64> {
+        let ring = &self.star.ring;
+        let at = |i: usize| ring[(apex + i) % ring.len()];
+        let corners = |i: usize| [ring[apex], at(i), at(i + 1)];
+        let count = ring.len().checked_sub(2)?;
+        // Past a half turn around the neighbor, points could not be told by the sides of its edges.
+        let [first, last] = [corners(1), corners(count)].map(|corners| corners.map(|v| self.places.points[v as usize]));
+        if turn(first[0], first[1], last[2]) <= 0.0 || !(1..=count).all(|i| self.is_round(corners(i))) {
+            return None;
+        }
+        let mut shades = std::mem::take(&mut self.shades);
+        shades.clear();
+        shades.extend((1..=count).map(|i| self.shade(corners(i))));
+        let from = self.places.points[ring[apex] as usize];
+        let wedge = |point: DVec2| {
+            let is_left = |i: &usize| (self.places.points[at(*i + 1) as usize] - from).perp_dot(point - from) > 0.0;
+            (1..count).take_while(is_left).count()
+        };
+        let lists = self.star.triangles.iter().map(|&t| self.drawing.members(t));
+        let mut loss = 0.0;
+        let holds = std::iter::once(&[vertex][..]).chain(lists).flatten().all(|&point| {
+            let shade = &shades[wedge(self.places.points[point as usize])];
+            loss += self.off(shade, point);
+            loss < most && (point >= self.places.vertex_count || self.is_near(shade, point))
+        });
+        self.shades = shades;
+        holds.then_some(loss)
+    }
+
+    /// Whether a triangle is the right way round and no needle.
+    fn is_round(&self, corners: [u32; 3]) -> bool {
+        let [a, b, c] = corners.map(|v| self.places.points[v as usize]);
+        let longest_sq = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
+        turn(a, b, c) > LEAST_HEIGHT * longest_sq
+    }
+
+    fn shade(&self, corners: [u32; 3]) -> Shade {
+        Shade::new(corners.map(|v| self.places.points[v as usize]), corners.map(|v| self.places.colors[v as usize]))
+    }
+
+    /// By how much the light at a point is off, over the area that it stands for.
+    fn off(&self, shade: &Shade, point: u32) -> f64 {
+        let at = point as usize;
+        length(shade.difference(self.places.points[at], self.places.colors[at])) * self.places.areas[at]
+    }
+
+    fn is_near(&self, shade: &Shade, point: u32) -> bool {
+        let at = point as usize;
+        let difference = shade.difference(self.places.points[at], self.places.colors[at]);
+        difference.into_iter().all(|channel| channel.abs() <= self.limits.most)
+    }
+
+    fn loss(&self, t: u32) -> f64 {
+        let members = self.drawing.members(t);
+        if members.is_empty() {
+            return 0.0;
+        }
+        let shade = self.shade(self.drawing.corners(t));
+        members.iter().map(|&point| self.off(&shade, point)).sum()
+    }
+}
+
+/// Bits that order as numbers do.
+fn order(x: f64) -> u64 {
+    let bits = x.to_bits();
+    if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A grid of n × n vertices over a square that is cut in two, with this light; what `thin` makes of it.
+    fn thinned(n: u32, light: impl Fn(DVec2) -> f64, limits: Limits) -> Vec<[u32; 3]> {
+        // The corners first.
+        let corner = n - 1;
+        let at = |i: u32| DVec2::new(f64::from(i % n), f64::from(i / n));
+        let corners = [0, corner, n * n - 1, n * corner];
+        let inside = (0..n * n).filter(|i| (1..corner).contains(&(i % n)) && (1..corner).contains(&(i / n)));
+        let points: Vec<DVec2> = corners.into_iter().chain(inside).map(at).collect();
+        let colors: Vec<[f64; 3]> = points.iter().map(|&p| [light(p); 3]).collect();
+        let kept = Edges::from_iter([[0, 1], [1, 2], [2, 3], [0, 3]]);
+        let areas = vec![1.0; points.len()];
+        let places = Places { points: &points, colors: &colors, areas: &areas, vertex_count: points.len() as u32 };
+        let (triangles, members) = thin(places, vec![[0, 1, 2], [0, 2, 3]], &kept, limits);
+        let area: f64 = triangles
+            .iter()
+            .map(|t| {
+                let [a, b, c] = t.map(|v| points[v as usize]);
+                assert!(turn(a, b, c) > 0.0);
+                turn(a, b, c) / 2.0
+            })
+            .sum();
+        assert!((area - f64::from(corner * corner)).abs() < 1e-9);
+        let mut corners: Vec<u32> = triangles.as_flattened().to_vec();
+        corners.sort_unstable();
+        corners.dedup();
+        // Every point is a corner or in a triangle, once, and lit as well as asked for.
+        assert_eq!(corners.len() + members.iter().map(Vec::len).sum::<usize>(), points.len());
+        for (t, list) in triangles.iter().zip(&members) {
+            let at = t.map(|v| points[v as usize]);
+            let shade = Shade::new(at, t.map(|v| colors[v as usize]));
+            for &point in list {
+                assert!(triangle_holds(at, points[point as usize]));
+                let [off, ..] = shade.difference(points[point as usize], colors[point as usize]);
+                assert!(off.abs() <= limits.most + 1e-12, "{off}");
+            }
+        }
+        triangles
+    }
+
+    const ANY: Limits = Limits { most: 1e-9, worth: 1e-6 };
+
+    #[test]
+    fn what_light_runs_evenly_over_goes() {
+        assert_eq!(thinned(9, |_| 0.3, ANY).len(), 2);
+        assert_eq!(thinned(9, |p| 0.01 * p.x - 0.02 * p.y, ANY).len(), 2);
+    }
+
+    #[test]
+    fn a_bright_spot_stays() {
+        let spot = DVec2::new(5.0, 4.0);
+        let light = |p: DVec2| if p == spot { 0.9 } else { 0.2 };
+        // The spot and its neighbors: of eight around it the light needs no more.
+        let triangles = thinned(9, light, Limits { most: 0.01, worth: 100.0 });
+        assert!((8..40).contains(&triangles.len()), "{}", triangles.len());
+        // One that is worth little may go, if the difference may be that great.
+        assert_eq!(thinned(9, light, Limits { most: 1.0, worth: 1.0 }).len(), 2);
+    }
+
+    #[test]
+    fn all_stay_where_nothing_may_be_lost() {
+        let light = |p: DVec2| 0.01 * (p.x * p.x + p.y * p.x * 0.7 + p.y * p.y);
+        assert_eq!(thinned(7, light, Limits { most: 0.0, worth: 0.0 }).len(), 2 + 2 * 25);
+        let some = thinned(12, light, Limits { most: 0.05, worth: 0.5 }).len();
+        let fewer = thinned(12, light, Limits { most: 0.2, worth: 5.0 }).len();
+        assert!(fewer < some && some < 200, "{some}, {fewer}");
+    }
+
+    #[test]
+    fn numbers_order_as_their_bits() {
+        let list = [-1e9, -1.0, -1e-300, 0.0, 1e-300, 2.0, 1e9];
+        assert!(list.windows(2).all(|pair| order(pair[0]) < order(pair[1])));
+    }
+}
