@@ -7,7 +7,8 @@ use std::collections::BTreeMap;
 use coarsen::formats::{self, Format, WriteOptions};
 use coarsen::math::{DVec3, Vec3};
 use coarsen::mesh::{Polygons, sample, shapes};
-use coarsen::partition::{Flatness, Options, Triangulation, vsa};
+use coarsen::papers::light;
+use coarsen::partition::{Flatness, Options, Superfaces, Triangulation, vsa};
 use coarsen::{Budget, Error, Mesh, Method, Outcome, simplify};
 use support::engine::cpu;
 use support::independent::topology;
@@ -121,6 +122,38 @@ fn a_cube_becomes_six_quads() {
             assert!(polygons.iter().all(|ring| area_vector(&outcome.mesh, ring).length() == 2.0), "{name}");
             assert_same_surface(&name, &outcome.mesh, polygons, 1e-9);
         }
+    }
+}
+
+/// Evenly lit, sides are superfaces; a spot keeps vertices inside its side, which is then a polygon a face.
+#[test]
+fn superfaces_become_polygons() {
+    let cube = cube(6);
+    let lit = |light: fn(DVec3) -> f32| Mesh {
+        colors: Some(cube.positions.iter().map(|&p| [light(p), 0.5, 0.5, 1.0]).collect()),
+        ..cube.clone()
+    };
+    let options = Options::superfaces(Superfaces::default());
+    let even = run(&lit(|_| 0.25), &options);
+    assert_eq!(assert_polygons("even", &even), 0);
+    assert_eq!(polygons(&even).starts, [0, 4, 8, 12, 16, 20, 24]);
+    assert_same_surface("even", &even.mesh, polygons(&even), 1e-9);
+    let top = cube.positions.iter().map(|p| p.z).fold(f64::MIN, f64::max);
+    assert_eq!(top, 1.0, "the spot below is on a side");
+    let spot = run(&lit(|p| if p == DVec3::new(0.5, 0.5, 1.0) { 0.9 } else { 0.25 }), &options);
+    assert_polygons("spot", &spot);
+    let rings = || polygons(&spot).iter().map(<[u32]>::len);
+    assert_eq!(rings().filter(|&corners| corners == 4).count(), 5);
+    assert!(rings().filter(|&corners| corners == 3).count() >= 4, "{:?}", polygons(&spot).starts);
+    assert_same_surface("spot", &spot.mesh, polygons(&spot), 1e-9);
+    // Of a room with its shadows, on either side of steps of light.
+    let room = sample("room", Some(3000)).expect("a sample");
+    for pair in [light::PAIRS[0], light::PAIRS[1]] {
+        let Method::Partition(options) = light::superfaces(pair) else { panic!("another method") };
+        let outcome = run(&room, &options);
+        assert_polygons("room", &outcome);
+        assert_same_surface("room", &outcome.mesh, polygons(&outcome), 1e-6);
+        assert!(polygons(&outcome).len() < outcome.mesh.faces.len(), "{pair:?}: no superface is a polygon");
     }
 }
 

@@ -9,9 +9,26 @@ use coarsen::backend::GpuOptions;
 use coarsen::mesh::sample;
 use coarsen::metrics::{self, deviation};
 use coarsen::papers::light::{PAIRS, curves, superfaces};
-use coarsen::{Budget, Device, Mesh, Outcome, StopReason, simplify};
+use coarsen::partition::By;
+use coarsen::{Budget, Device, Mesh, Method, Outcome, StopReason, simplify};
 use support::engine::{assert_kept, bytes, cpu, gpu};
 use support::independent::topology;
+
+/// Fitting brings the light nearer on the whole.
+#[test]
+fn fitted_colors_are_nearer_on_average() {
+    for name in SCENES {
+        let scene = scene(name, FACES);
+        let mean = |fits_light| {
+            let outcome = run_with(&scene, [f64::INFINITY, 2.0], fits_light);
+            let measured = deviation(&scene, &outcome.mesh, &metrics::Options::default(), &cpu(2)).expect("a measure");
+            255.0 * measured.forward.colors.expect("colors").rgb.mean
+        };
+        let [kept, fitted] = [false, true].map(mean);
+        println!("{name}: {kept:.3} of 255 as they are, {fitted:.3} fitted");
+        assert!(fitted < 0.95 * kept, "{name}: {fitted} of {kept}");
+    }
+}
 
 /// Small enough for seconds, large enough for shadows with edges.
 const SCENES: [&str; 2] = ["room", "office"];
@@ -23,6 +40,15 @@ fn scene(name: &str, faces: usize) -> Mesh {
 
 fn run_on(device: &Device, scene: &Mesh, pair: [f64; 2]) -> Outcome {
     simplify(scene, &superfaces(pair), &Budget::default(), device, None).expect("a scene with light")
+}
+
+/// With colors of vertices as they are, or fitted.
+fn run_with(scene: &Mesh, pair: [f64; 2], fits_light: bool) -> Outcome {
+    let Method::Partition(mut options) = superfaces(pair) else { panic!("another method") };
+    if let By::Superfaces(superfaces) = &mut options.by {
+        superfaces.fits_light = fits_light;
+    }
+    simplify(scene, &Method::Partition(options), &Budget::default(), &cpu(2), None).expect("a scene with light")
 }
 
 fn run(scene: &Mesh, pair: [f64; 2]) -> Outcome {
@@ -59,7 +85,7 @@ fn colors_are_within_the_tolerance_on_average() {
     }
 }
 
-/// The result's vertices are the input's with their colors, the topology is kept, so that both sides of a border have the same
+/// The result's vertices are the input's, with their colors unless these are fitted, the topology is kept, so that both sides of a border have the same
 /// vertices, and the area is that of the input.
 #[test]
 fn scenes_are_kept() {
@@ -68,11 +94,17 @@ fn scenes_are_kept() {
         let outcome = run(&scene, pair);
         assert_kept(&name, &scene, &outcome);
         assert_eq!((outcome.stop, topology(&outcome.mesh).border_loops), (StopReason::RegionsRebuilt, 0), "{name}");
-        let [before, after] = [&scene, &outcome.mesh].map(|mesh| mesh.colors.as_ref().expect("colors at vertices"));
+        let exact = run_with(&scene, pair, false);
+        assert_eq!(exact.mesh.faces, outcome.mesh.faces, "{name}: colors decide no face");
+        let colors = |mesh: &Mesh| mesh.colors.clone().expect("colors at vertices");
+        let [before, kept, moved] = [&scene, &exact.mesh, &outcome.mesh].map(colors);
         for (v, &origin) in outcome.vertex_origin.iter().enumerate() {
             let origin = origin as usize;
             assert_eq!(outcome.mesh.positions[v], scene.positions[origin], "{name}: the place of {origin}");
-            assert_eq!(after[v].map(f32::to_bits), before[origin].map(f32::to_bits), "{name}: the color of {origin}");
+            assert_eq!(kept[v].map(f32::to_bits), before[origin].map(f32::to_bits), "{name}: the color of {origin}");
+            let most = (pair[1] / 255.0) as f32 + 1e-6;
+            let is_near = (0..4).all(|k| (moved[v][k] - before[origin][k]).abs() <= most && moved[v][k] >= 0.0);
+            assert!(is_near, "{name}: {:?} for {:?}", moved[v], before[origin]);
         }
         let (is, was) = (outcome.mesh.area(), scene.area());
         assert!((is / was - 1.0).abs() < 1e-9, "{name}: area {is} of {was}");

@@ -26,9 +26,13 @@ fn regions_are_written_as_polygons() {
     let ply = fs::read(dir.path("out.ply")).expect("the result");
     assert!(String::from_utf8_lossy(&ply).contains("element face 6\n"));
     dir.run("simplify in.obj out.ply.gz --method coplanar --polygons -g cpu").succeeds();
+    let lit = |line: &str| format!("{line}{}\n", if line.starts_with('v') { " .5 .5 .5" } else { "" });
+    dir.file("lit.obj", CUBE.lines().map(lit).collect::<String>());
+    let piped = dir.run("simplify lit.obj - --format obj --method superface --polygons -g cpu").succeeds();
+    assert_eq!(faces(&piped.out), 6);
     let inspected = dir.run("inspect out.ply.gz --json").succeeds().json();
     assert_eq!((&inspected["stored"]["faces"], &inspected["stored"]["border_edges"]), (&12.into(), &0.into()));
-    assert_eq!(dir.files(), ["in.obj", "out.obj", "out.ply", "out.ply.gz"]);
+    assert_eq!(dir.files(), ["in.obj", "lit.obj", "out.obj", "out.ply", "out.ply.gz"]);
 }
 
 #[test]
@@ -72,6 +76,7 @@ fn wrong_uses_are_told_before_anything_is_written() {
     dir.file("in.obj", TETRAHEDRON).file("old.json", "precious");
     for (options, code, part) in [
         ("out.obj -f 4 --polygons", 2, "--polygons is for --method vsa, superface and coplanar"),
+        ("out.obj --method coplanar --keep-colors", 2, "--method coplanar takes --flat-angle"),
         ("out.obj -f 4 --write-regions a.json", 2, "--write-regions is for --method vsa"),
         ("out.stl --method coplanar --polygons", 2, "--polygons writes OBJ or PLY, not STL"),
         ("- --format off --method coplanar --polygons", 2, "not OFF"),

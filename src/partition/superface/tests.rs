@@ -6,8 +6,11 @@ use crate::mesh::dual::NONE;
 use crate::mesh::samples::sample;
 use crate::mesh::shapes;
 
+/// On the range of light: a quarter.
+const CAP: f64 = 0.25;
+
 fn contrast(epsilon: f64) -> Options {
-    Options { criterion: Criterion::Contrast { epsilon, range_cap: RANGE_CAP }, ..Options::default() }
+    Options { criterion: Criterion::Contrast { epsilon, range_cap: CAP }, ..Options::default() }
 }
 
 fn paper(epsilon: f64, area_unit: f64) -> Options {
@@ -143,6 +146,14 @@ fn superfaces_do_not_grow_in_number_with_the_step() {
         }
         assert!(last < 20_000.0 / 15.0, "{name}: {last} superfaces at the loosest");
     }
+}
+
+/// By default light does not divide what is flat.
+#[test]
+fn any_light_joins_without_a_step() {
+    let mesh = room(4000);
+    let sides = superfaces(&lit_evenly(mesh.clone()), contrast(0.01)).partition;
+    assert_eq!(superfaces(&mesh, Options::default()).partition, sides);
 }
 
 #[test]

@@ -14,6 +14,8 @@ use crate::mesh::dual::NONE;
 const LEAST_HEIGHT: f64 = 1e-3;
 /// An edge turns where that saves more than this share of the difference.
 const GAIN: f64 = 1e-9;
+/// How often all vertices that are left are asked.
+const MOST_PASSES: usize = 4;
 /// Edges turned toward the light, for each triangle: a limit that rounding cannot reach.
 const MOST_TURNS: usize = 16;
 
@@ -142,10 +144,21 @@ impl Thinning<'_> {
         for t in 0..self.drawing.len() as u32 {
             self.drawing.corners(t).iter().for_each(|&v| self.triangle_of[v as usize] = t);
         }
+        // What could not go may be able to once others have gone.
+        for _ in 0..MOST_PASSES {
+            if !self.pass() {
+                break;
+            }
+        }
+    }
+
+    /// Asks every vertex once, and again where what is around it has changed; whether any went.
+    fn pass(&mut self) -> bool {
         let corners: Vec<u32> =
             (0..self.places.vertex_count).filter(|&v| self.triangle_of[v as usize] != NONE).collect();
         let worth = |v: u32| Some(Reverse((order(self.worth(v)?.0), v)));
         let mut queue: BinaryHeap<Reverse<(u64, u32)>> = corners.into_iter().filter_map(worth).collect();
+        let mut is_any = false;
         while let Some(Reverse((before, vertex))) = queue.pop() {
             let Some((worth, apex)) = self.worth(vertex) else { continue };
             let now = Reverse((order(worth), vertex));
@@ -153,12 +166,14 @@ impl Thinning<'_> {
                 queue.push(now);
                 continue;
             }
+            is_any = true;
             for &t in self.drawing.remove(vertex, &self.star, apex) {
                 self.losses[t as usize] = self.loss(t);
                 self.drawing.corners(t).iter().for_each(|&v| self.triangle_of[v as usize] = t);
             }
             self.triangle_of[vertex as usize] = NONE;
         }
+        is_any
     }
 
     /// By how much more the light is off without a vertex, and the neighbor whose fan is best in its place; nothing where it stays.
@@ -189,7 +204,7 @@ impl Thinning<'_> {
         let count = ring.len().checked_sub(2)?;
         // Past a half turn around the neighbor, points could not be told by the sides of its edges.
         let [first, last] = [corners(1), corners(count)].map(|corners| corners.map(|v| self.places.points[v as usize]));
-        if turn(first[0], first[1], last[2]) <= 0.0 || !(1..=count).all(|i| self.is_round(corners(i))) {
+        if turn(first[0], first[1], last[2]) < 0.0 || !(1..=count).all(|i| self.is_round(corners(i))) {
             return None;
         }
         let mut shades = std::mem::take(&mut self.shades);
