@@ -70,6 +70,7 @@ pub mod kernel;
 pub mod math;
 pub mod mesh;
 pub mod metrics;
+pub mod out_of_core;
 pub mod papers;
 pub mod partition;
 pub mod polish;

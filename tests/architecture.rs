@@ -26,6 +26,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
         &["backend", "cluster", "contract", "error", "math", "mesh", "partition", "polish", "progressive", "removal"],
     ),
     ("formats", &["error", "math", "mesh"]),
+    // From a file, in parts that drivers reduce: above both, beside the command line's own reading and writing.
+    ("out_of_core", &["backend", "contract", "error", "formats", "math", "mesh", "polish", "simplify"]),
     // A log needs nothing of the driver that made it, and is written as atomically as a mesh.
     ("progressive", &["error", "formats", "math", "mesh"]),
     ("metrics", &["backend", "error", "kernel", "math", "mesh", "spatial"]),

@@ -103,6 +103,7 @@ fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
         quadrics: quadrics::stored(shape, defaults.quadrics),
         border_weight: shape.border_weight,
         lock_border: shape.lock_border,
+        locked: None,
         max_flip_rad: shape.max_flip.unwrap_or(defaults.max_flip_rad),
         join_within: shape.join_within,
         weld: match shape.weld {

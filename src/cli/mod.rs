@@ -14,6 +14,7 @@ mod inspect;
 mod interrupt;
 mod memory;
 mod method;
+mod parts;
 mod progress;
 mod quadrics;
 mod record;

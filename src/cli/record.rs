@@ -4,6 +4,7 @@ use std::fmt;
 
 use coarsen::backend::KernelTime;
 use coarsen::metrics::Spread;
+use coarsen::out_of_core::Pass;
 use coarsen::simplify::{Blocked, Outcome, Phases, RoundRecord};
 use coarsen::{Budget, Device, Mesh, Method, StopReason, contract, metrics, partition};
 use serde::Serialize;
@@ -38,6 +39,8 @@ pub struct Record {
     quadrics: Option<Stored>,
     /// The regions that faces were made into; null with another method.
     regions: Option<Regions>,
+    /// What was done in parts before the rounds; null where the mesh fitted the memory limit.
+    parts: Option<Parts>,
     /// Edges turned after the run.
     flips: usize,
     /// Milliseconds from mesh in memory to mesh in memory.
@@ -61,6 +64,29 @@ struct Deviation {
     estimate_relative: f64,
     /// With --measure.
     measured: Option<Measured>,
+}
+
+/// A run in parts.
+#[derive(Debug, Serialize)]
+struct Parts {
+    /// Of all passes.
+    count: usize,
+    /// Those before the last, which has the whole.
+    passes: Vec<Pass>,
+}
+
+/// What a record tells of the input.
+#[derive(Debug, Clone, Copy)]
+pub struct InputSize {
+    pub vertices: usize,
+    /// Of the bounding box, in model units.
+    pub diagonal: f64,
+}
+
+impl From<&Mesh> for InputSize {
+    fn from(mesh: &Mesh) -> Self {
+        Self { vertices: mesh.positions.len(), diagonal: mesh.diagonal() }
+    }
 }
 
 /// Regions of faces.
@@ -170,7 +196,7 @@ impl Seconds {
 
 impl Record {
     /// The record of a run that is done.
-    pub fn new(job: &Job, input: &Mesh, outcome: &Outcome, device: &Device, clocks: &Clocks) -> Self {
+    pub fn new(job: &Job, input: impl Into<InputSize>, outcome: &Outcome, device: &Device, clocks: &Clocks) -> Self {
         let (method, metric) = match &job.method {
             Method::Contract(options) => (method_name(options), Some(metric_name(options.metric))),
             Method::Cluster(_) => ("cluster", None),
@@ -178,7 +204,7 @@ impl Record {
             Method::Partition(options) => (regions_name(&options.by), None),
             _ => ("", None),
         };
-        let diagonal = input.diagonal();
+        let InputSize { vertices, diagonal } = input.into();
         let estimate = outcome.error_estimate;
         Self {
             schema: 1,
@@ -191,7 +217,7 @@ impl Record {
             version: env!("CARGO_PKG_VERSION"),
             faces_in: outcome.faces_in,
             faces_out: outcome.mesh.faces.len(),
-            vertices_in: input.positions.len(),
+            vertices_in: vertices,
             vertices_out: outcome.mesh.positions.len(),
             target: counts_faces(&job.budget).then_some(outcome.target),
             reached: is_reached(&job.budget, outcome.stop) && regions::are_reached(job, outcome),
@@ -199,6 +225,7 @@ impl Record {
             cell_size: outcome.cell_size,
             quadrics: outcome.quadrics.map(Stored::from),
             regions: outcome.regions.as_ref().map(Regions::from),
+            parts: None,
             flips: outcome.flips,
             simplify_ms: clocks.solve * 1e3,
             blocked: outcome.blocked,
@@ -224,6 +251,12 @@ impl Record {
             Measured { max, mean, rms, max_relative, mean_relative, rms_relative }
         });
         self
+    }
+
+    /// The record of a run in parts.
+    pub fn with_passes(self, passes: Vec<Pass>) -> Self {
+        let count = passes.iter().map(|pass| pass.parts).sum();
+        Self { parts: Some(Parts { count, passes }), ..self }
     }
 
     /// What was missed, for `--require-target`.
@@ -293,6 +326,9 @@ impl fmt::Display for Record {
             self.seconds.write,
             self.device,
         )?;
+        if let Some(Parts { count, passes }) = &self.parts {
+            write!(f, ", {count} parts in {} passes and a last one", passes.len())?;
+        }
         if let Some(measured) = &self.error.measured {
             let [max, mean, rms] =
                 [measured.max_relative, measured.mean_relative, measured.rms_relative].map(|share| share * 100.0);

@@ -30,6 +30,8 @@ pub struct Job {
     pub selector: Selector,
     pub threads: usize,
     pub memory_limit: Option<u64>,
+    /// Where parts are kept, if it was said.
+    pub temp_dir: Option<PathBuf>,
     pub writing: WriteOptions,
     /// Where the log of the contractions goes, if anywhere.
     pub log: Option<PathBuf>,
@@ -92,6 +94,7 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         selector,
         threads: args.device.threads.into(),
         memory_limit: args.device.memory_limit,
+        temp_dir: args.device.temp_dir.clone(),
         writing: WriteOptions { ascii: args.writing.ascii },
         log: args.writing.write_log.clone(),
         polygons: args.region_files.polygons,
@@ -331,6 +334,7 @@ mod tests {
             quadrics: contract::Quadrics::default(),
             border_weight: 2.0,
             lock_border: true,
+            locked: None,
             max_flip_rad: std::f32::consts::FRAC_PI_4,
             join_within: 0.5,
             weld: None,

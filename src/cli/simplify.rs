@@ -12,7 +12,7 @@ use super::failure::{at, refuse};
 use super::progress::Meter;
 use super::record::{Clocks, Record};
 use super::resolve::Job;
-use super::{Exit, interrupt, memory, regions, weights};
+use super::{Exit, interrupt, memory, parts, regions, weights};
 
 /// Runs the job.
 ///
@@ -25,6 +25,9 @@ pub fn run(job: Job) -> anyhow::Result<Exit> {
     let device = Device::open_with(&job.selector, job.threads, &timing)?;
     for note in device.notes() {
         console::note(job.verbosity, note);
+    }
+    if let Some((input, options)) = parts::needed(&job)? {
+        return parts::run(&job, &input, &options, &device);
     }
     let (input, read) = read(&job, &device);
     let input = input?;
@@ -49,7 +52,8 @@ pub fn run(job: Job) -> anyhow::Result<Exit> {
     tell(&job, &Record::new(&job, &input, &outcome, &device, &clocks).with_measured(measured.as_ref()))
 }
 
-fn timed<R>(work: impl FnOnce() -> R) -> (R, f64) {
+/// What `work` makes, and the seconds it takes.
+pub fn timed<R>(work: impl FnOnce() -> R) -> (R, f64) {
     let clock = Instant::now();
     let result = work();
     (result, clock.elapsed().as_secs_f64())
@@ -78,7 +82,7 @@ fn solve(job: &Job, method: &Method, input: &Mesh, device: &Device) -> anyhow::R
 }
 
 /// Writes the result, and its log and its regions where they are asked for.
-fn write(job: &Job, outcome: &Outcome) -> anyhow::Result<()> {
+pub fn write(job: &Job, outcome: &Outcome) -> anyhow::Result<()> {
     let polygons = outcome.regions.as_ref().filter(|_| job.polygons).map(|regions| &regions.polygons);
     job.sink.write(&outcome.mesh, polygons, &job.writing)?;
     regions::write(job, outcome)?;
@@ -89,7 +93,7 @@ fn write(job: &Job, outcome: &Outcome) -> anyhow::Result<()> {
 }
 
 /// Says what was done; a target that was required and missed is an error though the result stands.
-fn tell(job: &Job, record: &Record) -> anyhow::Result<Exit> {
+pub fn tell(job: &Job, record: &Record) -> anyhow::Result<Exit> {
     if job.json {
         console::print_json(record)?;
     }

@@ -46,6 +46,8 @@ mod uv_kernel;
 mod weigh;
 mod weighting;
 
+use std::sync::Arc;
+
 use crate::backend::Device;
 use crate::error::{Error, Result};
 use crate::kernel::pair_quadric::{ANYWHERE, AT_ENDS, AT_THREE, ON_SEGMENT};
@@ -144,6 +146,9 @@ pub struct Options {
     pub border_weight: f32,
     /// Whether border vertices stay where they are.
     pub lock_border: bool,
+    /// Vertices that stay where they are, one entry a vertex of the input; a joined vertex stays if any of its members
+    /// does. `None` holds nobody.
+    pub locked: Option<Arc<[bool]>>,
     /// Largest turn of a face's normal in one contraction, in radians.
     pub max_flip_rad: f32,
     /// Contract pairs of vertices without an edge too, where they lie closer than this in model units: across components,
@@ -176,6 +181,7 @@ impl Default for Options {
             quadrics: Quadrics::default(),
             border_weight: 1.0,
             lock_border: false,
+            locked: None,
             max_flip_rad: MAX_FLIP_RAD,
             join_within: 0.0,
             weld: Some(0.0),
@@ -210,6 +216,16 @@ impl Options {
     /// Whether parts may join.
     fn joins(&self) -> bool {
         self.join_within > 0.0
+    }
+
+    fn check_locked(&self, vertex_count: usize) -> Result<()> {
+        match &self.locked {
+            Some(locked) if locked.len() != vertex_count => Err(Error::Parameter(format!(
+                "{} locks for a mesh of {vertex_count} vertices: give one each",
+                locked.len()
+            ))),
+            _ => Ok(()),
+        }
     }
 
     fn check_triangles(&self) -> Result<()> {
@@ -272,7 +288,15 @@ pub fn warm_up(options: &Options, device: &Device) -> Result<()> {
         other => other.clone(),
     };
     // Lengths are of another mesh.
-    let options = Options { weighting, log: false, weld: Some(0.0), join_within: 0.0, prune: 0.0, ..options.clone() };
+    let options = Options {
+        weighting,
+        locked: None,
+        log: false,
+        weld: Some(0.0),
+        join_within: 0.0,
+        prune: 0.0,
+        ..options.clone()
+    };
     run(&sphere, &options, &Budget::keep(WARM_UP_KEEP), &device, None)?;
     device.forget_kernel_times();
     Ok(())
@@ -288,5 +312,6 @@ pub fn run(
 ) -> Result<Outcome> {
     options.check()?;
     options.weighting.check(mesh.positions.len())?;
+    options.check_locked(mesh.positions.len())?;
     device.install(|| driver::run(mesh, options, budget, device, progress))
 }
