@@ -22,6 +22,7 @@ mod regions;
 mod removal;
 mod replay;
 mod resolve;
+mod sample;
 mod simplify;
 mod sink;
 mod source;
@@ -66,6 +67,7 @@ pub fn run(arguments: Arguments) -> anyhow::Result<Exit> {
         Verb::Simplify(args) => simplify::run(resolve::simplify(&args)?),
         Verb::Replay(args) => replay::run(&replay::Job::new(&args)?),
         Verb::Inspect(args) => inspect::run(&resolve::inspect(&args)?, args.json),
+        Verb::Sample(args) => sample::run(&args),
         Verb::Devices(args) => devices::run(args.json),
         Verb::Compare(args) => compare::run(&compare::Job::new(&args)?),
         Verb::Bench(args) => bench::run(&args),

@@ -29,9 +29,11 @@ mod input;
 mod obj;
 mod off;
 mod output;
+mod pieces;
 mod ply;
 mod polygon;
 mod property;
+mod scratch;
 mod stl;
 mod text;
 
@@ -43,8 +45,10 @@ use crate::mesh::Mesh;
 use faces::Faces;
 
 pub use faces::{write_polygons, write_polygons_to};
+pub use pieces::write_pieces;
 pub(crate) use ply::{Rows, Stream};
 pub use property::{read_numbers, read_property, write_with_property};
+pub(crate) use scratch::{Scratch, ScratchFile};
 
 /// A mesh file format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -12,7 +12,8 @@ use crate::backend::Device;
 use crate::contract;
 use crate::error::Result;
 use crate::formats::Stream;
-use crate::simplify::{Budget, OnProgress, Progress, StopReason};
+use crate::mesh::Mesh;
+use crate::simplify::{Budget, MOVED, OnProgress, Outcome, Progress, StopReason};
 
 /// Samples at most, each from another part.
 const SAMPLES: usize = 4;
@@ -47,10 +48,13 @@ impl Samples {
         let mut pieces = Vec::new();
         for part in (0..count).map(|i| (2 * i + 1) * parts / (2 * count)) {
             let cells = cut.middle(part, wanted);
-            let mut faces = spill.faces(cut, part)?;
-            faces.retain(|&face| cells.contains(&cut.cell(face)));
-            faces.shrink_to_fit();
-            pieces.push(Part::load(stream, faces, frozen, used)?);
+            let is_inside = |face: &[u32; 3]| cells.contains(&cut.cell(*face));
+            let (inside, outside): (Vec<_>, Vec<_>) = spill.faces(cut, part)?.into_iter().partition(is_inside);
+            let mut piece = Part::load(stream, inside, frozen, used)?;
+            outside.iter().flatten().for_each(|&v| used.insert(v));
+            piece.freeze(used);
+            used.clear();
+            pieces.push(piece);
         }
         Ok(Self { faces: pieces.iter().map(|piece| piece.mesh.faces.len()).sum(), pieces })
     }
@@ -67,17 +71,15 @@ impl Samples {
         now: Progress,
         progress: &mut OnProgress<'_>,
     ) -> Result<Option<f64>> {
-        // What is around a sample is not there.
-        let options = contract::Options { lock_border: true, ..options.clone() };
         let mut reduce = |budget: Budget| {
-            let (mut faces, mut deviation) = (0, 0.0_f64);
+            let (mut faces, mut deviation) = (0.0, 0.0_f64);
             for piece in &self.pieces {
                 let mut report = |_| progress(now);
-                let Some(outcome) = piece.reduce(&options, &budget, device, Some(&mut report))? else { continue };
+                let Some(outcome) = piece.reduce(options, &budget, device, Some(&mut report))? else { continue };
                 if outcome.stop == StopReason::Cancelled {
                     return Ok(ControlFlow::Break(()));
                 }
-                faces += outcome.mesh.faces.len();
+                faces += faces_inside(piece, &outcome);
                 deviation = deviation.max(outcome.error_estimate);
             }
             Ok(ControlFlow::Continue((faces, deviation)))
@@ -88,11 +90,25 @@ impl Samples {
         for _ in 0..STEPS {
             let middle = (low * high).sqrt();
             let ControlFlow::Continue((faces, _)) = reduce(Budget::error_abs(middle))? else { return Ok(None) };
-            if (faces as f64 / wanted - 1.0).abs() < NEAR {
+            if (faces / wanted - 1.0).abs() < NEAR {
                 return Ok(Some(middle));
             }
-            if faces as f64 > wanted { low = middle } else { high = middle }
+            if faces > wanted { low = middle } else { high = middle }
         }
         Ok(Some(high))
     }
+}
+
+/// How many faces a piece would be left with if nothing around it were frozen: as many to an area as away from its border.
+fn faces_inside(piece: &Part, outcome: &Outcome) -> f64 {
+    let is_held = |v: u32| match outcome.vertex_origin[v as usize] {
+        MOVED => false,
+        origin => piece.frozen[origin as usize],
+    };
+    let inside = Mesh {
+        faces: outcome.mesh.faces.iter().copied().filter(|face| !face.iter().any(|&v| is_held(v))).collect(),
+        ..Mesh::new(outcome.mesh.positions.clone(), Vec::new())
+    };
+    let area = inside.area();
+    if area > 0.0 { inside.faces.len() as f64 * (piece.mesh.area() / area) } else { outcome.mesh.faces.len() as f64 }
 }

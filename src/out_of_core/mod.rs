@@ -22,7 +22,6 @@ mod memory;
 mod part;
 mod pass;
 mod rows;
-mod scratch;
 mod spill;
 
 use std::ops::ControlFlow;
@@ -32,14 +31,13 @@ use std::time::Instant;
 use crate::backend::Device;
 use crate::contract::{self, Texture, Weighting};
 use crate::error::{Error, Result};
-use crate::formats::Stream;
+use crate::formats::{Scratch, Stream};
 use crate::mesh::{FACE_COLORS_DROPPED, Mesh};
 use crate::polish::Flips;
 use crate::simplify::{self, Budget, Method, OnProgress, Progress, StopReason};
 use cut::Survey;
 use memory::Room;
 use pass::{Notes, Task};
-use scratch::Scratch;
 
 pub use memory::estimate;
 pub use pass::Pass;

@@ -44,6 +44,12 @@ impl Part {
         Ok(Self { mesh, vertices, frozen })
     }
 
+    /// Freezes those of its vertices that are marked too.
+    pub fn freeze(&mut self, marks: &Marks) {
+        let rows = self.vertices.iter().zip(&*self.frozen);
+        self.frozen = rows.map(|(&v, &is_frozen)| is_frozen || marks.contains(v)).collect();
+    }
+
     /// Reduces the part; `None` where no face has an area to be kept for.
     ///
     /// # Errors

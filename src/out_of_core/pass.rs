@@ -6,12 +6,11 @@ use super::cut::{Cut, Survey};
 use super::limit::Samples;
 use super::marks::Marks;
 use super::part::Part;
-use super::scratch::{Scratch, ScratchFile};
 use super::spill::{Spill, mark_repeats};
 use crate::backend::Device;
 use crate::contract;
 use crate::error::Result;
-use crate::formats::{Rows, Stream};
+use crate::formats::{Rows, Scratch, ScratchFile, Stream};
 use crate::simplify::{Budget, MOVED, OnProgress, Outcome, Progress, StopReason};
 
 /// What one pass did.

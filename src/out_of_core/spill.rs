@@ -7,9 +7,8 @@ use rustc_hash::FxHashSet;
 use super::cut::Cut;
 use super::marks::Marks;
 use super::rows::each_chunk;
-use super::scratch::{Scratch, ScratchFile};
 use crate::error::{Error, Result};
-use crate::formats::Stream;
+use crate::formats::{Scratch, ScratchFile, Stream};
 use crate::math::DVec3;
 
 /// Bytes of a face in the file.

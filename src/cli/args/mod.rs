@@ -7,6 +7,7 @@ mod compare;
 mod regions;
 mod removal;
 mod replay;
+mod sample;
 mod simplify;
 mod weights;
 
@@ -18,6 +19,7 @@ pub use compare::{Compare, Up};
 pub use regions::{RegionFiles, Regions, Solver, Triangulation};
 pub use removal::{Fill, Removal};
 pub use replay::Replay;
+pub use sample::Sample;
 pub use simplify::{
     Candidates, FlipBy, Method, Metric, Placement, Progress, QuadricFormat, QuadricFrame, Representative, Shape,
     Simplify, Target, Texture,
@@ -69,6 +71,7 @@ pub enum Verb {
     Simplify(Box<Simplify>),
     Replay(Replay),
     Inspect(Inspect),
+    Sample(Sample),
     Compare(Box<Compare>),
     Devices(Devices),
     Bench(Bench),
