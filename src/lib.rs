@@ -50,6 +50,7 @@
 //! - [`contract`]: the engine and its options; [`cluster`]: vertex clustering, the fast first pass;
 //!   [`removal`]: vertices taken away one by one, their holes filled; [`partition`]: regions of faces, each triangulated anew;
 //!   [`polish`]: edges turned after any of them.
+//! - [`out_of_core`]: contraction of files larger than memory, in parts.
 //! - [`kernel`]: what runs on a GPU, each kernel beside its twin; [`backend`]: who runs it.
 //! - [`progressive`]: the contractions of a run, to replay to any face count and back.
 //! - [`metrics`]: how far two surfaces are apart; [`spatial`]: the tree behind it.

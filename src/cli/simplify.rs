@@ -31,7 +31,14 @@ pub fn run(job: Job) -> anyhow::Result<Exit> {
     }
     let (input, read) = read(&job, &device);
     let input = input?;
-    memory::check(input.faces.len(), device.is_gpu(), job.memory_limit)?;
+    memory::check(input.faces.len(), false, job.memory_limit)?;
+    let device = match memory::check(input.faces.len(), device.is_gpu(), job.memory_limit) {
+        Ok(()) => device,
+        Err(reason) => {
+            console::note(job.verbosity, &format!("the CPU does the work: on an adapter {reason}"));
+            Device::cpu(job.threads)?
+        }
+    };
 
     let method = weights::method(&job)?;
     weights::write_features(&job, &input, &device)?;

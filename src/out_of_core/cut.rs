@@ -16,6 +16,8 @@ use crate::math::DVec3;
 const SAMPLES: usize = 1 << 18;
 /// Cells at most: their numbers fit 16 bits, and a part is made of many.
 const CELLS: usize = 1 << 14;
+/// One vertex in so many at either end of an axis does not count for the cube of the curve, and is clamped into it.
+const OUTERMOST: usize = 1000;
 /// Bits of a coordinate in a key.
 const AXIS_BITS: u32 = 21;
 /// How much larger than the mesh the cube of the curve is, and how far it is shifted in every pass, in sides of the mesh's own:
@@ -30,6 +32,8 @@ const LEAST_ROWS: usize = 1 << 12;
 pub struct Survey {
     /// The corners of the bounding box.
     pub bounds: (DVec3, DVec3),
+    /// The same of all but the outermost vertices.
+    core: (DVec3, DVec3),
     sample: Vec<DVec3>,
 }
 
@@ -50,8 +54,27 @@ impl Survey {
             bounds = bounds.into_iter().chain(of_chunk).reduce(joined);
             Ok(())
         })?;
-        Ok(Self { bounds: bounds.unwrap_or_default(), sample })
+        let bounds = bounds.unwrap_or_default();
+        Ok(Self { bounds, core: core(&sample).filter(|(low, high)| low != high).unwrap_or(bounds), sample })
     }
+
+    /// The longest side of the box around all but the outermost vertices.
+    pub fn extent(&self) -> f64 {
+        let (low, high) = self.core;
+        (high - low).max_element()
+    }
+}
+
+/// The box around all but the outermost of `sample` along each axis.
+fn core(sample: &[DVec3]) -> Option<(DVec3, DVec3)> {
+    let last = sample.len().checked_sub(1)?;
+    let outer = sample.len() / OUTERMOST;
+    let sides = [0, 1, 2].map(|axis| {
+        let mut along: Vec<f64> = sample.iter().map(|p| p[axis]).collect();
+        along.par_sort_unstable_by(f64::total_cmp);
+        (along[outer], along[last - outer])
+    });
+    Some((DVec3::from(sides.map(|(low, _)| low)), DVec3::from(sides.map(|(_, high)| high))))
 }
 
 fn joined((a, b): (DVec3, DVec3), (c, d): (DVec3, DVec3)) -> (DVec3, DVec3) {
@@ -107,7 +130,7 @@ impl Cut {
     /// # Errors
     /// Those of reading; [`Error::Limit`] where more faces than that lie in one place.
     pub fn new(stream: &Stream, survey: &Survey, pass: usize, most_faces: usize) -> Result<Self> {
-        let curve = Curve::new(survey.bounds, pass);
+        let curve = Curve::new(survey.core, pass);
         let firsts = first_keys(&survey.sample, curve);
         let cell_of = cells(stream, curve, &firsts)?;
         let mut cut =

@@ -53,7 +53,7 @@ pub struct Task<'a> {
 const NONE: u32 = u32::MAX;
 /// The share of the aim that every part may keep, however small its error: the last pass takes from those that are flat.
 const LEAST_KEPT: f64 = 0.5;
-/// The share of the diagonal below which deviations are rounding.
+/// The share of the mesh's extent below which deviations are rounding.
 const ROUNDING: f64 = 1e-7;
 /// Bytes that are written at a time.
 const WRITTEN_BYTES: usize = 1 << 20;
@@ -83,8 +83,7 @@ pub fn run(
     if task.aim > 0 {
         let samples = Samples::new(stream, &cut, &spill, &merge.frozen, &mut used)?;
         let Some(limit) = samples.limit(share, task.options, task.device, now, progress)? else { return Ok(None) };
-        let (low, high) = survey.bounds;
-        error_limit = limit.max((high - low).length() * ROUNDING).min(error_limit);
+        error_limit = limit.max(survey.extent() * ROUNDING).min(error_limit);
     }
     let cut_seconds = clock.elapsed().as_secs_f64();
 

@@ -14,6 +14,7 @@ fn help_is_as_recorded() {
         ("simplify", "simplify --help"),
         ("replay", "replay --help"),
         ("inspect", "inspect --help"),
+        ("sample", "sample --help"),
         ("devices", "devices --help"),
         ("bench", "bench --help"),
         ("compare", "compare --help"),

@@ -261,11 +261,11 @@ pub struct Device {
 
     /// Work in parts or refuse where more memory is needed: 8GiB
     ///
-    /// Keeps the memory below this. A mesh that is estimated to need more, 64 MiB and 288 bytes for every face (512 on an
-    /// adapter), is simplified in parts where it is a binary PLY of triangles: parts are reduced to one error limit,
-    /// put together without cracks, and reduced as a whole to the target. The target's faces must fit: 820 bytes each. Any
-    /// other job is refused with code 6, once the input is read. The result depends on the limit, and on no device or
-    /// thread.
+    /// Keeps the memory below this. A mesh that is estimated to need more, 64 MiB and 288 bytes for every face, is
+    /// simplified in parts where it is a binary PLY of triangles: parts are reduced to one error limit, put together
+    /// without cracks, and reduced as a whole to the target. The target must fit: 820 bytes for each of its faces. Any
+    /// other job is refused with code 6, once the input is read. On an adapter 512 bytes are needed for every face; where
+    /// these are too many, the CPU does the work. The result depends on the limit, and on no device or thread.
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
     pub memory_limit: Option<u64>,
 
