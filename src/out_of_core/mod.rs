@@ -15,6 +15,7 @@
 //! - Weights of features, a fit, flips and pruning see the surface that parts leave, not the input.
 //! - Texture coordinates and colors of faces are dropped. Joining by distance, given weights and locks, and a log are refused.
 
+mod bridges;
 mod cut;
 mod limit;
 mod marks;
@@ -163,6 +164,9 @@ fn run(
     let clock = Instant::now();
     let (faces_in, target) = (input.face_count(), budget.target_faces(input.face_count())?);
     let counts = budget.faces.is_some() || budget.keep.is_some();
+    if faces_in == 0 {
+        return Err(Error::Mesh("it has no faces".into()));
+    }
     if input.vertex_count() > u32::MAX as usize / 2 {
         return Err(Error::Limit(format!("{} vertices are more than 32-bit indices can hold", input.vertex_count())));
     }

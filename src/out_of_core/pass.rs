@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use super::bridges;
 use super::cut::{Cut, Survey};
 use super::limit::Samples;
 use super::marks::Marks;
@@ -95,15 +96,18 @@ pub fn run(
         let least = (faces as f64 * share * LEAST_KEPT) as usize;
         let budget = Budget { faces: Some(least), error_abs: Some(error_limit), ..Budget::default() };
         let outcome = part.reduce(task.options, &budget, task.device, Some(&mut report))?;
-        let Some(outcome) = outcome else {
+        let Some(mut outcome) = outcome else {
             now.faces -= faces;
-            notes.add(format!("{faces} degenerate faces dropped"));
+            if faces > 0 {
+                notes.add(format!("{faces} degenerate faces dropped"));
+            }
             continue;
         };
         if outcome.stop == StopReason::Cancelled {
             return Ok(None);
         }
-        now.faces -= faces - outcome.mesh.faces.len();
+        bridges::split(&part, &mut outcome);
+        now.faces = now.faces - faces + outcome.mesh.faces.len();
         error_estimate = error_estimate.max(outcome.error_estimate);
         merge.add(&part, &outcome)?;
         outcome.warnings.into_iter().for_each(|warning| notes.add(warning));

@@ -4,12 +4,12 @@ use std::io::{Read, Seek, SeekFrom};
 
 use rustc_hash::FxHashSet;
 
+use super::bridges::key;
 use super::cut::Cut;
 use super::marks::Marks;
 use super::rows::each_chunk;
 use crate::error::{Error, Result};
 use crate::formats::{Scratch, ScratchFile, Stream};
-use crate::math::DVec3;
 
 /// Bytes of a face in the file.
 const FACE_BYTES: usize = 12;
@@ -89,21 +89,19 @@ impl Spill {
 /// Those of reading.
 pub fn mark_repeats(stream: &Stream, marks: &mut Marks) -> Result<()> {
     let (mut room, mut positions) = (Vec::new(), Vec::new());
-    // Adding zero turns -0.0 into 0.0.
-    let words = |p: DVec3| (p + 0.0).to_array().map(f64::to_bits);
     let mut marked = FxHashSet::default();
     each_chunk(stream.vertex_count(), |rows| {
         if marks.members(rows.clone()).next().is_some() {
             let first = rows.start;
             stream.positions(rows.clone(), &mut room, &mut positions)?;
-            marked.extend(marks.members(rows).map(|v| words(positions[v as usize - first])));
+            marked.extend(marks.members(rows).map(|v| key(positions[v as usize - first])));
         }
         Ok(())
     })?;
     each_chunk(stream.vertex_count(), |rows| {
         let first = rows.start as u32;
         stream.positions(rows, &mut room, &mut positions)?;
-        (first..).zip(&positions).filter(|&(_, &p)| marked.contains(&words(p))).for_each(|(v, _)| marks.insert(v));
+        (first..).zip(&positions).filter(|&(_, &p)| marked.contains(&key(p))).for_each(|(v, _)| marks.insert(v));
         Ok(())
     })
 }
