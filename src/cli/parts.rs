@@ -38,7 +38,8 @@ pub fn needed(job: &Job) -> anyhow::Result<Option<(Input, Options)>> {
     if let Some(reason) = whole.or_else(|| out_of_core::check(&job.method).err()) {
         let (need, limit) = (Size(memory::estimate(input.faces(), false)), Size(limit));
         let message = format!(
-            "{} faces need about {need}, more than the memory limit of {limit}, and parts will not do: {reason}",
+            "'{}': {} faces need about {need}, more than the memory limit of {limit}, and parts will not do: {reason}",
+            job.source,
             input.faces()
         );
         return Err(refuse(Exit::Limit, message));
