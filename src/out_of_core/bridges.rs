@@ -1,5 +1,5 @@
 //! Edges that a part made between frozen vertices: another part may have made the same, and together they would pinch the
-//! surface. Each gets a vertex in its middle, which changes no shape and which the last pass may contract.
+//! surface. Each gets a vertex between its ends, which changes no shape and which the last pass may contract.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -11,13 +11,19 @@ use crate::simplify::{MOVED, Outcome};
 /// A position to compare with: two vertices at one are one.
 type Key = [u64; 3];
 
+/// Multiples of it lie apart from each other, less their whole parts.
+const GOLDEN: f64 = 0.618_033_988_749_895;
+
 /// The key of a position; adding zero turns -0.0 into 0.0.
 pub fn key(position: DVec3) -> Key {
     (position + 0.0).to_array().map(f64::to_bits)
 }
 
 /// Splits the edges between frozen vertices of `outcome` that `part` did not have, and the faces of three such vertices.
-pub fn split(part: &Part, outcome: &mut Outcome) {
+///
+/// Where on the edge depends on the `number` of the part: vertices of two parts at one position would be joined.
+pub fn split(part: &Part, number: usize, outcome: &mut Outcome) {
+    let along = 0.35 + 0.3 * (number as f64 * GOLDEN).fract();
     let before = Frozen::of(&part.mesh, |v| part.frozen[v as usize]);
     let is_frozen: Vec<bool> =
         outcome.vertex_origin.iter().map(|&origin| origin != MOVED && part.frozen[origin as usize]).collect();
@@ -30,12 +36,14 @@ pub fn split(part: &Part, outcome: &mut Outcome) {
             let ends = side.map(|i| face[i]);
             let is_new = side.iter().all(|&i| frozen[i]) && !before.edges.contains(&edge(mesh, ends));
             is_new.then(|| {
-                *middles.entry([ends[0].min(ends[1]), ends[0].max(ends[1])]).or_insert_with(|| add(mesh, &ends))
+                *middles
+                    .entry([ends[0].min(ends[1]), ends[0].max(ends[1])])
+                    .or_insert_with(|| add(mesh, &ordered(mesh, ends), along))
             })
         };
         let sides = [[0, 1], [1, 2], [2, 0]].map(|side| middle(mesh, &mut middles, side));
         if sides == [None; 3] && frozen == [true; 3] && !before.faces.contains(&corners(mesh, face)) {
-            let center = add(mesh, &face);
+            let center = add(mesh, &face, along);
             let [a, b, c] = face;
             faces.extend([[a, b, center], [b, c, center], [c, a, center]]);
         } else {
@@ -81,17 +89,23 @@ fn corners(mesh: &Mesh, face: [u32; 3]) -> [Key; 3] {
     keys
 }
 
-/// Adds a vertex in the middle of others.
-fn add(mesh: &mut Mesh, of: &[u32]) -> u32 {
-    let share = 1.0 / of.len() as f64;
-    let position = of.iter().map(|&v| mesh.positions[v as usize] * share).sum();
+/// The ends of an edge, in the order of their positions.
+fn ordered(mesh: &Mesh, [a, b]: [u32; 2]) -> [u32; 2] {
+    if key(mesh.positions[a as usize]) < key(mesh.positions[b as usize]) { [a, b] } else { [b, a] }
+}
+
+/// Adds a vertex between others: this share is the first one's.
+fn add(mesh: &mut Mesh, of: &[u32], first: f64) -> u32 {
+    let share = (1.0 - first) / (of.len() - 1) as f64;
+    let shares = || of.iter().map(|&v| v as usize).zip(std::iter::once(first).chain(std::iter::repeat(share)));
+    let position = shares().map(|(v, share)| mesh.positions[v] * share).sum();
     mesh.positions.push(position);
     if let Some(normals) = &mut mesh.normals {
-        let sum: Vec3 = of.iter().map(|&v| normals[v as usize]).sum();
+        let sum: Vec3 = shares().map(|(v, share)| normals[v] * share as f32).sum();
         normals.push(sum.normalize_or_zero());
     }
     if let Some(colors) = &mut mesh.colors {
-        let mean = |i: usize| of.iter().map(|&v| colors[v as usize][i]).sum::<f32>() * share as f32;
+        let mean = |i: usize| shares().map(|(v, share)| colors[v][i] * share as f32).sum::<f32>();
         colors.push(std::array::from_fn(mean));
     }
     (mesh.positions.len() - 1) as u32

@@ -89,8 +89,8 @@ pub fn run(
     let cut_seconds = clock.elapsed().as_secs_f64();
 
     let mut error_estimate = 0.0_f64;
-    for part in 0..cut.part_count() {
-        let part = Part::load(stream, spill.faces(&cut, part)?, &merge.frozen, &mut used)?;
+    for number in 0..cut.part_count() {
+        let part = Part::load(stream, spill.faces(&cut, number)?, &merge.frozen, &mut used)?;
         let faces = part.mesh.faces.len();
         let mut report = |step: Progress| progress(Progress { faces: now.faces - (faces - step.faces), ..now });
         let least = (faces as f64 * share * LEAST_KEPT) as usize;
@@ -106,7 +106,7 @@ pub fn run(
         if outcome.stop == StopReason::Cancelled {
             return Ok(None);
         }
-        bridges::split(&part, &mut outcome);
+        bridges::split(&part, number, &mut outcome);
         now.faces = now.faces - faces + outcome.mesh.faces.len();
         error_estimate = error_estimate.max(outcome.error_estimate);
         merge.add(&part, &outcome)?;

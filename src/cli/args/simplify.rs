@@ -259,7 +259,7 @@ pub struct Device {
     #[arg(short = 'j', long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1024))]
     pub threads: u16,
 
-    /// Work in parts or refuse where more memory is needed: 8GiB
+    /// Work in parts above this, or refuse: 8GiB
     ///
     /// Keeps the memory below this. A mesh that is estimated to need more, 64 MiB and 288 bytes for every face, is
     /// simplified in parts where it is a binary PLY of triangles: parts are reduced to one error limit, put together
