@@ -82,4 +82,4 @@ pub mod spatial;
 pub use backend::Device;
 pub use error::{Error, Result};
 pub use mesh::Mesh;
-pub use simplify::{Budget, Method, Outcome, StopReason, simplify, warm_up};
+pub use simplify::{Budget, Method, Outcome, StopReason, simplify, simplify_levels, warm_up};

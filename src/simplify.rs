@@ -315,3 +315,31 @@ pub fn simplify(
     outcome.warnings.extend(flipped.warning);
     Ok(outcome)
 }
+
+/// Simplifies `mesh` by `method` to every one of `budgets`, in the order given: a chain of levels of detail, from fine to
+/// coarse.
+///
+/// # Errors
+/// Those of [`simplify()`].
+pub fn simplify_levels(
+    mesh: &Mesh,
+    method: &Method,
+    budgets: &[Budget],
+    device: &Device,
+    mut progress: Option<&mut OnProgress<'_>>,
+) -> Result<Vec<Outcome>> {
+    let mut outcomes = Vec::with_capacity(budgets.len());
+    for budget in budgets {
+        // Wrapped anew for each run, since a trait object cannot be lent out twice otherwise.
+        let mut told;
+        let progress = match progress.as_deref_mut() {
+            Some(progress) => {
+                told = |state: Progress| progress(state);
+                Some(&mut told as &mut OnProgress<'_>)
+            }
+            None => None,
+        };
+        outcomes.push(simplify(mesh, method, budget, device, progress)?);
+    }
+    Ok(outcomes)
+}
