@@ -118,6 +118,11 @@ impl Committer {
         Self { rules, deal: Deal::default(), scratch: Vec::new(), round: 0 }
     }
 
+    /// Commits under another error limit, in the normalized frame, from here on.
+    pub fn set_max_deviation(&mut self, max_deviation: f64) {
+        self.rules.max_deviation = max_deviation;
+    }
+
     /// Contracts the legal ones among `candidates` until the quota is used up; `candidates` is overwritten. A pair that
     /// became dear waits for another round if it `may_wait`. Candidates past the half-edges stand for `joins`.
     ///

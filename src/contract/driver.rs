@@ -1,4 +1,4 @@
-//! The loop: evaluate, select, commit, compact, until the budget is met.
+//! The loop: evaluate, select, commit, compact, until every budget is met.
 
 use std::time::{Duration, Instant};
 
@@ -9,21 +9,18 @@ use crate::mesh::Mesh;
 use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord, StopReason};
 
 use super::apply::Left;
-use super::carry::MOVED_FROM;
 use super::commit::{Committed, Committer, Quota, Spent};
 use super::evaluate::{Evaluation, Round, plane_sums};
 use super::examine::Rules;
-use super::fit::{Shape, fit};
-use super::fit_guard::Guard;
 use super::follower::Follower;
 use super::gate::Gate;
 use super::history::{History, became};
 use super::join::Joins;
+use super::levels::{Goal, Levels};
 use super::prepare::{Prepared, prepare};
 use super::quadrics::QuadricRecord;
 use super::quantize::{Storage, quantize};
 use super::record::Recorder;
-use super::restore::restore;
 use super::surface::{Start, Surface};
 use super::triangles::Triangles;
 use super::weigh::{start_weights, weigh_start};
@@ -45,78 +42,85 @@ const FULL: f64 = 64.0;
 pub fn run(
     mesh: &Mesh,
     options: &Options,
-    budget: &Budget,
+    budgets: &[Budget],
     device: &Device,
     mut progress: Option<&mut OnProgress<'_>>,
-) -> Result<Outcome> {
+) -> Result<Vec<Outcome>> {
     let clock = Instant::now();
-    let target = budget.target_faces(mesh.faces.len())?;
     let prepared = prepare(mesh, options)?;
-    let max_deviation = prepared.frame.length_to_rows(budget.max_deviation(mesh.diagonal())?);
+    let levels = Levels::new(budgets, mesh, prepared.frame)?;
     let recorder = options.log.then(|| Recorder::new(mesh, &prepared));
-    let mut run = Run { recorder, ..Run::new(prepared, options, device, max_deviation, target)? };
+    let mut run = Run { recorder, ..Run::new(prepared, options, device, levels, clock)? };
     run.seconds.build = clock.elapsed().as_secs_f64() - run.seconds.weld;
 
-    let stop = loop {
-        if run.host.face_count <= target {
-            break StopReason::FacesReached;
-        }
-        let (pairs, committed) = run.round(target)?;
+    let mut made = Vec::with_capacity(budgets.len());
+    loop {
+        let reached = run.levels.take_reached(run.host.face_count);
+        made.extend(run.outcomes(mesh, reached, StopReason::FacesReached));
+        let Some(goal) = run.levels.goal() else { break };
+        let (pairs, committed) = run.round(goal)?;
         if committed.contractions.is_empty() && run.widening >= FULL && run.of == Candidates::Triangles {
             (run.of, run.widening) = (Candidates::Pairs, 1.0);
             continue;
         }
         if committed.contractions.is_empty() && run.widening >= FULL {
-            let limited = committed.blocked.error > 0;
             run.count_locked();
-            break if limited { StopReason::ErrorReached } else { StopReason::Stuck };
+            let (ended, stop) = match committed.blocked.error > 0 {
+                true => (run.levels.take_limited(goal.max_deviation), StopReason::ErrorReached),
+                false => (run.levels.take_all(), StopReason::Stuck),
+            };
+            made.extend(run.outcomes(mesh, ended, stop));
+            run.begin_level();
+            continue;
         }
         if committed.contractions.is_empty() {
             run.widening = FULL;
         }
+        let target = run.levels.last_target;
         let now = Progress { faces: run.host.face_count, faces_in: mesh.faces.len(), target };
         if pairs > 0 && progress.as_mut().is_some_and(|report| report(now).is_break()) {
-            break StopReason::Cancelled;
+            let left = run.levels.take_all();
+            made.extend(run.outcomes(mesh, left, StopReason::Cancelled));
         }
-    };
-    if stop != StopReason::Cancelled {
-        run.fit();
     }
-    run.finish(mesh, target, stop, clock)
+    made.sort_unstable_by_key(|(index, _)| *index);
+    Ok(made.into_iter().map(|(_, outcome)| outcome).collect())
 }
 
 /// The state of a run between rounds.
-struct Run<'a> {
-    options: &'a Options,
-    device: &'a Device,
-    prepared: Prepared,
-    host: Surface,
+pub struct Run<'a> {
+    pub options: &'a Options,
+    pub device: &'a Device,
+    pub prepared: Prepared,
+    pub levels: Levels,
+    pub host: Surface,
     host_queue: Queue,
     evaluation: Evaluation,
     /// Where triangles are contracted.
     triangles: Option<Triangles>,
     /// In place of the evaluation: the GPU's copy.
-    follower: Option<Follower>,
+    pub follower: Option<Follower>,
     committer: Committer,
-    rules: Rules,
+    pub rules: Rules,
     /// What rounds contract from here on.
     of: Candidates,
     joins: Joins,
     /// The original and what became of its vertices, for the fit.
-    history: Option<(Start, History)>,
-    recorder: Option<Recorder<'a>>,
-    quadrics: Option<QuadricRecord>,
+    pub history: Option<(Start, History)>,
+    pub recorder: Option<Recorder<'a>>,
+    pub quadrics: Option<QuadricRecord>,
     handover_faces: usize,
     candidates: Vec<Candidate>,
     /// How many times wider than usual the gate is.
     widening: f64,
     /// Greatest estimated deviation of a contraction so far, in the normalized frame.
-    deviation: f32,
-    rounds: Vec<RoundRecord>,
-    seconds: Phases,
+    pub deviation: f32,
+    pub rounds: Vec<RoundRecord>,
+    pub clock: Instant,
+    pub seconds: Phases,
     /// By queues that are gone.
-    bytes_moved: u64,
-    warnings: Vec<String>,
+    pub bytes_moved: u64,
+    pub warnings: Vec<String>,
 }
 
 impl<'a> Run<'a> {
@@ -124,8 +128,8 @@ impl<'a> Run<'a> {
         mut prepared: Prepared,
         options: &'a Options,
         device: &'a Device,
-        max_deviation: f64,
-        target: usize,
+        levels: Levels,
+        clock: Instant,
     ) -> Result<Self> {
         let mut host_queue = device.cpu_queue();
         let start = prepared.take_start();
@@ -135,7 +139,7 @@ impl<'a> Run<'a> {
         let host = Surface::new(&mut host_queue, start, true)?;
         let triangles = Triangles::new(&host_queue, &host, options)?;
         let evaluation = Evaluation::new(device.cpu_queue(), &host, options, prepared.border_vertices > 0)?;
-        let rules = Rules::new(options, max_deviation);
+        let rules = Rules::new(options, f64::INFINITY);
         let mut run = Self {
             options,
             device,
@@ -157,13 +161,15 @@ impl<'a> Run<'a> {
             widening: 1.0,
             deviation: 0.0,
             rounds: Vec::new(),
+            clock,
             bytes_moved: 0,
             warnings: std::mem::take(&mut prepared.warnings),
             prepared,
+            levels,
         };
         if options.joins() {
             run.find_joins()?;
-        } else if run.host.face_count > target {
+        } else if let Some(target) = run.levels.target_below(run.host.face_count) {
             run.open_follower(target, storage);
         }
         run.start_quadrics(storage)?;
@@ -250,9 +256,10 @@ impl<'a> Run<'a> {
     }
 
     /// Evaluates, selects, commits and compacts once; returns the live pairs there were and what was committed.
-    fn round(&mut self, target: usize) -> Result<(usize, Committed)> {
+    fn round(&mut self, Goal { target, max_deviation }: Goal) -> Result<(usize, Committed)> {
         let clock = Instant::now();
         let faces = self.host.face_count;
+        self.committer.set_max_deviation(max_deviation);
         if faces < self.handover_faces {
             self.take_over();
         }
@@ -268,7 +275,7 @@ impl<'a> Run<'a> {
         let before = self.time_moving();
         if !committed.contractions.is_empty() {
             self.adapt(&committed, candidates);
-            self.compact(&committed, target)?;
+            self.compact(&committed)?;
         }
         let moved_up = self.time_moving().saturating_sub(before).as_secs_f64();
         self.seconds.cost += evaluated - moved;
@@ -305,15 +312,18 @@ impl<'a> Run<'a> {
     }
 
     /// Compacts what a round leaves, and what follows it. A GPU starts the next round in the meantime.
-    fn compact(&mut self, committed: &Committed, target: usize) -> Result<()> {
+    fn compact(&mut self, committed: &Committed) -> Result<()> {
         let Committed { contractions, cancelled, faces_removed, by_first_steps, .. } = committed;
         let (of, vertices) = (self.of, self.host.vertex_count);
         let left = Left { vertices: vertices - contractions.len(), faces: self.host.face_count - faces_removed };
-        let goes_on = left.faces > target && left.faces >= self.handover_faces;
-        if goes_on {
-            self.of = self.candidates_for(of, left.faces - target);
+        if self.levels.meets(left.faces) {
+            self.begin_level();
         }
-        let next = goes_on.then(|| (self.of, self.gate(left.faces, target)));
+        let goes_on = |_: &usize| left.faces >= self.handover_faces;
+        let next = self.levels.target_below(left.faces).filter(goes_on).map(|target| {
+            self.of = self.candidates_for(self.of, left.faces - target);
+            (self.of, self.gate(left.faces, target))
+        });
         if let Some((next_of, gate)) = next {
             self.with_gpu(|follower, _, _| match of {
                 Candidates::Pairs => follower.follow(contractions, left, next_of, gate),
@@ -390,6 +400,11 @@ impl<'a> Run<'a> {
         Gate::of_round(self.options.metric, self.of, faces, target, self.widening)
     }
 
+    /// Heads for the next level as a run that starts here would.
+    fn begin_level(&mut self) {
+        (self.of, self.widening) = (self.options.candidates, 1.0);
+    }
+
     /// Widens the gate after a round that mostly met refusals, narrows it again after a good one.
     fn adapt(&mut self, committed: &Committed, candidates: usize) {
         if (committed.contractions.len() as f64) < MEAGER * candidates as f64 {
@@ -397,73 +412,6 @@ impl<'a> Run<'a> {
         } else {
             self.widening = (self.widening / 4.0).max(1.0);
         }
-    }
-
-    /// Fits the vertices of the result to the original, where asked for: on the GPU if that evaluated a round.
-    fn fit(&mut self) {
-        let Some((original, history)) = self.history.take() else { return };
-        let clock = Instant::now();
-        let owners = history.owners(original.positions.len());
-        let (vertices, faces) = (self.host.vertex_count, self.host.face_count);
-        let shape = Shape {
-            faces: &self.host.faces.host()[..faces],
-            ring_starts: &self.host.ring_starts.host()[..=vertices],
-            ring_faces: &self.host.ring_faces.host()[..3 * faces],
-        };
-        let guard = Guard { limits: self.rules.limits };
-        let mut positions = self.host.positions.host()[..vertices].to_vec();
-        let mut left = self.options.fit;
-        let mut on = |mut queue: Queue, original: Start| {
-            fit(&mut queue, original, &owners, shape, &mut positions, &mut left, &guard)
-        };
-        let gpu = self.device.gpu_queue().filter(|_| self.rounds.iter().any(|round| round.on_gpu));
-        let on_gpu = gpu.map(|queue| on(queue, original.clone()));
-        if let Some(Err(reason)) = &on_gpu {
-            self.warnings.push(fallback(reason));
-        }
-        if !matches!(on_gpu, Some(Ok(())))
-            && let Err(reason) = on(self.device.cpu_queue(), original)
-        {
-            self.warnings.push(format!("the result is not fitted: {reason}"));
-        }
-        let moved = self.host.positions.host_mut().iter_mut().zip(positions);
-        for ((before, after), origin) in moved.zip(&mut self.prepared.carried.origin) {
-            if *before != after {
-                *before = after;
-                *origin |= MOVED_FROM;
-            }
-        }
-        self.seconds.fit = clock.elapsed().as_secs_f64();
-    }
-
-    fn finish(mut self, input: &Mesh, target: usize, stop: StopReason, clock: Instant) -> Result<Outcome> {
-        let Prepared { frame, carried, .. } = self.prepared;
-        let faces = &self.host.faces.host()[..self.host.face_count];
-        let (mesh, vertex_origin) = restore(input, frame, self.host.positions.host(), faces, carried);
-        self.seconds.total = clock.elapsed().as_secs_f64();
-        let mut device = self.device.description();
-        if self.device.is_gpu() && !self.rounds.iter().any(|round| round.on_gpu) {
-            device = self.device.cpu_description();
-        }
-        Ok(Outcome {
-            mesh,
-            vertex_origin,
-            faces_in: input.faces.len(),
-            target,
-            stop,
-            blocked: self.rounds.last().map(|round| round.blocked).unwrap_or_default(),
-            error_estimate: frame.length_to_model(f64::from(self.deviation)),
-            flips: 0,
-            cell_size: None,
-            quadrics: self.quadrics,
-            log: self.recorder.map(Recorder::into_log),
-            regions: None,
-            rounds: self.rounds,
-            seconds: self.seconds,
-            bytes_moved: self.bytes_moved + self.follower.as_ref().map_or(0, Follower::bytes_moved),
-            device,
-            warnings: self.warnings,
-        })
     }
 }
 
