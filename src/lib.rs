@@ -46,7 +46,8 @@
 //! ```
 //!
 //! # Where to read on
-//! - [`simplify()`]: the one entry; [`Budget`], [`Method`], [`Outcome`].
+//! - [`simplify()`]: the one entry; [`Budget`], [`Method`], [`Outcome`]; [`simplify_levels()`]: a chain of levels from one run,
+//!   and [`lod`]: its vertices in one list.
 //! - [`contract`]: the engine and its options; [`cluster`]: vertex clustering, the fast first pass;
 //!   [`removal`]: vertices taken away one by one, their holes filled; [`partition`]: regions of faces, each triangulated anew;
 //!   [`polish`]: edges turned after any of them.
@@ -67,6 +68,7 @@ pub mod contract;
 pub mod error;
 pub mod formats;
 pub mod kernel;
+pub mod lod;
 pub mod math;
 pub mod mesh;
 pub mod metrics;

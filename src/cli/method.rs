@@ -1,4 +1,4 @@
-//! The method and its options, from the arguments of `simplify`.
+//! The method and its options, from the arguments.
 
 use coarsen::contract::{Feature, Weighting};
 use coarsen::polish::{Flips, Objective};
@@ -6,6 +6,7 @@ use coarsen::{Method, cluster, contract};
 
 use super::Exit;
 use super::failure::refuse;
+use super::setup::Shared;
 use super::values::Weld;
 use super::{args, quadrics, regions, removal};
 
@@ -13,17 +14,17 @@ use super::{args, quadrics, regions, removal};
 ///
 /// # Errors
 /// Options of another method.
-pub fn method(args: &args::Simplify, feature: Feature) -> anyhow::Result<Method> {
-    let args::Simplify { shape, target, .. } = args;
+pub fn method(args: Shared<'_>, feature: Feature) -> anyhow::Result<Method> {
+    let Shared { shape, grid, .. } = args;
     let contract = contract(shape, feature);
     let log = args.writing.write_log.is_some();
-    if shape.method != args::Method::Cluster && (target.grid.is_some() || shape.representative.is_some()) {
+    if shape.method != args::Method::Cluster && (grid.is_some() || shape.representative.is_some()) {
         return Err(refuse(Exit::Usage, "--grid and --representative are for --method cluster"));
     }
-    if shape.method != args::Method::Removal && removal::is_asked(&args.removal) {
+    if shape.method != args::Method::Removal && removal::is_asked(args.removal) {
         return Err(refuse(Exit::Usage, "--fill and --feature-angle are for --method removal"));
     }
-    if !shape.method.makes_regions() && regions::is_asked(&args.regions) {
+    if !shape.method.makes_regions() && regions::is_asked(args.regions) {
         return Err(refuse(Exit::Usage, "options of regions are for --method vsa, superface and coplanar"));
     }
     match shape.method {
@@ -40,9 +41,9 @@ pub fn method(args: &args::Simplify, feature: Feature) -> anyhow::Result<Method>
             Err(refuse(Exit::Usage, "--write-log is for --method contract: nothing else contracts"))
         }
         args::Method::Coplanar | args::Method::Superface | args::Method::Vsa => {
-            regions::options(shape.method, &args.regions, target, &contract)
+            regions::options(shape.method, args.regions, args.by_error, &contract)
         }
-        args::Method::Removal => removal::options(&args.removal, &contract).map(Method::Removal),
+        args::Method::Removal => removal::options(args.removal, &contract).map(Method::Removal),
         args::Method::Cluster => {
             let flips = contract.flips;
             if contract != (contract::Options { flips, ..contract::Options::default() }) {
@@ -52,7 +53,7 @@ pub fn method(args: &args::Simplify, feature: Feature) -> anyhow::Result<Method>
             }
             Ok(Method::Cluster(cluster::Options {
                 flips,
-                grid: target.grid,
+                grid,
                 representative: match shape.representative {
                     Some(args::Representative::Quadric) | None => cluster::Representative::Quadric,
                     Some(args::Representative::Mean) => cluster::Representative::Mean,

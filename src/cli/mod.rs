@@ -12,6 +12,7 @@ mod failure;
 mod generated;
 mod inspect;
 mod interrupt;
+mod lod;
 mod memory;
 mod method;
 mod progress;
@@ -21,6 +22,7 @@ mod regions;
 mod removal;
 mod replay;
 mod resolve;
+mod setup;
 mod simplify;
 mod sink;
 mod source;
@@ -63,6 +65,7 @@ pub fn explain(answer: &clap::Error) -> ExitCode {
 pub fn run(arguments: Arguments) -> anyhow::Result<Exit> {
     match arguments.verb {
         Verb::Simplify(args) => simplify::run(resolve::simplify(&args)?),
+        Verb::Lod(args) => lod::run(&lod::Job::new(&args)?),
         Verb::Replay(args) => replay::run(&replay::Job::new(&args)?),
         Verb::Inspect(args) => inspect::run(&resolve::inspect(&args)?, args.json),
         Verb::Devices(args) => devices::run(args.json),

@@ -96,6 +96,25 @@ pub fn weld(text: &str) -> Result<Weld, String> {
     }
 }
 
+/// A number above 0.
+pub fn positive(text: &str) -> Result<f64, String> {
+    number(text).ok().filter(|&n| n > 0.0).ok_or_else(|| "give a number above 0".into())
+}
+
+/// An angle of view in degrees, above 0 and below 180; the result is in radians.
+pub fn fov(text: &str) -> Result<f64, String> {
+    match number(text.strip_suffix('°').unwrap_or(text)) {
+        Ok(degrees) if degrees > 0.0 && degrees < 180.0 => Ok(degrees.to_radians()),
+        _ => Err("give degrees above 0 and below 180".into()),
+    }
+}
+
+/// A step from level to level: a fraction above 0 and below 1.
+pub fn step(text: &str) -> Result<f64, String> {
+    let step = fraction(text).ok().filter(|&step| step > 0.0 && step < 1.0);
+    step.ok_or_else(|| "give a fraction above 0 and below 1, or a percentage such as 50%".into())
+}
+
 /// A view: `DISTANCE,FOV,HEIGHT` in model units, degrees and pixels.
 pub fn view(text: &str) -> Result<View, String> {
     let numbers: Result<Vec<f64>, ()> = text.split(',').map(|part| number(part.trim())).collect();

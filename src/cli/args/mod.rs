@@ -4,6 +4,7 @@
 
 mod bench;
 mod compare;
+mod lod;
 mod regions;
 mod removal;
 mod replay;
@@ -15,12 +16,13 @@ use clap_complete::Shell;
 
 pub use bench::{Bench, Job as BenchJob};
 pub use compare::{Compare, Up};
+pub use lod::{Levels, Lod, Screen};
 pub use regions::{RegionFiles, Regions, Solver, Triangulation};
 pub use removal::{Fill, Removal};
 pub use replay::Replay;
 pub use simplify::{
-    Candidates, FlipBy, Method, Metric, Placement, Progress, QuadricFormat, QuadricFrame, Representative, Shape,
-    Simplify, Target, Texture,
+    Candidates, Device, FlipBy, Method, Metric, Placement, Progress, QuadricFormat, QuadricFrame, Representative,
+    Shape, Simplify, Target, Texture, Writing,
 };
 pub use weights::{FeatureMode, FeatureUpdate, Weights};
 
@@ -67,6 +69,7 @@ fn wrapped(text: &str, width: usize) -> String {
 #[derive(Debug, Subcommand)]
 pub enum Verb {
     Simplify(Box<Simplify>),
+    Lod(Box<Lod>),
     Replay(Replay),
     Inspect(Inspect),
     Compare(Box<Compare>),
@@ -133,6 +136,7 @@ pub struct Completions {
 const EXAMPLES: &str = "\
 Examples:
   coarsen simplify sample:statue out.ply --faces 20000
+  coarsen lod sample:statue statue-{level}.ply --ratios 50%,10%,1%
   coarsen inspect sample:part
   coarsen compare sample:statue@100k sample:statue@10k
   coarsen bench sample:statue@100k --device cpu,software
