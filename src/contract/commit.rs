@@ -74,7 +74,8 @@ pub struct Cancelled {
 }
 
 impl Committed {
-    fn add(&mut self, other: Self) {
+    /// Adds what was committed after it in the same round.
+    pub fn add(&mut self, other: Self) {
         self.contractions.extend(other.contractions);
         self.cancelled.extend(other.cancelled);
         self.faces_removed += other.faces_removed;
@@ -95,7 +96,8 @@ pub struct Spent {
 }
 
 impl Spent {
-    fn add(&mut self, other: Self) {
+    /// Adds what others spent.
+    pub fn add(&mut self, other: Self) {
         self.sorting += other.sorting;
         self.examining += other.examining;
         self.total += other.total;

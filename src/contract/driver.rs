@@ -9,7 +9,7 @@ use crate::mesh::Mesh;
 use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord, StopReason};
 
 use super::apply::Left;
-use super::commit::{Committed, Committer, Quota, Spent};
+use super::commit::{Committed, Committer, Spent};
 use super::evaluate::{Evaluation, Round, plane_sums};
 use super::examine::Rules;
 use super::follower::Follower;
@@ -36,7 +36,7 @@ const AUTO_FACES: usize = 100_000;
 /// A round that contracts less than this share of its candidates widens the gate of the next.
 const MEAGER: f64 = 0.05;
 /// A gate this many times wider than usual lets every pair through.
-const FULL: f64 = 64.0;
+pub const FULL: f64 = 64.0;
 
 /// Runs rounds on `device`; the calling thread belongs to its pool.
 pub fn run(
@@ -50,13 +50,12 @@ pub fn run(
     let prepared = prepare(mesh, options)?;
     let levels = Levels::new(budgets, mesh, prepared.frame)?;
     let recorder = options.log.then(|| Recorder::new(mesh, &prepared));
-    let mut run = Run { recorder, ..Run::new(prepared, options, device, levels, clock)? };
+    let mut run = Run { recorder, ..Run::new(mesh, prepared, options, device, levels, clock)? };
     run.seconds.build = clock.elapsed().as_secs_f64() - run.seconds.weld;
 
-    let mut made = Vec::with_capacity(budgets.len());
     loop {
         let reached = run.levels.take_reached(run.host.face_count);
-        made.extend(run.outcomes(mesh, reached, StopReason::FacesReached));
+        run.make(reached, StopReason::FacesReached);
         let Some(goal) = run.levels.goal() else { break };
         let (pairs, committed) = run.round(goal)?;
         if committed.contractions.is_empty() && run.widening >= FULL && run.of == Candidates::Triangles {
@@ -69,7 +68,7 @@ pub fn run(
                 true => (run.levels.take_limited(goal.max_deviation), StopReason::ErrorReached),
                 false => (run.levels.take_all(), StopReason::Stuck),
             };
-            made.extend(run.outcomes(mesh, ended, stop));
+            run.make(ended, stop);
             run.begin_level();
             continue;
         }
@@ -80,19 +79,22 @@ pub fn run(
         let now = Progress { faces: run.host.face_count, faces_in: mesh.faces.len(), target };
         if pairs > 0 && progress.as_mut().is_some_and(|report| report(now).is_break()) {
             let left = run.levels.take_all();
-            made.extend(run.outcomes(mesh, left, StopReason::Cancelled));
+            run.make(left, StopReason::Cancelled);
         }
     }
-    made.sort_unstable_by_key(|(index, _)| *index);
-    Ok(made.into_iter().map(|(_, outcome)| outcome).collect())
+    run.made.sort_unstable_by_key(|(index, _)| *index);
+    Ok(run.made.into_iter().map(|(_, outcome)| outcome).collect())
 }
 
 /// The state of a run between rounds.
 pub struct Run<'a> {
+    pub input: &'a Mesh,
     pub options: &'a Options,
     pub device: &'a Device,
     pub prepared: Prepared,
     pub levels: Levels,
+    /// The outcomes of those that are met, each with the number of its budget.
+    pub made: Vec<(usize, Outcome)>,
     pub host: Surface,
     host_queue: Queue,
     evaluation: Evaluation,
@@ -100,19 +102,19 @@ pub struct Run<'a> {
     triangles: Option<Triangles>,
     /// In place of the evaluation: the GPU's copy.
     pub follower: Option<Follower>,
-    committer: Committer,
+    pub committer: Committer,
     pub rules: Rules,
     /// What rounds contract from here on.
-    of: Candidates,
-    joins: Joins,
+    pub of: Candidates,
+    pub joins: Joins,
     /// The original and what became of its vertices, for the fit.
     pub history: Option<(Start, History)>,
     pub recorder: Option<Recorder<'a>>,
     pub quadrics: Option<QuadricRecord>,
     handover_faces: usize,
-    candidates: Vec<Candidate>,
+    pub candidates: Vec<Candidate>,
     /// How many times wider than usual the gate is.
-    widening: f64,
+    pub widening: f64,
     /// Greatest estimated deviation of a contraction so far, in the normalized frame.
     pub deviation: f32,
     pub rounds: Vec<RoundRecord>,
@@ -125,6 +127,7 @@ pub struct Run<'a> {
 
 impl<'a> Run<'a> {
     fn new(
+        input: &'a Mesh,
         mut prepared: Prepared,
         options: &'a Options,
         device: &'a Device,
@@ -141,6 +144,7 @@ impl<'a> Run<'a> {
         let evaluation = Evaluation::new(device.cpu_queue(), &host, options, prepared.border_vertices > 0)?;
         let rules = Rules::new(options, f64::INFINITY);
         let mut run = Self {
+            input,
             options,
             device,
             committer: Committer::new(rules),
@@ -166,11 +170,12 @@ impl<'a> Run<'a> {
             warnings: std::mem::take(&mut prepared.warnings),
             prepared,
             levels,
+            made: Vec::new(),
         };
         if options.joins() {
             run.find_joins()?;
-        } else if let Some(target) = run.levels.target_below(run.host.face_count) {
-            run.open_follower(target, storage);
+        } else if let Some(targets) = run.levels.targets_below(run.host.face_count) {
+            run.open_follower(run.heading(targets), storage);
         }
         run.start_quadrics(storage)?;
         Ok(run)
@@ -256,21 +261,28 @@ impl<'a> Run<'a> {
     }
 
     /// Evaluates, selects, commits and compacts once; returns the live pairs there were and what was committed.
-    fn round(&mut self, Goal { target, max_deviation }: Goal) -> Result<(usize, Committed)> {
+    fn round(&mut self, goal: Goal) -> Result<(usize, Committed)> {
         let clock = Instant::now();
         let faces = self.host.face_count;
-        self.committer.set_max_deviation(max_deviation);
+        let heading = self.levels.targets_below(faces).map_or(goal.target, |targets| self.heading(targets));
         if faces < self.handover_faces {
             self.take_over();
         }
-        self.of = self.candidates_for(self.of, faces - target);
+        self.of = self.candidates_for(self.of, faces - heading);
         let before = self.time_moving();
-        let pairs = self.evaluate(self.gate(faces, target))?;
+        let pairs = self.evaluate(self.gate(faces, heading))?;
         let moved = self.time_moving().saturating_sub(before).as_secs_f64();
-        let on_gpu = self.follower.is_some();
         let evaluated = clock.elapsed().as_secs_f64();
+        self.seconds.cost += evaluated - moved;
         let candidates = self.candidates.len();
-        let (committed, spent) = self.commit(faces - target);
+        self.rounds.push(RoundRecord {
+            faces: faces as u64,
+            pairs: pairs as u64,
+            candidates: candidates as u64,
+            on_gpu: self.follower.is_some(),
+            ..RoundRecord::default()
+        });
+        let (committed, spent) = self.commit_levels(goal);
         let committed_at = clock.elapsed().as_secs_f64();
         let before = self.time_moving();
         if !committed.contractions.is_empty() {
@@ -278,37 +290,20 @@ impl<'a> Run<'a> {
             self.compact(&committed)?;
         }
         let moved_up = self.time_moving().saturating_sub(before).as_secs_f64();
-        self.seconds.cost += evaluated - moved;
         self.seconds.transfer += moved + moved_up;
         let [select, filter, apply] = shares(spent, committed_at - evaluated);
         self.seconds.select += select;
         self.seconds.filter += filter;
         self.seconds.apply += apply + clock.elapsed().as_secs_f64() - committed_at - moved_up;
-        self.deviation = self.deviation.max(committed.deviation);
-        self.rounds.push(RoundRecord {
-            faces: faces as u64,
-            pairs: pairs as u64,
-            candidates: candidates as u64,
-            contracted: committed.contractions.len() as u64,
-            blocked: committed.blocked,
-            greatest_cost: f32::from_bits(committed.greatest_key),
-            on_gpu,
-        });
         Ok((pairs, committed))
     }
 
-    fn commit(&mut self, to_remove: usize) -> (Committed, Spent) {
-        // With every pair let through and nothing contracted, there is no later round to wait for.
-        let may_wait = self.widening < FULL;
-        let may_overshoot = self.widening >= FULL || self.prepared.border_vertices == 0;
-        let quota = Quota { faces: to_remove, of: self.of, may_overshoot };
-        let (carried, joins) = (&mut self.prepared.carried, self.joins.pairs());
-        let before = self.recorder.as_ref().map(|_| carried.origin.clone());
-        let done = self.committer.commit(&mut self.host, carried, &mut self.candidates, joins, quota, may_wait);
-        if let (Some(recorder), Some(mut before)) = (&mut self.recorder, before) {
-            recorder.record(&done.0, &mut before, carried);
-        }
-        done
+    /// The face count by which a round chooses its candidates, of the first and the last one to come: the last where a round
+    /// can meet levels on its way. What joins parts, triangles and what is to be fitted need a round's end for that.
+    pub fn heading(&self, [first, last]: [usize; 2]) -> usize {
+        let options = self.options;
+        let on_the_way = options.candidates == Candidates::Pairs && !options.joins() && options.fit == 0;
+        if on_the_way { last } else { first }
     }
 
     /// Compacts what a round leaves, and what follows it. A GPU starts the next round in the meantime.
@@ -319,8 +314,9 @@ impl<'a> Run<'a> {
         if self.levels.meets(left.faces) {
             self.begin_level();
         }
-        let goes_on = |_: &usize| left.faces >= self.handover_faces;
-        let next = self.levels.target_below(left.faces).filter(goes_on).map(|target| {
+        let goes_on = |_: &[usize; 2]| left.faces >= self.handover_faces;
+        let next = self.levels.targets_below(left.faces).filter(goes_on).map(|targets| {
+            let target = self.heading(targets);
             self.of = self.candidates_for(self.of, left.faces - target);
             (self.of, self.gate(left.faces, target))
         });

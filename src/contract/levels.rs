@@ -59,9 +59,10 @@ impl Levels {
         Some(Goal { target, max_deviation: limits.fold(f64::INFINITY, f64::min) })
     }
 
-    /// The face count to head for when so many are left; nothing when every budget is met by then.
-    pub fn target_below(&self, faces: usize) -> Option<usize> {
-        self.left.iter().map(|level| level.target).filter(|&target| target < faces).max()
+    /// The face counts to come when so many are left, the first and the last; nothing when every budget is met by then.
+    pub fn targets_below(&self, faces: usize) -> Option<[usize; 2]> {
+        let targets = || self.left.iter().map(|level| level.target).filter(|&target| target < faces);
+        Some([targets().max()?, targets().min()?])
     }
 
     /// Whether so many faces meet a budget.
@@ -107,9 +108,9 @@ mod tests {
         let mut met = Vec::new();
         while let Some(Goal { target, max_deviation }) = levels.goal() {
             assert!(levels.meets(target) && !levels.meets(target + 1) && max_deviation == f64::INFINITY);
-            met.push((target, levels.target_below(target), indices(levels.take_reached(target))));
+            met.push((target, levels.targets_below(target), indices(levels.take_reached(target))));
         }
-        assert_eq!(met, [(500, Some(128), vec![1, 3]), (128, Some(10), vec![2]), (10, None, vec![0])]);
+        assert_eq!(met, [(500, Some([128, 10]), vec![1, 3]), (128, Some([10, 10]), vec![2]), (10, None, vec![0])]);
     }
 
     #[test]

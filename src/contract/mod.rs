@@ -16,6 +16,7 @@ mod charts;
 mod commit;
 mod compact;
 mod deal;
+mod descend;
 mod driver;
 mod evaluate;
 mod examine;

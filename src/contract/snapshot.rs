@@ -1,11 +1,10 @@
 //! What a run has come to, as an outcome: its surface fitted, where asked for, and restored. The run may go on from where
-//! it was.
+//! it was, even in the midst of a round.
 
 use std::borrow::Cow;
 
 use crate::backend::{Queue, fallback};
 use crate::kernel::rows::Position;
-use crate::mesh::Mesh;
 use crate::simplify::{Outcome, StopReason};
 
 use super::carry::MOVED_FROM;
@@ -19,18 +18,17 @@ use super::restore::{Placed, restore};
 use super::surface::Start;
 
 impl Run<'_> {
-    /// The outcomes of `levels`, which all end here, each with its number.
-    pub fn outcomes(&mut self, input: &Mesh, levels: Vec<Level>, stop: StopReason) -> Vec<(usize, Outcome)> {
-        let Some((last, others)) = levels.split_last() else { return Vec::new() };
-        let outcome = self.outcome(input, stop);
+    /// Makes the outcomes of `levels`, which all end here.
+    pub fn make(&mut self, levels: Vec<Level>, stop: StopReason) {
+        let Some((last, others)) = levels.split_last() else { return };
+        let outcome = self.outcome(stop);
         let of = |level: &Level, outcome| (level.index, Outcome { target: level.target, ..outcome });
-        let mut outcomes: Vec<_> = others.iter().map(|level| of(level, outcome.clone())).collect();
-        outcomes.push(of(last, outcome));
-        outcomes
+        self.made.extend(others.iter().map(|level| of(level, outcome.clone())));
+        self.made.push(of(last, outcome));
     }
 
     /// The outcome of a level that ends here.
-    fn outcome(&mut self, input: &Mesh, stop: StopReason) -> Outcome {
+    fn outcome(&mut self, stop: StopReason) -> Outcome {
         let fitted = if stop == StopReason::Cancelled { None } else { self.fit() };
         let (vertices, faces) = (self.host.vertex_count, self.host.face_count);
         let (positions, origin) = match &fitted {
@@ -38,8 +36,9 @@ impl Run<'_> {
             None => (&self.host.positions.host()[..vertices], &self.prepared.carried.origin[..]),
         };
         let frame = self.prepared.frame;
-        let placed = Placed { positions, origin, faces: &self.host.faces.host()[..faces] };
-        let (mesh, vertex_origin) = restore(input, frame, placed, &self.prepared.carried);
+        let (faces, roles) = (&self.host.faces.host()[..faces], self.host.roles.host());
+        let placed = Placed { positions, origin, faces, roles };
+        let (mesh, vertex_origin) = restore(self.input, frame, placed, &self.prepared.carried);
         self.seconds.total = self.clock.elapsed().as_secs_f64();
         let mut device = self.device.description();
         if self.device.is_gpu() && !self.rounds.iter().any(|round| round.on_gpu) {
@@ -49,7 +48,7 @@ impl Run<'_> {
         Outcome {
             mesh,
             vertex_origin,
-            faces_in: input.faces.len(),
+            faces_in: self.input.faces.len(),
             target: 0,
             stop,
             blocked: self.rounds.last().map(|round| round.blocked).unwrap_or_default(),

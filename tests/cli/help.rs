@@ -12,6 +12,7 @@ fn help_is_as_recorded() {
         ("coarsen", "--help"),
         ("simplify-short", "simplify -h"),
         ("simplify", "simplify --help"),
+        ("lod", "lod --help"),
         ("replay", "replay --help"),
         ("inspect", "inspect --help"),
         ("devices", "devices --help"),
@@ -38,6 +39,8 @@ fn help_fits_a_terminal() {
         "-h",
         "simplify -h",
         "simplify --help",
+        "lod -h",
+        "lod --help",
         "replay -h",
         "replay --help",
         "inspect --help",
@@ -66,7 +69,7 @@ fn small(example: &str) -> String {
     };
     let words: Vec<String> = line.split_whitespace().map(shrink).collect();
     let options = match words[0].as_str() {
-        "simplify" => " -g cpu -w",
+        "simplify" | "lod" => " -g cpu -w",
         "replay" => " -w",
         "compare" => " -g cpu",
         "bench" if line.contains("--papers") => " --repeats 1",
@@ -83,7 +86,7 @@ fn examples_run() {
     let dir = Dir::new();
     let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("README.md");
     let mut texts = vec![readme.replace("cargo run --release -- ", "coarsen ")];
-    for verb in ["", "simplify", "replay", "inspect", "devices", "bench", "compare", "completions", "man"] {
+    for verb in ["", "simplify", "lod", "replay", "inspect", "devices", "bench", "compare", "completions", "man"] {
         texts.push(String::from_utf8(dir.run(&format!("{verb} --help")).succeeds().out).expect("help in UTF-8"));
     }
     let examples: Vec<&str> = (texts.iter().flat_map(|text| text.lines()))

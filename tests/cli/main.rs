@@ -4,6 +4,7 @@ mod bench;
 mod compare;
 mod errors;
 mod help;
+mod lod;
 mod output;
 mod regions;
 mod replay;
