@@ -14,7 +14,7 @@ fn faces(dir: &Dir, name: &str) -> usize {
 #[test]
 fn every_level_is_a_file() {
     let dir = Dir::new();
-    let ran = dir.run("lod sample:part@2k out-{level}.ply --ratios 50%,10%,5% -g cpu --json").succeeds();
+    let ran = dir.run("lod sample:statue@2k out-{level}.ply --ratios 50%,10%,5% -g cpu --json").succeeds();
     assert_eq!(dir.files(), ["out-1.ply", "out-2.ply", "out-3.ply"]);
     let record = ran.json();
     let levels = record["levels"].as_array().expect("levels");
@@ -65,7 +65,6 @@ fn names_follow_the_pattern() {
             "part_50.obj"
         ]
     );
-    assert_eq!(faces(&dir, "b1.off").div_ceil(faces(&dir, "b2.off")), 10);
 }
 
 #[test]
@@ -157,9 +156,9 @@ fn shared_vertices_are_one_list_of_which_levels_use_the_first() {
 #[test]
 fn a_log_of_the_chain_leads_to_every_level() {
     let dir = Dir::new();
-    dir.run("lod sample:part@2k out-{level}.ply -f 1k,400,100 -g cpu --write-log part.clog").succeeds();
+    dir.run("lod sample:statue@2k out-{level}.ply -f 1k,400,100 -g cpu --write-log statue.clog").succeeds();
     for (level, faces) in [(1, 1000), (2, 400), (3, 100)] {
-        dir.run(&format!("replay sample:part@2k part.clog again.ply -w -f {faces}")).succeeds();
+        dir.run(&format!("replay sample:statue@2k statue.clog again.ply -w -f {faces}")).succeeds();
         let [own, again] =
             [format!("out-{level}.ply"), "again.ply".into()].map(|name| fs::read(dir.path(&name)).expect("a mesh"));
         assert!(own == again, "level {level}");
@@ -213,7 +212,6 @@ fn wrong_uses_are_refused_before_the_work() {
         ("lod in.obj x.obj --shared-vertices --placement optimal", "needs contraction with --placement endpoint"),
         ("lod in.obj x.obj --shared-vertices --method removal", "needs contraction with --placement endpoint"),
         ("lod textured.obj x.obj --shared-vertices --texture keep", "--shared-vertices and --texture keep"),
-        ("lod in.obj {level}.ply --method vsa --regions 4 -f 3,2", ""),
     ] {
         dir.run(line).fails(2, &[part]);
     }
