@@ -71,7 +71,7 @@ mod tests {
         let Ok(Arguments { verb: Verb::Simplify(args) }) = Arguments::try_parse_from(line.split_whitespace()) else {
             panic!("'{line}' does not parse")
         };
-        match resolve::simplify(&args).map(|job| job.method) {
+        match resolve::simplify(&args).map(|job| job.setup.method) {
             Ok(Method::Contract(options)) => Ok(options),
             Ok(other) => panic!("{other:?}"),
             Err(error) => Err(error.to_string()),

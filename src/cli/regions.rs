@@ -133,7 +133,7 @@ pub fn is_asked(args: &args::Regions) -> bool {
 
 /// Whether a run made the regions that were asked for: of others than variational shape approximation it always does.
 pub fn are_reached(job: &Job, outcome: &Outcome) -> bool {
-    let Method::Partition(partition::Options { by: By::Variational(variational), .. }) = &job.method else {
+    let Method::Partition(partition::Options { by: By::Variational(variational), .. }) = &job.setup.method else {
         return true;
     };
     let Some(regions) = &outcome.regions else { return true };
