@@ -240,13 +240,13 @@ mod tests {
     use coarsen::polish::Flips;
 
     use super::*;
-    use crate::cli::{Arguments, args::Verb, method};
+    use crate::cli::{Arguments, args::Verb, method, resolve};
 
     fn method_of(line: &str) -> anyhow::Result<Method> {
         let words = ["coarsen", "simplify", "in.ply", "out.ply"].into_iter().chain(line.split_whitespace());
         let matches = args::command().try_get_matches_from(words)?;
         let Verb::Simplify(args) = Arguments::from_arg_matches(&matches)?.verb else { panic!("{line}") };
-        method::method(&args, contract::Feature::default())
+        method::method(resolve::shared(&args), contract::Feature::default())
     }
 
     fn with(by: By, triangulation: partition::Triangulation) -> Method {

@@ -44,18 +44,8 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         problems.note(sink.check(input, args.writing.overwrite));
     }
     regions::check_files(args, source.as_ref(), sink.as_ref(), &mut problems);
-    let shared = Shared {
-        shape: &args.shape,
-        removal: &args.removal,
-        regions: &args.regions,
-        weights: &args.weights,
-        device: &args.device,
-        writing: &args.writing,
-        grid: args.target.grid,
-        by_error: args.target.error.is_some() || args.target.error_abs.is_some(),
-    };
     let outputs: Vec<&Path> = sink.as_ref().and_then(Sink::path).into_iter().collect();
-    let setup = Setup::new(shared, source, &outputs, &mut problems);
+    let setup = Setup::new(shared(args), source, &outputs, &mut problems);
     let (Some(budget), Some(setup), Some(sink), true) = (budget, setup, sink, problems.is_empty()) else {
         return Err(problems.into_error());
     };
@@ -67,6 +57,20 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         polygons: args.region_files.polygons,
         write_regions: args.region_files.write_regions.clone(),
     })
+}
+
+/// The arguments that `simplify` shares with other verbs.
+pub fn shared(args: &args::Simplify) -> Shared<'_> {
+    Shared {
+        shape: &args.shape,
+        removal: &args.removal,
+        regions: &args.regions,
+        weights: &args.weights,
+        device: &args.device,
+        writing: &args.writing,
+        grid: args.target.grid,
+        by_error: args.target.error.is_some() || args.target.error_abs.is_some(),
+    }
 }
 
 /// Checks the file that `option` writes beside the outputs.
