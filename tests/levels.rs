@@ -99,7 +99,6 @@ fn the_finest_level_of_rounds_is_the_single_run() {
 fn levels_cost_few_rounds() {
     for name in ["statue", "terrain", "part"] {
         let (mesh, options) = (sample(name, Some(6_000)).expect("a sample"), Options::default());
-    {
         let levels = chain(&mesh, &options, &keeping(&[0.8, 0.5, 0.3, 0.2, 0.1]));
         let single = contract(&mesh, &options, Budget::keep(0.1));
         let [rounds, alone] = [&levels[4], &single].map(|outcome| outcome.rounds.len());
