@@ -25,8 +25,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "simplify",
         &["backend", "cluster", "contract", "error", "math", "mesh", "partition", "polish", "progressive", "removal"],
     ),
-    // Works on what a run made.
-    ("lod", &["error", "mesh", "simplify"]),
+    // Works on what a run made; its tests run one.
+    ("lod", &["backend", "contract", "error", "mesh", "simplify"]),
     ("formats", &["error", "math", "mesh"]),
     // A log needs nothing of the driver that made it, and is written as atomically as a mesh.
     ("progressive", &["error", "formats", "math", "mesh"]),
