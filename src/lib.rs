@@ -52,6 +52,7 @@
 //!   [`removal`]: vertices taken away one by one, their holes filled; [`partition`]: regions of faces, each triangulated anew;
 //!   [`polish`]: edges turned after any of them.
 //! - [`kernel`]: what runs on a GPU, each kernel beside its twin; [`backend`]: who runs it.
+//! - [`batch`]: many files in one run that can be killed and resumed.
 //! - [`progressive`]: the contractions of a run, to replay to any face count and back.
 //! - [`metrics`]: how far two surfaces are apart; [`spatial`]: the tree behind it.
 //! - [`papers`]: the tables of papers as jobs, run and measured.
@@ -63,6 +64,7 @@
 struct Readme;
 
 pub mod backend;
+pub mod batch;
 pub mod cluster;
 pub mod contract;
 pub mod error;

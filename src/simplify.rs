@@ -101,6 +101,20 @@ impl Budget {
         Ok(self.faces.into_iter().chain(by_keep).max().unwrap_or(0))
     }
 
+    /// Whether a number of faces is asked for.
+    pub fn counts_faces(&self) -> bool {
+        self.faces.is_some() || self.keep.is_some()
+    }
+
+    /// Whether a run that ended by `stop` is where it was to go: an error limit beside a face count is a limit, not the target.
+    pub fn is_reached(&self, stop: StopReason) -> bool {
+        match stop {
+            StopReason::FacesReached | StopReason::GridReached | StopReason::RegionsRebuilt => true,
+            StopReason::ErrorReached => !self.counts_faces(),
+            StopReason::Stuck | StopReason::Cancelled => false,
+        }
+    }
+
     /// The deviation allowed in model units on a mesh of this diagonal; infinite without an error limit.
     ///
     /// # Errors

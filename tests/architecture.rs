@@ -31,6 +31,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     // A log needs nothing of the driver that made it, and is written as atomically as a mesh.
     ("progressive", &["error", "formats", "math", "mesh"]),
     ("metrics", &["backend", "error", "kernel", "math", "mesh", "spatial"]),
+    // Runs methods over files. The sum that tells one file from another is that of logs.
+    ("batch", &["backend", "error", "formats", "mesh", "progressive", "simplify"]),
     // Runs methods and measures what they make: above both.
     ("papers", &["backend", "contract", "error", "mesh", "metrics", "partition", "simplify"]),
     ("report", &["error", "math", "mesh", "metrics", "simplify", "spatial"]),

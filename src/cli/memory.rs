@@ -3,20 +3,14 @@
 use std::fmt;
 use std::fs;
 
+use coarsen::batch::{BYTES_ALWAYS, bytes_needed};
+
 use super::Exit;
 use super::failure::refuse;
 
-/// Bytes a face that a job needs at its peak on the CPU, reading and writing included: 205 to 285 were measured on a
-/// million faces, by format.
-const CPU_BYTES_PER_FACE: u64 = 288;
-/// The same with an adapter, whose buffers may lie in the same memory: 470 were measured on software Vulkan.
-const GPU_BYTES_PER_FACE: u64 = 512;
-/// Bytes of the program itself, its threads, a driver, and buffers of fixed size.
-const BYTES_ALWAYS: u64 = 64 << 20;
-
 /// The bytes that a job of `faces` faces is estimated to need.
 pub fn estimate(faces: usize, on_gpu: bool) -> u64 {
-    BYTES_ALWAYS + faces as u64 * if on_gpu { GPU_BYTES_PER_FACE } else { CPU_BYTES_PER_FACE }
+    BYTES_ALWAYS + bytes_needed(faces as u64, on_gpu)
 }
 
 /// Refuses a job that is estimated to need more than `limit`.

@@ -5,7 +5,7 @@ use std::fmt;
 use coarsen::backend::KernelTime;
 use coarsen::metrics::Spread;
 use coarsen::simplify::{Blocked, Outcome, Phases, RoundRecord};
-use coarsen::{Budget, Device, Mesh, Method, StopReason, contract, metrics, partition};
+use coarsen::{Device, Mesh, Method, StopReason, contract, metrics, partition};
 use serde::Serialize;
 
 use super::resolve::Job;
@@ -206,8 +206,8 @@ impl Record {
             faces_out: outcome.mesh.faces.len(),
             vertices_in: input.positions.len(),
             vertices_out: outcome.mesh.positions.len(),
-            target: counts_faces(&job.budget).then_some(outcome.target),
-            reached: is_reached(&job.budget, outcome.stop) && regions::are_reached(job, outcome),
+            target: job.budget.counts_faces().then_some(outcome.target),
+            reached: job.budget.is_reached(outcome.stop) && regions::are_reached(job, outcome),
             stop_reason: outcome.stop,
             cell_size: outcome.cell_size,
             quadrics: outcome.quadrics.map(Stored::from),
@@ -310,20 +310,6 @@ impl fmt::Display for Record {
     }
 }
 
-/// Whether a number of faces is asked for.
-pub fn counts_faces(budget: &Budget) -> bool {
-    budget.faces.is_some() || budget.keep.is_some()
-}
-
-/// Whether a run ended where it was to go: an error limit beside a face count is a limit, not the target.
-pub fn is_reached(budget: &Budget, stop: StopReason) -> bool {
-    match stop {
-        StopReason::FacesReached | StopReason::GridReached | StopReason::RegionsRebuilt => true,
-        StopReason::ErrorReached => !counts_faces(budget),
-        StopReason::Stuck | StopReason::Cancelled => false,
-    }
-}
-
 /// What `--method` calls a method, and its metric if it has one.
 pub fn words_of(method: &Method) -> (&'static str, Option<&'static str>) {
     match method {
@@ -403,15 +389,6 @@ pub fn driver(device: &Device, worked: &str) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn an_error_limit_is_a_target_only_alone() {
-        let faces_and_error = Budget { error: Some(0.1), ..Budget::faces(8) };
-        assert!(is_reached(&Budget::error(0.1), StopReason::ErrorReached));
-        assert!(!is_reached(&faces_and_error, StopReason::ErrorReached));
-        assert!(is_reached(&faces_and_error, StopReason::FacesReached));
-        assert!(!is_reached(&Budget::error(0.1), StopReason::Stuck));
-    }
 
     #[test]
     fn stop_reasons_have_one_name() {

@@ -43,6 +43,7 @@ use crate::mesh::Mesh;
 use faces::Faces;
 
 pub use faces::{write_polygons, write_polygons_to};
+pub(crate) use output::is_temporary_of;
 pub use property::{read_numbers, read_property, write_with_property};
 
 /// A mesh file format.
