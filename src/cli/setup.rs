@@ -13,6 +13,7 @@ use coarsen::{Device, Mesh, Method, metrics};
 use super::args::{self, Progress};
 use super::console::{self, Verbosity};
 use super::failure::at;
+use super::method::Asked;
 use super::progress::Meter;
 use super::resolve::{Problems, check_beside, selector};
 use super::source::Source;
@@ -58,9 +59,10 @@ pub struct Shared<'a> {
 impl Setup {
     /// Makes it of the arguments for `source`; what is written beside is to be none of `outputs`.
     pub fn new(args: Shared<'_>, source: Option<Source>, outputs: &[&Path], problems: &mut Problems) -> Option<Self> {
-        let Shared { shape, weights, device, writing, .. } = args;
+        let Shared { shape, removal, regions, weights, device, writing, grid, by_error } = args;
         let feature = weights::feature(weights);
-        let method = problems.note(method::method(args, feature));
+        let asked = Asked { shape, removal, regions, grid, by_error, with_log: writing.write_log.is_some() };
+        let method = problems.note(method::method(&asked, feature));
         let selector = problems.note(selector(&device.device));
         if writing.quiet && writing.verbose {
             problems.add("--quiet and --verbose contradict each other");

@@ -2,6 +2,7 @@
 //!
 //! Parsing touches no file. A doc comment's first line is the short help, all of it the long help.
 
+mod batch;
 mod bench;
 mod compare;
 mod lod;
@@ -11,9 +12,12 @@ mod replay;
 mod simplify;
 mod weights;
 
+use std::ffi::OsString;
+
 use clap::{Args, Command, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 
+pub use batch::{Batch, Each, Levels as BatchLevels};
 pub use bench::{Bench, Job as BenchJob};
 pub use compare::{Compare, Up};
 pub use lod::{Levels, Lod, Screen};
@@ -32,6 +36,9 @@ pub use weights::{FeatureMode, FeatureUpdate, Weights};
 pub struct Arguments {
     #[command(subcommand)]
     pub verb: Verb,
+    /// The whole line as it was given, the program's name first.
+    #[arg(skip)]
+    pub line: Vec<OsString>,
 }
 
 /// The definition, with long texts broken into lines.
@@ -70,6 +77,7 @@ fn wrapped(text: &str, width: usize) -> String {
 pub enum Verb {
     Simplify(Box<Simplify>),
     Lod(Box<Lod>),
+    Batch(Box<Batch>),
     Replay(Replay),
     Inspect(Inspect),
     Compare(Box<Compare>),
@@ -137,6 +145,7 @@ const EXAMPLES: &str = "\
 Examples:
   coarsen simplify sample:statue out.ply --faces 20000
   coarsen lod sample:statue statue-{level}.ply --ratios 50%,10%,1%
+  coarsen batch scans -d out --ratios 50%,10%,1%
   coarsen inspect sample:part
   coarsen compare sample:statue@100k sample:statue@10k
   coarsen bench sample:statue@100k --device cpu,software
