@@ -239,3 +239,6 @@ fn refuse_to_replace(plan: &Plan) -> Result<()> {
         None => Ok(()),
     }
 }
+
+#[cfg(test)]
+mod tests;

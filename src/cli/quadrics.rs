@@ -68,7 +68,8 @@ mod tests {
 
     fn options(line: &str) -> Result<Options, String> {
         let line = format!("coarsen simplify sample:part - --format ply -f 8 {line}");
-        let Ok(Arguments { verb: Verb::Simplify(args) }) = Arguments::try_parse_from(line.split_whitespace()) else {
+        let Ok(Arguments { verb: Verb::Simplify(args), .. }) = Arguments::try_parse_from(line.split_whitespace())
+        else {
             panic!("'{line}' does not parse")
         };
         match resolve::simplify(&args).map(|job| job.setup.method) {

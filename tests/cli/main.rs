@@ -1,5 +1,6 @@
 //! The program from end to end: help, exit codes, messages, pipes, files that must not be touched.
 
+mod batch;
 mod bench;
 mod compare;
 mod errors;
