@@ -48,7 +48,7 @@ pub struct Simplify {
     pub writing: Writing,
 }
 
-#[derive(Debug, Default, Args)]
+#[derive(Debug, Args)]
 #[command(next_help_heading = "Target (at least one; the first reached ends the run)")]
 pub struct Target {
     /// Faces to keep: 20000, 20k, 1.5M

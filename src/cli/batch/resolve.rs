@@ -82,8 +82,8 @@ impl Job {
 pub fn recipe(each: &args::Each) -> anyhow::Result<Recipe> {
     let mut problems = Problems::default();
     let args::Each { levels, shape, removal, regions } = each;
-    let target = args::Target { error: levels.error, error_abs: levels.error_abs, ..args::Target::default() };
-    let asked = Asked { shape, target: &target, removal, regions, with_log: false };
+    let by_error = levels.error.is_some() || levels.error_abs.is_some();
+    let asked = Asked { shape, removal, regions, grid: None, by_error, with_log: false };
     let method = problems.note(method::method(&asked, Feature::default()));
     quadrics::check(shape, &mut problems);
     let budgets = problems.note(budgets(levels, shape.method));
@@ -105,7 +105,7 @@ pub fn recipe(each: &args::Each) -> anyhow::Result<Recipe> {
 }
 
 /// A budget a level, from fine to coarse.
-fn budgets(levels: &args::Levels, method: args::Method) -> anyhow::Result<Vec<Budget>> {
+fn budgets(levels: &args::BatchLevels, method: args::Method) -> anyhow::Result<Vec<Budget>> {
     let limit = Budget { error: levels.error, error_abs: levels.error_abs, ..Budget::default() };
     let mut budgets: Vec<Budget> = match (levels.ratios.is_empty(), levels.faces.is_empty()) {
         (false, _) => levels.ratios.iter().map(|&ratio| Budget { keep: Some(ratio), ..limit }).collect(),

@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::job::{Job, Outputs, Screen};
 use super::write::Ranges;
 use crate::cli::memory;
-use crate::cli::record::{Deviation, blocked_by, counts_faces, driver, is_reached, name, words_of};
+use crate::cli::record::{Deviation, blocked_by, driver, name, words_of};
 
 /// A chain, as `--json` prints it. Fields are only ever added under this `schema`.
 #[derive(Debug, Serialize)]
@@ -107,8 +107,8 @@ impl Record {
                 output: job.outputs.of_level(number).display().to_string(),
                 faces: outcome.mesh.faces.len(),
                 vertices: outcome.mesh.positions.len(),
-                target: counts_faces(budget).then_some(outcome.target),
-                reached: is_reached(budget, outcome.stop),
+                target: budget.counts_faces().then_some(outcome.target),
+                reached: budget.is_reached(outcome.stop),
                 stop_reason: outcome.stop,
                 switch_distance: job.screen.distance_for(off),
                 error,
