@@ -211,14 +211,9 @@ fn is_ledger(name: &str) -> bool {
 #[derive(Debug)]
 pub(super) struct Ledger {
     path: PathBuf,
-    end: Mutex<End>,
-}
-
-#[derive(Debug)]
-struct End {
     file: File,
     /// Where the last whole line ends.
-    at: u64,
+    end: Mutex<u64>,
 }
 
 impl Ledger {
@@ -227,18 +222,18 @@ impl Ledger {
     /// # Errors
     /// [`Error::Write`] when the system refuses.
     pub fn open(path: &Path, goes_on: bool) -> Result<Self> {
-        let open = || -> io::Result<End> {
+        let open = || -> io::Result<(File, u64)> {
             let mut file = OpenOptions::new().read(true).append(true).create(true).open(path)?;
             let mut bytes = Vec::new();
             if goes_on {
                 file.read_to_end(&mut bytes)?;
             }
-            let at = bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |newline| newline as u64 + 1);
-            file.set_len(at)?;
-            Ok(End { file, at })
+            let end = bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |newline| newline as u64 + 1);
+            file.set_len(end)?;
+            Ok((file, end))
         };
-        let failed = |source| Error::Write { path: path.to_path_buf(), source };
-        Ok(Self { path: path.to_path_buf(), end: Mutex::new(open().map_err(failed)?) })
+        let (file, end) = open().map_err(|source| Error::Write { path: path.to_path_buf(), source })?;
+        Ok(Self { path: path.to_path_buf(), file, end: Mutex::new(end) })
     }
 
     /// Appends `records`, and returns when they are on the disk. Lines that could not be finished are cut off.
@@ -252,20 +247,19 @@ impl Ledger {
             serde_json::to_writer(&mut lines, record).map_err(|error| failed(error.into()))?;
             lines.push(b'\n');
         }
+        self.write(&lines).map_err(failed)?;
+        // Not under the lock: the disk takes many lines at once.
+        self.file.sync_data().map_err(failed)
+    }
+
+    fn write(&self, lines: &[u8]) -> io::Result<()> {
         let mut end = self.end.lock().unwrap_or_else(PoisonError::into_inner);
-        let End { file, at } = &mut *end;
-        let written = file.write_all(&lines).and_then(|()| file.sync_data());
-        match written {
-            Ok(()) => {
-                *at += lines.len() as u64;
-                Ok(())
-            }
-            Err(error) => {
-                // Should this fail as well, a reader leaves the torn line out.
-                let _ = file.set_len(*at);
-                Err(failed(error))
-            }
-        }
+        (&self.file).write_all(lines).inspect_err(|_| {
+            // Should this fail as well, a reader leaves the torn line out.
+            let _ = self.file.set_len(*end);
+        })?;
+        *end += lines.len() as u64;
+        Ok(())
     }
 }
 

@@ -40,7 +40,7 @@ pub use pattern::Pattern;
 pub use plan::{Job, Plan, Recipe, Shard};
 
 use ledger::{Known, Ledger, ledgers};
-use schedule::{Schedule, lanes};
+use schedule::Schedule;
 use worker::{Shop, Solve};
 
 /// How to run.
@@ -160,8 +160,7 @@ fn run_with(plan: &Plan, device: &Device, options: &Options, observe: &Observe<'
         observe: &observe,
     };
     let summary = Mutex::new(Summary { left: plan.jobs().len(), ..Summary::default() });
-    let threads: Vec<Device> =
-        (0..lanes(cores).min(plan.jobs().len())).map(|_| Device::cpu(1)).collect::<Result<_>>()?;
+    let threads: Vec<Device> = (0..schedule.lanes(plan.jobs())).map(|_| Device::cpu(1)).collect::<Result<_>>()?;
     thread::scope(|scope| {
         for thread in &threads {
             scope.spawn(|| lane(&shop, thread, &summary));

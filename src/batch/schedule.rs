@@ -16,10 +16,8 @@ const LAST_WIDE_FACES: u64 = 50_000;
 /// Faces from which a mesh goes to the GPU, if there is one: as many as `auto` takes one for.
 const GPU_FACES: u64 = 100_000;
 
-/// How many lanes go on for so many cores.
-pub(super) fn lanes(cores: usize) -> usize {
-    cores + 1 + cores / 4
-}
+/// Bytes that an allocator may keep of what a lane gave back.
+const KEPT_BYTES: u64 = 128 << 20;
 
 /// Hands out files, memory and cores.
 pub(super) struct Schedule {
@@ -77,6 +75,15 @@ impl Schedule {
             is_over: false,
         };
         Self { order, cores, has_gpu, memory, state: Mutex::new(state), changed: Condvar::new() }
+    }
+
+    /// How many lanes go on: as many again as there are cores and two more, for they wait for the disk longer than it takes
+    /// to reduce a few thousand faces; fewer where memory is short.
+    pub fn lanes(&self, jobs: &[Job]) -> usize {
+        let most = jobs.iter().map(|job| self.bytes_before(job)).max().unwrap_or(0);
+        let spare = self.memory.map_or(u64::MAX, |memory| memory.saturating_sub(estimate::BYTES_ALWAYS + most));
+        let wanted = (2 * self.cores + 2).min(jobs.len());
+        wanted.min(usize::try_from(spare / KEPT_BYTES).unwrap_or(wanted).saturating_add(1))
     }
 
     /// The next file, as soon as there is memory for it; one that needs more than there is goes alone.
@@ -232,6 +239,15 @@ mod tests {
         });
         assert_eq!((most.into_inner(), done.into_inner()), (2, 4));
         assert_eq!(schedule.state().memory_used, estimate::BYTES_ALWAYS);
+    }
+
+    #[test]
+    fn lanes_are_as_many_as_memory_allows() {
+        let jobs = jobs(&[1000; 20]);
+        let lanes = |memory| Schedule::new(&jobs, 2, false, memory).lanes(&jobs);
+        let one = estimate::BYTES_ALWAYS + bytes(1000);
+        assert_eq!((lanes(None), lanes(Some(one)), lanes(Some(0)), lanes(Some(one + 3 * KEPT_BYTES))), (6, 1, 1, 4));
+        assert_eq!(Schedule::new(&jobs[..1], 2, false, None).lanes(&jobs[..1]), 1);
     }
 
     #[test]
