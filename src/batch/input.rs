@@ -99,7 +99,8 @@ fn find(request: &Request, outputs: Option<&Path>) -> Result<Vec<Found>> {
         return one(Origin::File(file), root);
     } else {
         let malformed = |error: glob::PatternError| Error::Parameter(format!("'{text}' is no glob: {error}"));
-        let matches = glob::glob(text).map_err(malformed)?.flatten().filter(|path| path.is_file());
+        let options = glob::MatchOptions { require_literal_leading_dot: true, ..glob::MatchOptions::new() };
+        let matches = glob::glob_with(text, options).map_err(malformed)?.flatten().filter(|path| path.is_file());
         let is_outside = |path: &PathBuf| !outputs.is_some_and(|outputs| path.starts_with(outputs));
         files.extend(matches.map(|path| absolute(&path)).filter(|path| is_mesh(path) && is_outside(path)));
         absolute(&fixed_part(path))
