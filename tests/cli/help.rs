@@ -97,9 +97,8 @@ fn examples_run() {
     dir.file("jobs.jsonl", "{\"input\": \"scans/a.ply\"}\n");
     let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("README.md");
     let mut texts = vec![readme.replace("cargo run --release -- ", "coarsen ")];
-    let verbs = [
-        "", "simplify", "lod", "batch", "replay", "inspect", "devices", "bench", "compare", "completions", "man",
-    ];
+    let verbs =
+        ["", "simplify", "lod", "batch", "replay", "inspect", "devices", "bench", "compare", "completions", "man"];
     for verb in verbs {
         texts.push(String::from_utf8(dir.run(&format!("{verb} --help")).succeeds().out).expect("help in UTF-8"));
     }

@@ -178,7 +178,7 @@ const EXAMPLES: &str = "\
 Examples:
   coarsen batch sample:part@20k sample:terrain@20k -d out --ratios 50%,10%
   coarsen batch scans -d out --ratios 50%,10%,1% --resume
-  coarsen batch 'scans/**/*.stl' -d out --faces 10k --pattern {stem}-{faces}.ply
+  coarsen batch 'scans/*.stl' -d out --faces 10k --pattern {stem}-{faces}.ply
   coarsen batch --manifest jobs.jsonl -d out --ratios 10% --timeout 600
   coarsen batch scans -d out --ratios 10% --shard 2/3 --memory-limit 8GiB
 
@@ -193,6 +193,6 @@ Exit codes:
 Examples:
   coarsen batch sample:part@20k sample:terrain@20k -d out --ratios 50%,10%
   coarsen batch scans -d out --ratios 50%,10%,1% --resume
-  coarsen batch 'scans/**/*.stl' -d out --faces 10k --pattern {stem}-{faces}.ply
+  coarsen batch 'scans/*.stl' -d out --faces 10k --pattern {stem}-{faces}.ply
   coarsen batch --manifest jobs.jsonl -d out --ratios 10% --timeout 600
   coarsen batch scans -d out --ratios 10% --shard 2/3 --memory-limit 8GiB";
