@@ -88,9 +88,9 @@ fn a_run_writes_levels_and_records_and_goes_on() {
     let lines = records(&dir.path("out/coarsen.jsonl"));
     assert_eq!(lines.len(), 10);
     let line = |output: &str| lines.iter().find(|line| line["output"] == output).expect("a record");
-    let (done, failed) = (line("0-2.ply"), line("broken-1.ply"));
-    assert_eq!((&done["status"], &done["input"], &done["level"]), (&"done".into(), &"0.ply".into(), &2.into()));
-    let faces = sample("part", Some(1000)).expect("a sample").faces.len();
+    let (done, failed) = (line("deep/1-2.ply"), line("broken-1.ply"));
+    assert_eq!((&done["status"], &done["input"], &done["level"]), (&"done".into(), &"deep/1.ply".into(), &2.into()));
+    let faces = sample("terrain", Some(1700)).expect("a sample").faces.len();
     assert_eq!(done["faces_in"], faces);
     assert_eq!((&done["reached"], &done["stop_reason"]), (&true.into(), &"faces_reached".into()));
     assert_eq!((&failed["status"], &failed["reason"]), (&"failed".into(), &"malformed".into()));
