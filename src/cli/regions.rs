@@ -246,7 +246,15 @@ mod tests {
         let words = ["coarsen", "simplify", "in.ply", "out.ply"].into_iter().chain(line.split_whitespace());
         let matches = args::command().try_get_matches_from(words)?;
         let Verb::Simplify(args) = Arguments::from_arg_matches(&matches)?.verb else { panic!("{line}") };
-        method::method(resolve::shared(&args), contract::Feature::default())
+        let asked = method::Asked {
+            shape: &args.shape,
+            removal: &args.removal,
+            regions: &args.regions,
+            grid: args.target.grid,
+            by_error: args.target.error.is_some() || args.target.error_abs.is_some(),
+            with_log: args.writing.write_log.is_some(),
+        };
+        method::method(&asked, contract::Feature::default())
     }
 
     fn with(by: By, triangulation: partition::Triangulation) -> Method {
