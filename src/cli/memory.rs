@@ -29,6 +29,15 @@ pub fn peak() -> Option<u64> {
     status("VmHWM:")
 }
 
+/// The bytes that are free now, or that the limit of the container leaves; none where the system does not tell.
+pub fn available() -> Option<u64> {
+    let free = fs::read_to_string("/proc/meminfo").ok().and_then(|text| kilobytes(&text, "MemAvailable:"));
+    let bytes = |name| fs::read_to_string(name).ok()?.trim().parse::<u64>().ok();
+    let limit = bytes("/sys/fs/cgroup/memory.max");
+    let used = bytes("/sys/fs/cgroup/memory.current").unwrap_or(0);
+    free.into_iter().chain(limit.map(|limit| limit.saturating_sub(used))).min()
+}
+
 /// The bytes that are resident in this process now, where the system tells.
 pub fn resident() -> Option<u64> {
     status("VmRSS:")
@@ -36,8 +45,12 @@ pub fn resident() -> Option<u64> {
 
 /// A size of this process by its name in Linux's status file.
 fn status(name: &str) -> Option<u64> {
-    let status = fs::read_to_string("/proc/self/status").ok()?;
-    let kilobytes = status.lines().find_map(|line| line.strip_prefix(name))?;
+    kilobytes(&fs::read_to_string("/proc/self/status").ok()?, name)
+}
+
+/// The bytes of a line such as `VmRSS:  1234 kB`.
+fn kilobytes(text: &str, name: &str) -> Option<u64> {
+    let kilobytes = text.lines().find_map(|line| line.strip_prefix(name))?;
     kilobytes.trim().strip_suffix(" kB")?.parse::<u64>().ok().map(|n| n * 1024)
 }
 
@@ -71,6 +84,13 @@ mod tests {
         assert!(check(1_000_000, true, limit).is_err());
         let error = check(1_000_001, false, limit).expect_err("one face too many").to_string();
         assert_eq!(error, "1000001 faces need about 338.7 MiB, more than the memory limit of 338.7 MiB");
+    }
+
+    #[test]
+    fn what_is_free_is_plausible() {
+        if let Some(free) = available() {
+            assert!((1 << 20..1 << 50).contains(&free), "{free}");
+        }
     }
 
     #[test]

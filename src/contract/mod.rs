@@ -1,7 +1,8 @@
 //! Pair contraction in rounds: evaluate every pair, let the cheapest through a gate, contract an independent set of them.
 //!
 //! The loop is in `driver`; its verbs are `evaluate` (on a device), `select`, `commit` (with `filter` and `placement`) and
-//! `surface` (what a round leaves, without gaps).
+//! `surface` (what a round leaves, without gaps). Where it meets a budget, `snapshot` makes an outcome, and it goes on to the
+//! next of `levels`.
 //!
 //! # Invariants
 //! - Decisions are made on the CPU, from keys that are the same bits on every device.
@@ -15,6 +16,7 @@ mod charts;
 mod commit;
 mod compact;
 mod deal;
+mod descend;
 mod driver;
 mod evaluate;
 mod examine;
@@ -26,6 +28,7 @@ mod follower;
 mod gate;
 mod history;
 mod join;
+mod levels;
 mod listing;
 mod patch;
 mod placement;
@@ -37,6 +40,7 @@ mod record;
 mod restore;
 mod scan;
 mod select;
+mod snapshot;
 mod star;
 mod surface;
 mod texture;
@@ -297,21 +301,21 @@ pub fn warm_up(options: &Options, device: &Device) -> Result<()> {
         prune: 0.0,
         ..options.clone()
     };
-    run(&sphere, &options, &Budget::keep(WARM_UP_KEEP), &device, None)?;
+    run(&sphere, &options, &[Budget::keep(WARM_UP_KEEP)], &device, None)?;
     device.forget_kernel_times();
     Ok(())
 }
 
-/// Runs pair contraction: see [`crate::simplify()`].
+/// Runs pair contraction once, for all of `budgets`: see [`crate::simplify_levels()`].
 pub fn run(
     mesh: &Mesh,
     options: &Options,
-    budget: &Budget,
+    budgets: &[Budget],
     device: &Device,
     progress: Option<&mut OnProgress<'_>>,
-) -> Result<Outcome> {
+) -> Result<Vec<Outcome>> {
     options.check()?;
     options.weighting.check(mesh.positions.len())?;
     options.check_locked(mesh.positions.len())?;
-    device.install(|| driver::run(mesh, options, budget, device, progress))
+    device.install(|| driver::run(mesh, options, budgets, device, progress))
 }

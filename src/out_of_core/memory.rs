@@ -9,7 +9,7 @@ const CPU_BYTES_PER_FACE: u64 = 288;
 /// it on every device, for what a part is decides the result.
 const GPU_BYTES_PER_FACE: u64 = 512;
 /// Bytes of the program itself, its threads, a driver, and buffers of fixed size.
-const BYTES_ALWAYS: u64 = 64 << 20;
+pub const BYTES_ALWAYS: u64 = 64 << 20;
 /// Rows on their way from and to files.
 const BUFFER_BYTES: u64 = 32 << 20;
 /// Bytes a vertex of the input while it is cut: its cell, and the marks of those that are frozen.
@@ -26,9 +26,15 @@ const CHOICE: f64 = 8.0;
 /// The share of the faces that fit the memory which is aimed at.
 const AIM: f64 = 0.8;
 
-/// The bytes that a run of `faces` faces in one piece is estimated to need.
+/// The bytes that a mesh of `faces` faces is estimated to need while it is read, simplified in one piece and written, beside
+/// [`BYTES_ALWAYS`].
+pub fn bytes_needed(faces: u64, on_gpu: bool) -> u64 {
+    faces.saturating_mul(if on_gpu { GPU_BYTES_PER_FACE } else { CPU_BYTES_PER_FACE })
+}
+
+/// The bytes that a run of `faces` faces in one piece is estimated to need, with the program itself.
 pub fn estimate(faces: usize, on_gpu: bool) -> u64 {
-    BYTES_ALWAYS + faces as u64 * if on_gpu { GPU_BYTES_PER_FACE } else { CPU_BYTES_PER_FACE }
+    BYTES_ALWAYS + bytes_needed(faces as u64, on_gpu)
 }
 
 /// What fits a limit.

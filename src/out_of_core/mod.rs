@@ -40,7 +40,7 @@ use cut::Survey;
 use memory::Room;
 use pass::{Notes, Task};
 
-pub use memory::estimate;
+pub use memory::{BYTES_ALWAYS, bytes_needed, estimate};
 pub use pass::Pass;
 
 /// Passes at most: each but the first only where parts of the one before still do not fit.

@@ -62,10 +62,10 @@ impl Part {
         progress: Option<&mut OnProgress<'_>>,
     ) -> Result<Option<Outcome>> {
         let options = contract::Options { locked: Some(self.frozen.clone()), ..options.clone() };
-        match contract::run(&self.mesh, &options, budget, device, progress) {
+        match contract::run(&self.mesh, &options, std::slice::from_ref(budget), device, progress) {
             // Every face had two corners at one point.
             Err(Error::Mesh(_)) => Ok(None),
-            result => result.map(Some),
+            result => result.map(|mut outcomes| outcomes.pop()),
         }
     }
 }

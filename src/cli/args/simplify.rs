@@ -101,7 +101,7 @@ pub struct Target {
     pub require_target: bool,
 }
 
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Shape")]
 pub struct Shape {
     /// Contract, cluster, removal …
