@@ -46,11 +46,14 @@
 //! ```
 //!
 //! # Where to read on
-//! - [`simplify()`]: the one entry; [`Budget`], [`Method`], [`Outcome`].
+//! - [`simplify()`]: the one entry; [`Budget`], [`Method`], [`Outcome`]; [`simplify_levels()`]: a chain of levels from one run,
+//!   and [`lod`]: its vertices in one list.
 //! - [`contract`]: the engine and its options; [`cluster`]: vertex clustering, the fast first pass;
 //!   [`removal`]: vertices taken away one by one, their holes filled; [`partition`]: regions of faces, each triangulated anew;
 //!   [`polish`]: edges turned after any of them.
+//! - [`out_of_core`]: contraction of files larger than memory, in parts.
 //! - [`kernel`]: what runs on a GPU, each kernel beside its twin; [`backend`]: who runs it.
+//! - [`batch`]: many files in one run that can be killed and resumed.
 //! - [`progressive`]: the contractions of a run, to replay to any face count and back.
 //! - [`metrics`]: how far two surfaces are apart; [`spatial`]: the tree behind it.
 //! - [`papers`]: the tables of papers as jobs, run and measured.
@@ -62,14 +65,17 @@
 struct Readme;
 
 pub mod backend;
+pub mod batch;
 pub mod cluster;
 pub mod contract;
 pub mod error;
 pub mod formats;
 pub mod kernel;
+pub mod lod;
 pub mod math;
 pub mod mesh;
 pub mod metrics;
+pub mod out_of_core;
 pub mod papers;
 pub mod partition;
 pub mod polish;
@@ -82,4 +88,4 @@ pub mod spatial;
 pub use backend::Device;
 pub use error::{Error, Result};
 pub use mesh::Mesh;
-pub use simplify::{Budget, Method, Outcome, StopReason, simplify, warm_up};
+pub use simplify::{Budget, Method, Outcome, StopReason, simplify, simplify_levels, warm_up};

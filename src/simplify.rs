@@ -101,6 +101,20 @@ impl Budget {
         Ok(self.faces.into_iter().chain(by_keep).max().unwrap_or(0))
     }
 
+    /// Whether a number of faces is asked for.
+    pub fn counts_faces(&self) -> bool {
+        self.faces.is_some() || self.keep.is_some()
+    }
+
+    /// Whether a run that ended by `stop` is where it was to go: an error limit beside a face count is a limit, not the target.
+    pub fn is_reached(&self, stop: StopReason) -> bool {
+        match stop {
+            StopReason::FacesReached | StopReason::GridReached | StopReason::RegionsRebuilt => true,
+            StopReason::ErrorReached => !self.counts_faces(),
+            StopReason::Stuck | StopReason::Cancelled => false,
+        }
+    }
+
     /// The deviation allowed in model units on a mesh of this diagonal; infinite without an error limit.
     ///
     /// # Errors
@@ -292,26 +306,97 @@ pub fn simplify(
     device: &Device,
     progress: Option<&mut OnProgress<'_>>,
 ) -> Result<Outcome> {
-    let mut outcome = match method {
-        Method::Contract(options) => contract::run(mesh, options, budget, device, progress),
-        Method::Cluster(options) => cluster::run(mesh, options, budget, device, progress),
-        Method::Removal(options) => removal::run(mesh, options, budget, device, progress),
-        Method::Partition(options) => partition::run(mesh, options, budget, device, progress),
+    // One budget, one outcome.
+    simplify_levels(mesh, method, std::slice::from_ref(budget), device, progress)
+        .map(|mut outcomes| outcomes.swap_remove(0))
+}
+
+/// Simplifies `mesh` by `method` to every one of `budgets`, on `device`: a chain of levels of detail, for little more than the
+/// coarsest of them costs alone. Returns one outcome a budget, in their order.
+///
+/// Contraction makes all levels in one run. It meets the budgets from fine to coarse, whatever their order, and restores a mesh
+/// where it meets one, so that each level's contractions are the first of the next one's. A level is as near as a run of its own,
+/// and the same bytes on every device, but not the bytes of that run: rounds are chosen for the coarsest level. Fits and
+/// flips are applied to each level, and the run goes on from where it was. Every other method runs once a budget.
+///
+/// [`rounds`](Outcome::rounds), [`seconds`](Outcome::seconds), [`bytes_moved`](Outcome::bytes_moved), the estimated error and
+/// warnings of a level tell of the run from the input on. The [`log`](Outcome::log) is with the coarsest level: another is
+/// reached after as many contractions as its rounds contracted. Where the run is stuck, the budgets that are left get what
+/// there is, [`StopReason::Stuck`]; where `progress` ends it, [`StopReason::Cancelled`]. To `progress` the target is that of the
+/// coarsest level in contraction, and otherwise of each.
+///
+/// ```
+/// use coarsen::{Budget, Device, Method, mesh, simplify_levels};
+///
+/// # fn main() -> coarsen::Result<()> {
+/// let part = mesh::sample("part", Some(5_000))?;
+/// let budgets = [0.5, 0.25, 0.1].map(Budget::keep);
+/// let levels = simplify_levels(&part, &Method::default(), &budgets, &Device::cpu(0)?, None)?;
+/// for (level, budget) in levels.iter().zip(&budgets) {
+///     assert_eq!(level.mesh.faces.len(), budget.target_faces(part.faces.len())?);
+/// }
+/// assert!(levels.is_sorted_by_key(|level| level.error_estimate));
+/// # Ok(())
+/// # }
+/// ```
+///
+/// # Errors
+/// Those of [`simplify()`]; one budget that is out of range refuses all.
+pub fn simplify_levels(
+    mesh: &Mesh,
+    method: &Method,
+    budgets: &[Budget],
+    device: &Device,
+    progress: Option<&mut OnProgress<'_>>,
+) -> Result<Vec<Outcome>> {
+    if budgets.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut outcomes = match method {
+        Method::Contract(options) => contract::run(mesh, options, budgets, device, progress),
+        Method::Cluster(options) => {
+            one_by_one(budgets, progress, |budget, progress| cluster::run(mesh, options, budget, device, progress))
+        }
+        Method::Removal(options) => {
+            one_by_one(budgets, progress, |budget, progress| removal::run(mesh, options, budget, device, progress))
+        }
+        Method::Partition(options) => {
+            one_by_one(budgets, progress, |budget, progress| partition::run(mesh, options, budget, device, progress))
+        }
     }?;
-    if outcome.stop == StopReason::Cancelled {
-        return Ok(outcome);
+    for outcome in outcomes.iter_mut().filter(|outcome| outcome.stop != StopReason::Cancelled) {
+        let had_face_colors = outcome.mesh.face_colors.is_some();
+        let flipped = polish::flip(mesh, &mut outcome.mesh, method.flips(), device)?;
+        if flipped.edges > 0 {
+            let dropped = had_face_colors && outcome.mesh.face_colors.is_none();
+            outcome.warnings.extend(dropped.then(|| "face colors are dropped: edges between them were turned".into()));
+            // Faces lie on both sides of borders now.
+            outcome.regions.iter_mut().for_each(|regions| regions.face_labels.clear());
+        }
+        outcome.flips = flipped.edges;
+        outcome.seconds.flip = flipped.seconds;
+        outcome.seconds.total += flipped.seconds;
+        outcome.warnings.extend(flipped.warning);
     }
-    let had_face_colors = outcome.mesh.face_colors.is_some();
-    let flipped = polish::flip(mesh, &mut outcome.mesh, method.flips(), device)?;
-    if flipped.edges > 0 {
-        let dropped = had_face_colors && outcome.mesh.face_colors.is_none();
-        outcome.warnings.extend(dropped.then(|| "face colors are dropped: edges between them were turned".into()));
-        // Faces lie on both sides of borders now.
-        outcome.regions.iter_mut().for_each(|regions| regions.face_labels.clear());
+    Ok(outcomes)
+}
+
+/// Runs once a budget. What is left when `progress` ends a run gets what that has come to.
+fn one_by_one(
+    budgets: &[Budget],
+    mut progress: Option<&mut OnProgress<'_>>,
+    mut run: impl FnMut(&Budget, Option<&mut OnProgress<'_>>) -> Result<Outcome>,
+) -> Result<Vec<Outcome>> {
+    let mut outcomes: Vec<Outcome> = Vec::with_capacity(budgets.len());
+    for budget in budgets {
+        let outcome = match outcomes.last().filter(|last| last.stop == StopReason::Cancelled) {
+            Some(last) => Outcome { target: budget.target_faces(last.faces_in).unwrap_or(0), ..last.clone() },
+            None => match progress.as_deref_mut() {
+                Some(report) => run(budget, Some(&mut |step| report(step)))?,
+                None => run(budget, None)?,
+            },
+        };
+        outcomes.push(outcome);
     }
-    outcome.flips = flipped.edges;
-    outcome.seconds.flip = flipped.seconds;
-    outcome.seconds.total += flipped.seconds;
-    outcome.warnings.extend(flipped.warning);
-    Ok(outcome)
+    Ok(outcomes)
 }

@@ -25,10 +25,16 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "simplify",
         &["backend", "cluster", "contract", "error", "math", "mesh", "partition", "polish", "progressive", "removal"],
     ),
+    // Works on what a run made; its tests run one.
+    ("lod", &["backend", "contract", "error", "mesh", "simplify"]),
     ("formats", &["error", "math", "mesh"]),
+    // From a file, in parts that drivers reduce: above both, beside the command line's own reading and writing.
+    ("out_of_core", &["backend", "contract", "error", "formats", "math", "mesh", "polish", "simplify"]),
     // A log needs nothing of the driver that made it, and is written as atomically as a mesh.
     ("progressive", &["error", "formats", "math", "mesh"]),
     ("metrics", &["backend", "error", "kernel", "math", "mesh", "spatial"]),
+    // Runs methods over files. The sum that tells one file from another is that of logs.
+    ("batch", &["backend", "error", "formats", "mesh", "out_of_core", "progressive", "simplify"]),
     // Runs methods and measures what they make: above both.
     ("papers", &["backend", "contract", "error", "mesh", "metrics", "partition", "simplify"]),
     ("report", &["error", "math", "mesh", "metrics", "simplify", "spatial"]),

@@ -4,14 +4,13 @@
 
 mod support;
 
-use std::fmt::Write;
 use std::path::Path;
 
 use coarsen::cluster::{self, Representative};
 use coarsen::contract::{Options, Placement};
 use coarsen::mesh::{SAMPLES, sample};
 use coarsen::removal::{self, Fill};
-use coarsen::{Budget, Mesh, Method, simplify};
+use coarsen::{Budget, Mesh, Method, Outcome, simplify, simplify_levels};
 use support::deviation::deviation;
 use support::engine::{METRICS, asked, bytes, cpu, fnv};
 
@@ -26,12 +25,7 @@ fn record() -> String {
         String::from("sample   metric placement share  vertices faces rounds  deviation              hash\n");
     let mut run = |name: &str, [metric, placement]: [&str; 2], mesh: &Mesh, method: Method, share: f64| {
         let outcome = simplify(mesh, &method, &Budget::keep(share), &cpu(1), None).expect("a valid mesh");
-        let rms = deviation(mesh, &outcome.mesh, 20_000).rms;
-        let hash = fnv(&bytes(&outcome.mesh));
-        let (vertices, faces) = (outcome.mesh.positions.len(), outcome.mesh.faces.len());
-        let what = format!("{name:8} {metric:6} {placement:9} {share:<5}");
-        writeln!(lines, "{what} {vertices:9} {faces:5} {:6} {rms:10.2e}  {hash:016x}", outcome.rounds.len())
-            .expect("a string takes any text");
+        lines += &row(&format!("{name:8} {metric:6} {placement:9} {share:<5}"), mesh, &outcome);
     };
     for &(name, ..) in SAMPLES {
         let mesh = sample(name, Some(FACES)).expect("a sample");
@@ -53,7 +47,22 @@ fn record() -> String {
             run(name, ["holes", &format!("{fill:?}")], &mesh, method, 0.1);
         }
     }
+    for &(name, ..) in SAMPLES {
+        let mesh = sample(name, Some(FACES)).expect("a sample");
+        let budgets = SHARES.map(Budget::keep);
+        let levels = simplify_levels(&mesh, &Method::default(), &budgets, &cpu(1), None).expect("a valid mesh");
+        for (level, share) in levels.iter().zip(SHARES) {
+            lines += &row(&format!("{name:8} Volume Levels    {share:<5}"), &mesh, level);
+        }
+    }
     lines
+}
+
+fn row(what: &str, mesh: &Mesh, outcome: &Outcome) -> String {
+    let rms = deviation(mesh, &outcome.mesh, 20_000).rms;
+    let hash = fnv(&bytes(&outcome.mesh));
+    let (vertices, faces) = (outcome.mesh.positions.len(), outcome.mesh.faces.len());
+    format!("{what} {vertices:9} {faces:5} {:6} {rms:10.2e}  {hash:016x}\n", outcome.rounds.len())
 }
 
 #[test]

@@ -104,6 +104,13 @@ fn assert_same_surface(name: &str, mesh: &Mesh, polygons: &Polygons, share: f64)
     };
     for read in read_back(name, mesh, polygons) {
         assert_eq!(kept(&read), kept(mesh), "{name}");
+    }
+    assert_same_area(name, mesh, polygons, share);
+}
+
+/// Two polygons that share two vertices may get the same diagonal from a reader, which sees one at a time.
+fn assert_same_area(name: &str, mesh: &Mesh, polygons: &Polygons, share: f64) {
+    for read in read_back(name, mesh, polygons) {
         let (area, volume) = (mesh.area(), mesh.volume());
         assert!((read.area() / area - 1.0).abs() < share, "{name}: an area of {} for {area}", read.area());
         assert!((read.volume() - volume).abs() < share * area.powf(1.5), "{name}: {} for {volume}", read.volume());
@@ -152,7 +159,7 @@ fn superfaces_become_polygons() {
         let Method::Partition(options) = light::superfaces(pair) else { panic!("another method") };
         let outcome = run(&room, &options);
         assert_polygons("room", &outcome);
-        assert_same_surface("room", &outcome.mesh, polygons(&outcome), 1e-6);
+        assert_same_area("room", &outcome.mesh, polygons(&outcome), 1e-6);
         assert!(polygons(&outcome).len() < outcome.mesh.faces.len(), "{pair:?}: no superface is a polygon");
     }
 }

@@ -18,6 +18,7 @@ pub enum Exit {
     Limit = 6,
     Device = 7,
     NotWritten = 8,
+    FilesFailed = 9,
     Interrupted = 130,
 }
 

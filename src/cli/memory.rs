@@ -3,21 +3,10 @@
 use std::fmt;
 use std::fs;
 
+pub use coarsen::out_of_core::estimate;
+
 use super::Exit;
 use super::failure::refuse;
-
-/// Bytes a face that a job needs at its peak on the CPU, reading and writing included: 205 to 285 were measured on a
-/// million faces, by format.
-const CPU_BYTES_PER_FACE: u64 = 288;
-/// The same with an adapter, whose buffers may lie in the same memory: 470 were measured on software Vulkan.
-const GPU_BYTES_PER_FACE: u64 = 512;
-/// Bytes of the program itself, its threads, a driver, and buffers of fixed size.
-const BYTES_ALWAYS: u64 = 64 << 20;
-
-/// The bytes that a job of `faces` faces is estimated to need.
-pub fn estimate(faces: usize, on_gpu: bool) -> u64 {
-    BYTES_ALWAYS + faces as u64 * if on_gpu { GPU_BYTES_PER_FACE } else { CPU_BYTES_PER_FACE }
-}
 
 /// Refuses a job that is estimated to need more than `limit`.
 ///
@@ -40,6 +29,15 @@ pub fn peak() -> Option<u64> {
     status("VmHWM:")
 }
 
+/// The bytes that are free now, or that the limit of the container leaves; none where the system does not tell.
+pub fn available() -> Option<u64> {
+    let free = fs::read_to_string("/proc/meminfo").ok().and_then(|text| kilobytes(&text, "MemAvailable:"));
+    let bytes = |name| fs::read_to_string(name).ok()?.trim().parse::<u64>().ok();
+    let limit = bytes("/sys/fs/cgroup/memory.max");
+    let used = bytes("/sys/fs/cgroup/memory.current").unwrap_or(0);
+    free.into_iter().chain(limit.map(|limit| limit.saturating_sub(used))).min()
+}
+
 /// The bytes that are resident in this process now, where the system tells.
 pub fn resident() -> Option<u64> {
     status("VmRSS:")
@@ -47,8 +45,12 @@ pub fn resident() -> Option<u64> {
 
 /// A size of this process by its name in Linux's status file.
 fn status(name: &str) -> Option<u64> {
-    let status = fs::read_to_string("/proc/self/status").ok()?;
-    let kilobytes = status.lines().find_map(|line| line.strip_prefix(name))?;
+    kilobytes(&fs::read_to_string("/proc/self/status").ok()?, name)
+}
+
+/// The bytes of a line such as `VmRSS:  1234 kB`.
+fn kilobytes(text: &str, name: &str) -> Option<u64> {
+    let kilobytes = text.lines().find_map(|line| line.strip_prefix(name))?;
     kilobytes.trim().strip_suffix(" kB")?.parse::<u64>().ok().map(|n| n * 1024)
 }
 
@@ -82,6 +84,13 @@ mod tests {
         assert!(check(1_000_000, true, limit).is_err());
         let error = check(1_000_001, false, limit).expect_err("one face too many").to_string();
         assert_eq!(error, "1000001 faces need about 338.7 MiB, more than the memory limit of 338.7 MiB");
+    }
+
+    #[test]
+    fn what_is_free_is_plausible() {
+        if let Some(free) = available() {
+            assert!((1 << 20..1 << 50).contains(&free), "{free}");
+        }
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The method and its options, from the arguments of `simplify`.
+//! The method and its options, from the arguments.
 
 use coarsen::contract::{Feature, Weighting};
 use coarsen::polish::{Flips, Objective};
@@ -9,21 +9,32 @@ use super::failure::refuse;
 use super::values::Weld;
 use super::{args, quadrics, regions, removal};
 
+/// What the arguments of a verb say of the method.
+#[derive(Debug)]
+pub struct Asked<'a> {
+    pub shape: &'a args::Shape,
+    pub removal: &'a args::Removal,
+    pub regions: &'a args::Regions,
+    /// Cells of a grid, and whether there is an error limit: targets that say something of the method.
+    pub grid: Option<u32>,
+    pub by_error: bool,
+    pub with_log: bool,
+}
+
 /// The method that the arguments name, with its options; features are found by `feature`.
 ///
 /// # Errors
 /// Options of another method.
-pub fn method(args: &args::Simplify, feature: Feature) -> anyhow::Result<Method> {
-    let args::Simplify { shape, target, .. } = args;
+pub fn method(asked: &Asked<'_>, feature: Feature) -> anyhow::Result<Method> {
+    let &Asked { shape, grid, with_log: log, .. } = asked;
     let contract = contract(shape, feature);
-    let log = args.writing.write_log.is_some();
-    if shape.method != args::Method::Cluster && (target.grid.is_some() || shape.representative.is_some()) {
+    if shape.method != args::Method::Cluster && (grid.is_some() || shape.representative.is_some()) {
         return Err(refuse(Exit::Usage, "--grid and --representative are for --method cluster"));
     }
-    if shape.method != args::Method::Removal && removal::is_asked(&args.removal) {
+    if shape.method != args::Method::Removal && removal::is_asked(asked.removal) {
         return Err(refuse(Exit::Usage, "--fill and --feature-angle are for --method removal"));
     }
-    if !shape.method.makes_regions() && regions::is_asked(&args.regions) {
+    if !shape.method.makes_regions() && regions::is_asked(asked.regions) {
         return Err(refuse(Exit::Usage, "options of regions are for --method vsa, superface and coplanar"));
     }
     match shape.method {
@@ -40,9 +51,9 @@ pub fn method(args: &args::Simplify, feature: Feature) -> anyhow::Result<Method>
             Err(refuse(Exit::Usage, "--write-log is for --method contract: nothing else contracts"))
         }
         args::Method::Coplanar | args::Method::Superface | args::Method::Vsa => {
-            regions::options(shape.method, &args.regions, target, &contract)
+            regions::options(shape.method, asked.regions, asked.by_error, &contract)
         }
-        args::Method::Removal => removal::options(&args.removal, &contract).map(Method::Removal),
+        args::Method::Removal => removal::options(asked.removal, &contract).map(Method::Removal),
         args::Method::Cluster => {
             let flips = contract.flips;
             if contract != (contract::Options { flips, ..contract::Options::default() }) {
@@ -52,7 +63,7 @@ pub fn method(args: &args::Simplify, feature: Feature) -> anyhow::Result<Method>
             }
             Ok(Method::Cluster(cluster::Options {
                 flips,
-                grid: target.grid,
+                grid,
                 representative: match shape.representative {
                     Some(args::Representative::Quadric) | None => cluster::Representative::Quadric,
                     Some(args::Representative::Mean) => cluster::Representative::Mean,
@@ -103,6 +114,7 @@ fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
         quadrics: quadrics::stored(shape, defaults.quadrics),
         border_weight: shape.border_weight,
         lock_border: shape.lock_border,
+        locked: None,
         max_flip_rad: shape.max_flip.unwrap_or(defaults.max_flip_rad),
         join_within: shape.join_within,
         weld: match shape.weld {

@@ -4,6 +4,7 @@
 //! `devices`, whose data is for people, print a table there, and `bench` Markdown.
 
 mod args;
+mod batch;
 mod bench;
 mod compare;
 mod console;
@@ -12,8 +13,10 @@ mod failure;
 mod generated;
 mod inspect;
 mod interrupt;
+mod lod;
 mod memory;
 mod method;
+mod parts;
 mod progress;
 mod quadrics;
 mod record;
@@ -21,6 +24,8 @@ mod regions;
 mod removal;
 mod replay;
 mod resolve;
+mod sample;
+mod setup;
 mod simplify;
 mod sink;
 mod source;
@@ -42,7 +47,9 @@ pub use failure::Exit;
 /// # Errors
 /// What clap has to say: a mistake, or the help or version asked for.
 pub fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Arguments, clap::Error> {
-    Arguments::from_arg_matches(&args::command().try_get_matches_from(args)?)
+    let line: Vec<OsString> = args.into_iter().collect();
+    let arguments = Arguments::from_arg_matches(&args::command().try_get_matches_from(&line)?)?;
+    Ok(Arguments { line, ..arguments })
 }
 
 /// Prints the help asked for, or what is wrong with the arguments in the form of all other errors.
@@ -63,8 +70,11 @@ pub fn explain(answer: &clap::Error) -> ExitCode {
 pub fn run(arguments: Arguments) -> anyhow::Result<Exit> {
     match arguments.verb {
         Verb::Simplify(args) => simplify::run(resolve::simplify(&args)?),
+        Verb::Lod(args) => lod::run(&lod::Job::new(&args)?),
+        Verb::Batch(args) => batch::run(&batch::Job::new(&args, &arguments.line)?),
         Verb::Replay(args) => replay::run(&replay::Job::new(&args)?),
         Verb::Inspect(args) => inspect::run(&resolve::inspect(&args)?, args.json),
+        Verb::Sample(args) => sample::run(&args),
         Verb::Devices(args) => devices::run(args.json),
         Verb::Compare(args) => compare::run(&compare::Job::new(&args)?),
         Verb::Bench(args) => bench::run(&args),

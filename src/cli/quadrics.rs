@@ -68,10 +68,11 @@ mod tests {
 
     fn options(line: &str) -> Result<Options, String> {
         let line = format!("coarsen simplify sample:part - --format ply -f 8 {line}");
-        let Ok(Arguments { verb: Verb::Simplify(args) }) = Arguments::try_parse_from(line.split_whitespace()) else {
+        let Ok(Arguments { verb: Verb::Simplify(args), .. }) = Arguments::try_parse_from(line.split_whitespace())
+        else {
             panic!("'{line}' does not parse")
         };
-        match resolve::simplify(&args).map(|job| job.method) {
+        match resolve::simplify(&args).map(|job| job.setup.method) {
             Ok(Method::Contract(options)) => Ok(options),
             Ok(other) => panic!("{other:?}"),
             Err(error) => Err(error.to_string()),

@@ -4,8 +4,9 @@ use std::fmt;
 
 use coarsen::backend::KernelTime;
 use coarsen::metrics::Spread;
+use coarsen::out_of_core::Pass;
 use coarsen::simplify::{Blocked, Outcome, Phases, RoundRecord};
-use coarsen::{Budget, Device, Mesh, Method, StopReason, contract, metrics, partition};
+use coarsen::{Device, Mesh, Method, StopReason, contract, metrics, partition};
 use serde::Serialize;
 
 use super::resolve::Job;
@@ -38,6 +39,8 @@ pub struct Record {
     quadrics: Option<Stored>,
     /// The regions that faces were made into; null with another method.
     regions: Option<Regions>,
+    /// What was done in parts before the rounds; null where the mesh fitted the memory limit.
+    parts: Option<Parts>,
     /// Edges turned after the run.
     flips: usize,
     /// Milliseconds from mesh in memory to mesh in memory.
@@ -53,14 +56,49 @@ pub struct Record {
     pub warnings: Vec<String>,
 }
 
-#[derive(Debug, Serialize)]
-struct Deviation {
+/// How far a result is from the input.
+#[derive(Debug, Clone, Serialize)]
+pub struct Deviation {
     /// In model units.
-    estimate: f64,
+    pub estimate: f64,
     /// As a fraction of the bounding box's diagonal.
-    estimate_relative: f64,
+    pub estimate_relative: f64,
     /// With --measure.
-    measured: Option<Measured>,
+    pub measured: Option<Measured>,
+}
+
+impl Deviation {
+    /// What is estimated, and measured if it was.
+    pub fn new(estimate: f64, diagonal: f64, measured: Option<&metrics::Deviation>) -> Self {
+        Self {
+            estimate,
+            estimate_relative: if diagonal > 0.0 { estimate / diagonal } else { 0.0 },
+            measured: measured.map(Measured::from),
+        }
+    }
+}
+
+/// A run in parts.
+#[derive(Debug, Serialize)]
+struct Parts {
+    /// Of all passes.
+    count: usize,
+    /// Those before the last, which has the whole.
+    passes: Vec<Pass>,
+}
+
+/// What a record tells of the input.
+#[derive(Debug, Clone, Copy)]
+pub struct InputSize {
+    pub vertices: usize,
+    /// Of the bounding box, in model units.
+    pub diagonal: f64,
+}
+
+impl From<&Mesh> for InputSize {
+    fn from(mesh: &Mesh) -> Self {
+        Self { vertices: mesh.positions.len(), diagonal: mesh.diagonal() }
+    }
 }
 
 /// Regions of faces.
@@ -119,16 +157,25 @@ impl From<contract::QuadricRecord> for Stored {
 }
 
 /// The symmetric deviation of result and input.
-#[derive(Debug, Serialize)]
-struct Measured {
+#[derive(Debug, Clone, Serialize)]
+pub struct Measured {
     /// In model units: the Hausdorff distance, the greater mean of both sides, the greater root mean square.
-    max: f64,
+    pub max: f64,
     mean: f64,
     rms: f64,
     /// As fractions of the bounding box's diagonal.
-    max_relative: f64,
+    pub max_relative: f64,
     mean_relative: f64,
-    rms_relative: f64,
+    pub rms_relative: f64,
+}
+
+impl From<&metrics::Deviation> for Measured {
+    fn from(deviation: &metrics::Deviation) -> Self {
+        let Spread { max, mean, rms } = deviation.symmetric();
+        let relative = |length: f64| if deviation.diagonal > 0.0 { length / deviation.diagonal } else { 0.0 };
+        let [max_relative, mean_relative, rms_relative] = [max, mean, rms].map(relative);
+        Self { max, mean, rms, max_relative, mean_relative, rms_relative }
+    }
 }
 
 /// Wall-clock seconds by phase.
@@ -170,19 +217,12 @@ impl Seconds {
 
 impl Record {
     /// The record of a run that is done.
-    pub fn new(job: &Job, input: &Mesh, outcome: &Outcome, device: &Device, clocks: &Clocks) -> Self {
-        let (method, metric) = match &job.method {
-            Method::Contract(options) => (method_name(options), Some(metric_name(options.metric))),
-            Method::Cluster(_) => ("cluster", None),
-            Method::Removal(_) => ("removal", None),
-            Method::Partition(options) => (regions_name(&options.by), None),
-            _ => ("", None),
-        };
-        let diagonal = input.diagonal();
-        let estimate = outcome.error_estimate;
+    pub fn new(job: &Job, input: impl Into<InputSize>, outcome: &Outcome, device: &Device, clocks: &Clocks) -> Self {
+        let (method, metric) = words_of(&job.setup.method);
+        let InputSize { vertices, diagonal } = input.into();
         Self {
             schema: 1,
-            input: job.source.to_string(),
+            input: job.setup.source.to_string(),
             output: job.sink.to_string(),
             method,
             metric,
@@ -191,22 +231,19 @@ impl Record {
             version: env!("CARGO_PKG_VERSION"),
             faces_in: outcome.faces_in,
             faces_out: outcome.mesh.faces.len(),
-            vertices_in: input.positions.len(),
+            vertices_in: vertices,
             vertices_out: outcome.mesh.positions.len(),
-            target: counts_faces(&job.budget).then_some(outcome.target),
-            reached: is_reached(&job.budget, outcome.stop) && regions::are_reached(job, outcome),
+            target: job.budget.counts_faces().then_some(outcome.target),
+            reached: job.budget.is_reached(outcome.stop) && regions::are_reached(job, outcome),
             stop_reason: outcome.stop,
             cell_size: outcome.cell_size,
             quadrics: outcome.quadrics.map(Stored::from),
             regions: outcome.regions.as_ref().map(Regions::from),
+            parts: None,
             flips: outcome.flips,
             simplify_ms: clocks.solve * 1e3,
             blocked: outcome.blocked,
-            error: Deviation {
-                estimate,
-                estimate_relative: if diagonal > 0.0 { estimate / diagonal } else { 0.0 },
-                measured: None,
-            },
+            error: Deviation::new(outcome.error_estimate, diagonal, None),
             rounds: outcome.rounds.clone(),
             kernels: device.kernel_times(),
             seconds: Seconds::new(&outcome.seconds, clocks),
@@ -217,13 +254,14 @@ impl Record {
 
     /// The record with what was measured.
     pub fn with_measured(mut self, measured: Option<&metrics::Deviation>) -> Self {
-        self.error.measured = measured.map(|deviation| {
-            let Spread { max, mean, rms } = deviation.symmetric();
-            let relative = |length: f64| if deviation.diagonal > 0.0 { length / deviation.diagonal } else { 0.0 };
-            let [max_relative, mean_relative, rms_relative] = [max, mean, rms].map(relative);
-            Measured { max, mean, rms, max_relative, mean_relative, rms_relative }
-        });
+        self.error.measured = measured.map(Measured::from);
         self
+    }
+
+    /// The record of a run in parts.
+    pub fn with_passes(self, passes: Vec<Pass>) -> Self {
+        let count = passes.iter().map(|pass| pass.parts).sum();
+        Self { parts: Some(Parts { count, passes }), ..self }
     }
 
     /// What was missed, for `--require-target`.
@@ -293,6 +331,9 @@ impl fmt::Display for Record {
             self.seconds.write,
             self.device,
         )?;
+        if let Some(Parts { count, passes }) = &self.parts {
+            write!(f, ", {count} parts in {} passes and a last one", passes.len())?;
+        }
         if let Some(measured) = &self.error.measured {
             let [max, mean, rms] =
                 [measured.max_relative, measured.mean_relative, measured.rms_relative].map(|share| share * 100.0);
@@ -306,16 +347,14 @@ impl fmt::Display for Record {
     }
 }
 
-fn counts_faces(budget: &Budget) -> bool {
-    budget.faces.is_some() || budget.keep.is_some()
-}
-
-/// An error limit beside a face count is a limit, not the target.
-fn is_reached(budget: &Budget, stop: StopReason) -> bool {
-    match stop {
-        StopReason::FacesReached | StopReason::GridReached | StopReason::RegionsRebuilt => true,
-        StopReason::ErrorReached => !counts_faces(budget),
-        StopReason::Stuck | StopReason::Cancelled => false,
+/// What `--method` calls a method, and its metric if it has one.
+pub fn words_of(method: &Method) -> (&'static str, Option<&'static str>) {
+    match method {
+        Method::Contract(options) => (method_name(options), Some(metric_name(options.metric))),
+        Method::Cluster(_) => ("cluster", None),
+        Method::Removal(_) => ("removal", None),
+        Method::Partition(options) => (regions_name(&options.by), None),
+        _ => ("", None),
     }
 }
 
@@ -343,7 +382,8 @@ fn metric_name(metric: contract::Metric) -> &'static str {
     }
 }
 
-fn name(stop: StopReason) -> &'static str {
+/// The name of a reason in the record.
+pub fn name(stop: StopReason) -> &'static str {
     match stop {
         StopReason::FacesReached => "faces_reached",
         StopReason::ErrorReached => "error_reached",
@@ -355,7 +395,7 @@ fn name(stop: StopReason) -> &'static str {
 }
 
 /// The reasons for refusals with their counts: `, blocked by link 12, flip 3`.
-fn blocked_by(blocked: &Blocked) -> String {
+pub fn blocked_by(blocked: &Blocked) -> String {
     let Blocked { border, lock, seam, link, flip, aspect, texture, error } = *blocked;
     let reasons: Vec<String> = [
         ("border", border),
@@ -375,7 +415,7 @@ fn blocked_by(blocked: &Blocked) -> String {
 }
 
 /// The driver of the adapter that did the work: the open device tells the adapter's name and driver in one text.
-fn driver(device: &Device, worked: &str) -> Option<String> {
+pub fn driver(device: &Device, worked: &str) -> Option<String> {
     if !device.is_gpu() || worked != device.description() {
         return None;
     }
@@ -386,15 +426,6 @@ fn driver(device: &Device, worked: &str) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn an_error_limit_is_a_target_only_alone() {
-        let faces_and_error = Budget { error: Some(0.1), ..Budget::faces(8) };
-        assert!(is_reached(&Budget::error(0.1), StopReason::ErrorReached));
-        assert!(!is_reached(&faces_and_error, StopReason::ErrorReached));
-        assert!(is_reached(&faces_and_error, StopReason::FacesReached));
-        assert!(!is_reached(&Budget::error(0.1), StopReason::Stuck));
-    }
 
     #[test]
     fn stop_reasons_have_one_name() {

@@ -15,18 +15,19 @@ use super::resolve::{Job, Problems, check_beside};
 use super::sink::Sink;
 use super::source::Source;
 
-/// The options of the method that `method` names; `shared` are those of shape, as contraction would take them.
+/// The options of the method that `method` names, with an error limit or without one; `shared` are those of shape, as
+/// contraction would take them.
 ///
 /// # Errors
 /// An option that it does not have, and a goal that is missing or given twice.
 pub fn options(
     method: args::Method,
     args: &args::Regions,
-    target: &args::Target,
+    by_error: bool,
     shared: &contract::Options,
 ) -> anyhow::Result<Method> {
     let by = match method {
-        args::Method::Vsa => variational(args, target)?,
+        args::Method::Vsa => variational(args, by_error)?,
         args::Method::Superface => superfaces(args)?,
         _ => coplanar(args)?,
     };
@@ -44,8 +45,7 @@ fn coplanar(args: &args::Regions) -> anyhow::Result<By> {
     Ok(By::Coplanar(Flatness { angle_rad, ..defaults }))
 }
 
-fn variational(args: &args::Regions, target: &args::Target) -> anyhow::Result<By> {
-    let by_error = target.error.is_some() || target.error_abs.is_some();
+fn variational(args: &args::Regions, by_error: bool) -> anyhow::Result<By> {
     let goal = match (args.regions, args.energy, by_error) {
         (Some(count), None, false) => vsa::Goal::Regions(count),
         (None, Some(energy), false) => vsa::Goal::Energy(energy),
@@ -148,7 +148,7 @@ pub fn is_asked(args: &args::Regions) -> bool {
 
 /// Whether a run made the regions that were asked for: of others than variational shape approximation it always does.
 pub fn are_reached(job: &Job, outcome: &Outcome) -> bool {
-    let Method::Partition(partition::Options { by: By::Variational(variational), .. }) = &job.method else {
+    let Method::Partition(partition::Options { by: By::Variational(variational), .. }) = &job.setup.method else {
         return true;
     };
     let Some(regions) = &outcome.regions else { return true };
@@ -186,8 +186,9 @@ pub fn check_files(args: &args::Simplify, source: Option<&Source>, sink: Option<
         let name = file.display();
         problems.add(format!("--write-feature writes '{name}' as well: give --write-regions another name"));
     }
-    let beside = [source.and_then(Source::path), sink.and_then(Sink::path)];
-    check_beside("--write-regions", file, beside, args.writing.overwrite, problems);
+    let outputs: Vec<&Path> = sink.and_then(Sink::path).into_iter().collect();
+    let input = source.and_then(Source::path);
+    check_beside("--write-regions", file, input, &outputs, args.writing.overwrite, problems);
 }
 
 /// The regions of a run, as `--write-regions` writes them. Fields are only ever added under this `schema`.
@@ -238,7 +239,8 @@ impl<'a> Told<'a> {
 /// # Errors
 /// As [`formats::write_file`].
 pub fn write(job: &Job, outcome: &Outcome) -> anyhow::Result<()> {
-    let (Some(path), Some(regions), Method::Partition(options)) = (&job.write_regions, &outcome.regions, &job.method)
+    let (Some(path), Some(regions), Method::Partition(options)) =
+        (&job.write_regions, &outcome.regions, &job.setup.method)
     else {
         return Ok(());
     };
@@ -259,7 +261,15 @@ mod tests {
         let words = ["coarsen", "simplify", "in.ply", "out.ply"].into_iter().chain(line.split_whitespace());
         let matches = args::command().try_get_matches_from(words)?;
         let Verb::Simplify(args) = Arguments::from_arg_matches(&matches)?.verb else { panic!("{line}") };
-        method::method(&args, contract::Feature::default())
+        let asked = method::Asked {
+            shape: &args.shape,
+            removal: &args.removal,
+            regions: &args.regions,
+            grid: args.target.grid,
+            by_error: args.target.error.is_some() || args.target.error_abs.is_some(),
+            with_log: args.writing.write_log.is_some(),
+        };
+        method::method(&asked, contract::Feature::default())
     }
 
     fn with(by: By, triangulation: partition::Triangulation) -> Method {

@@ -3,46 +3,26 @@
 use std::f64;
 use std::path::{Path, PathBuf};
 
+use coarsen::Budget;
 use coarsen::backend::Selector;
-use coarsen::contract::Feature;
-use coarsen::formats::{Format, WriteOptions};
-use coarsen::{Budget, Method, metrics};
+use coarsen::formats::Format;
 
-use super::Exit;
-use super::args::{self, Progress};
-use super::console::Verbosity;
 use super::failure::{exit_of, message, refuse};
+use super::setup::{Setup, Shared};
 use super::sink::{Sink, same_file};
 use super::source::Source;
-use super::values::WeightSource;
-use super::{method, quadrics, regions, weights};
+use super::{Exit, args, regions};
 
 /// Everything `simplify` needs to know.
 #[derive(Debug)]
 pub struct Job {
-    pub source: Source,
+    pub setup: Setup,
     pub sink: Sink,
-    pub method: Method,
-    /// The weights that the method lacks yet.
-    pub weight: Option<WeightSource>,
     pub budget: Budget,
     pub require_target: bool,
-    pub selector: Selector,
-    pub threads: usize,
-    pub memory_limit: Option<u64>,
-    pub writing: WriteOptions,
-    /// Where the log of the contractions goes, if anywhere.
-    pub log: Option<PathBuf>,
     /// Whether regions are written as polygons, and where what they are goes, if anywhere.
     pub polygons: bool,
     pub write_regions: Option<PathBuf>,
-    /// Where to write the feature degrees of the input, and how they are found.
-    pub write_feature: Option<(PathBuf, Feature)>,
-    /// Whether to measure the result, and how.
-    pub measure: Option<metrics::Options>,
-    pub json: bool,
-    pub verbosity: Verbosity,
-    pub progress: Progress,
 }
 
 /// Makes a job of the arguments of `simplify`.
@@ -52,19 +32,10 @@ pub struct Job {
 pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
     let mut problems = Problems::default();
     let budget = problems.note(budget(&args.target, args.shape.method));
-    let feature = weights::feature(&args.weights);
-    let method = problems.note(method::method(args, feature));
-    let selector = problems.note(selector(&args.device.device));
     let pipes = [&args.input, &args.output].map(|name| name == "-");
     let format = problems.format(args.writing.format.as_deref(), pipes);
     if pipes[1] && args.writing.json {
         problems.add("standard output cannot carry both the mesh ('-') and --json: name a file");
-    }
-    if args.writing.quiet && args.writing.verbose {
-        problems.add("--quiet and --verbose contradict each other");
-    }
-    if args.writing.quiet && args.writing.progress == Progress::Json {
-        problems.add("--quiet and --progress json contradict each other");
     }
     let source = problems.source(&args.input, format);
     let sink = problems.sink(&args.output, format);
@@ -72,66 +43,48 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         let input = source.as_ref().and_then(Source::path);
         problems.note(sink.check(input, args.writing.overwrite));
     }
-    check_log(args, [source.as_ref().and_then(Source::path), sink.as_ref().and_then(Sink::path)], &mut problems);
     regions::check_files(args, source.as_ref(), sink.as_ref(), &mut problems);
-    weights::check(args, source.as_ref(), &mut problems);
-    quadrics::check(&args.shape, &mut problems);
-    let write_feature = weights::feature_sink(args, source.as_ref(), &mut problems).map(|path| (path, feature));
-    let (Some(budget), Some(method), Some(selector), Some(source), Some(sink), true) =
-        (budget, method, selector, source, sink, problems.is_empty())
-    else {
+    let outputs: Vec<&Path> = sink.as_ref().and_then(Sink::path).into_iter().collect();
+    let setup = Setup::new(shared(args), source, &outputs, &mut problems);
+    let (Some(budget), Some(setup), Some(sink), true) = (budget, setup, sink, problems.is_empty()) else {
         return Err(problems.into_error());
     };
     Ok(Job {
-        source,
+        setup,
         sink,
-        method,
-        weight: args.weights.weight.clone(),
         budget,
         require_target: args.target.require_target,
-        selector,
-        threads: args.device.threads.into(),
-        memory_limit: args.device.memory_limit,
-        writing: WriteOptions { ascii: args.writing.ascii },
-        log: args.writing.write_log.clone(),
         polygons: args.region_files.polygons,
         write_regions: args.region_files.write_regions.clone(),
-        write_feature,
-        measure: (args.writing.measure)
-            .then(|| metrics::Options { samples: args.writing.samples, ..metrics::Options::default() }),
-        json: args.writing.json,
-        verbosity: match (args.writing.quiet, args.writing.verbose) {
-            (true, _) => Verbosity::Quiet,
-            (_, true) => Verbosity::Verbose,
-            _ => Verbosity::Normal,
-        },
-        progress: args.writing.progress,
     })
 }
 
-/// Checks the file that the log goes to, which is to be none of `others`.
-fn check_log(args: &args::Simplify, others: [Option<&Path>; 2], problems: &mut Problems) {
-    let Some(log) = &args.writing.write_log else { return };
-    if args.shape.fit > 0 {
-        problems.add("--write-log and --fit contradict each other: fitted positions are in no record");
+/// The arguments that `simplify` shares with other verbs.
+pub fn shared(args: &args::Simplify) -> Shared<'_> {
+    Shared {
+        shape: &args.shape,
+        removal: &args.removal,
+        regions: &args.regions,
+        weights: &args.weights,
+        device: &args.device,
+        writing: &args.writing,
+        grid: args.target.grid,
+        by_error: args.target.error.is_some() || args.target.error_abs.is_some(),
     }
-    if args.shape.flips > 0 {
-        problems.add("--write-log and --flips contradict each other: turned edges are in no record");
-    }
-    check_beside("--write-log", log, others, args.writing.overwrite, problems);
 }
 
-/// Checks the file that `option` writes beside the output.
+/// Checks the file that `option` writes beside the outputs.
 pub fn check_beside(
     option: &str,
     file: &Path,
-    [input, output]: [Option<&Path>; 2],
+    input: Option<&Path>,
+    outputs: &[&Path],
     overwrite: bool,
     problems: &mut Problems,
 ) {
     if file.as_os_str() == "-" {
         problems.add(format!("{option} writes a file: '-' is none"));
-    } else if output.is_some_and(|output| output == file || same_file(output, file)) {
+    } else if outputs.iter().any(|&output| output == file || same_file(output, file)) {
         problems.add(format!("'{}' is the output as well: give {option} another name", file.display()));
     } else {
         problems.note(Sink::File(file.to_path_buf()).check(input, overwrite));
@@ -273,9 +226,9 @@ pub fn selector(text: &str) -> anyhow::Result<Selector> {
 #[cfg(test)]
 mod tests {
     use clap::Parser;
-    use coarsen::contract::{FeatureMode, Update, Weighting};
+    use coarsen::contract::{Feature, FeatureMode, Update, Weighting};
     use coarsen::polish::Flips;
-    use coarsen::{cluster, contract};
+    use coarsen::{Method, cluster, contract};
 
     use super::*;
     use crate::cli::args::{Arguments, Verb};
@@ -322,7 +275,7 @@ mod tests {
         let job =
             job("coarsen simplify sample:part - --format ply -f 8 --metric plane --placement endpoint --max-flip 45 \
             --weld off --prune 1% --lock-border --border-weight 2 --join-within 0.5 --texture keep");
-        let Method::Contract(options) = job.expect("a good line").method else { panic!("another method") };
+        let Method::Contract(options) = job.expect("a good line").setup.method else { panic!("another method") };
         let expected = contract::Options {
             metric: contract::Metric::Plane,
             candidates: contract::Candidates::Pairs,
@@ -331,6 +284,7 @@ mod tests {
             quadrics: contract::Quadrics::default(),
             border_weight: 2.0,
             lock_border: true,
+            locked: None,
             max_flip_rad: std::f32::consts::FRAC_PI_4,
             join_within: 0.5,
             weld: None,
@@ -346,7 +300,7 @@ mod tests {
     #[test]
     fn clustering_takes_its_own_options_only() {
         let job = |options: &str| job(&format!("coarsen simplify sample:part - --format ply {options}"));
-        let job_of = |options: &str| job(options).map(|job| (job.method, job.budget)).ok();
+        let job_of = |options: &str| job(options).map(|job| (job.setup.method, job.budget)).ok();
         let by_grid = cluster::Options {
             grid: Some(200),
             representative: cluster::Representative::Input,
@@ -369,7 +323,7 @@ mod tests {
     fn features_reach_the_engine() {
         let line = |options: &str| {
             let job = job(&format!("coarsen simplify sample:part - --format ply -f 8 {options}"));
-            job.map(|job| job.method).map_err(|error| error.to_string())
+            job.map(|job| job.setup.method).map_err(|error| error.to_string())
         };
         let preset = contract::Options::feature_weighted();
         let with =

@@ -1,7 +1,9 @@
 //! Numbers as people write them on a command line: `20k`, `10%`, `8GiB`.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
+use coarsen::batch::Shard;
 use coarsen::cluster::MOST_CELLS;
 use coarsen::metrics::{Kinds, Options, View};
 
@@ -96,6 +98,25 @@ pub fn weld(text: &str) -> Result<Weld, String> {
     }
 }
 
+/// A number above 0.
+pub fn positive(text: &str) -> Result<f64, String> {
+    number(text).ok().filter(|&n| n > 0.0).ok_or_else(|| "give a number above 0".into())
+}
+
+/// An angle of view in degrees, above 0 and below 180; the result is in radians.
+pub fn fov(text: &str) -> Result<f64, String> {
+    match number(text.strip_suffix('°').unwrap_or(text)) {
+        Ok(degrees) if degrees > 0.0 && degrees < 180.0 => Ok(degrees.to_radians()),
+        _ => Err("give degrees above 0 and below 180".into()),
+    }
+}
+
+/// A step from level to level: a fraction above 0 and below 1.
+pub fn step(text: &str) -> Result<f64, String> {
+    let step = fraction(text).ok().filter(|&step| step > 0.0 && step < 1.0);
+    step.ok_or_else(|| "give a fraction above 0 and below 1, or a percentage such as 50%".into())
+}
+
 /// A view: `DISTANCE,FOV,HEIGHT` in model units, degrees and pixels.
 pub fn view(text: &str) -> Result<View, String> {
     let numbers: Result<Vec<f64>, ()> = text.split(',').map(|part| number(part.trim())).collect();
@@ -134,6 +155,21 @@ pub fn sweeps(text: &str) -> Result<u32, String> {
             .filter(|&sweeps| sweeps <= MOST_SWEEPS)
             .ok_or_else(|| format!("give a number of sweeps up to {MOST_SWEEPS}, or 'off'")),
     }
+}
+
+/// A time in seconds, more than 0.
+pub fn seconds(text: &str) -> Result<Duration, String> {
+    match number(text.strip_suffix('s').unwrap_or(text)) {
+        Ok(seconds) if (1e-3..=1e9).contains(&seconds) => Ok(Duration::from_secs_f64(seconds)),
+        _ => Err("give seconds, such as 600".into()),
+    }
+}
+
+/// A part of all: `2/3`.
+pub fn shard(text: &str) -> Result<Shard, String> {
+    let parts = text.split_once('/').and_then(|(number, count)| Some((number.parse().ok()?, count.parse().ok()?)));
+    let shard = parts.and_then(|(number, count)| Shard::new(number, count).ok());
+    shard.ok_or_else(|| "give I/N, such as 1/3, 2/3 or 3/3".into())
 }
 
 /// Where the weights of vertices come from.
@@ -224,6 +260,16 @@ mod tests {
         assert_eq!(weight_source("./ply:x"), Ok(WeightSource::File("./ply:x".into())));
         assert_eq!(weight_source("ply:saliency"), Ok(WeightSource::Property("saliency".into())));
         assert!(weight_source("").is_err() && weight_source("ply:").is_err());
+    }
+
+    #[test]
+    fn times_and_shards() {
+        assert_eq!((seconds("1.5"), seconds("600s")), (Ok(Duration::from_millis(1500)), Ok(Duration::from_secs(600))));
+        assert_eq!(shard("2/3").ok(), Shard::new(2, 3).ok());
+        assert!(seconds("0").is_err() && seconds("-1").is_err() && seconds("1e10").is_err());
+        for text in ["", "2", "0/3", "4/3", "1/0", "a/b", "-1/3", "1/2/3"] {
+            assert!(shard(text).is_err(), "{text}");
+        }
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What vertices count: the arguments' weighting, weights from a file, and the feature degrees as a file.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use coarsen::contract::{Feature, FeatureMode, Options, Update, Weighting, feature_degrees};
 use coarsen::formats::{self, Format};
@@ -10,8 +10,8 @@ use coarsen::{Device, Mesh, Method};
 use super::Exit;
 use super::args;
 use super::failure::{at, refuse};
-use super::resolve::{Job, Problems};
-use super::sink::Sink;
+use super::resolve::{Problems, check_beside};
+use super::setup::{Setup, Shared};
 use super::source::Source;
 use super::values::WeightSource;
 
@@ -40,8 +40,8 @@ pub fn feature(args: &args::Weights) -> Feature {
 }
 
 /// Notes what contradicts itself in the arguments.
-pub fn check(args: &args::Simplify, source: Option<&Source>, problems: &mut Problems) {
-    let weights = &args.weights;
+pub fn check(args: Shared<'_>, source: Option<&Source>, problems: &mut Problems) {
+    let weights = args.weights;
     let is_feature = args.shape.method == args::Method::Feature;
     for (name, is_given) in [
         ("--feature-mode", weights.feature_mode.is_some()),
@@ -69,27 +69,32 @@ pub fn check(args: &args::Simplify, source: Option<&Source>, problems: &mut Prob
 }
 
 /// The file for the feature degrees that the arguments name.
-pub fn feature_sink(args: &args::Simplify, source: Option<&Source>, problems: &mut Problems) -> Option<PathBuf> {
+pub fn feature_sink(
+    args: Shared<'_>,
+    source: Option<&Source>,
+    outputs: &[&Path],
+    problems: &mut Problems,
+) -> Option<PathBuf> {
     let name = args.weights.write_feature.as_ref()?;
     let path = PathBuf::from(name);
     if !Format::from_path(&path).is_ok_and(|(format, _)| format == Format::Ply) {
         problems.add(format!("'{name}' is no PLY: give --write-feature a name that ends in .ply"));
         return None;
     }
-    if *name == args.output {
-        problems.add(format!("'{name}' is the output as well: give --write-feature another name"));
-    }
-    problems.note(Sink::File(path.clone()).check(source.and_then(Source::path), args.writing.overwrite));
+    let input = source.and_then(Source::path);
+    check_beside("--write-feature", &path, input, outputs, args.writing.overwrite, problems);
     Some(path)
 }
 
-/// The method of a job, with the weights that it names read.
+/// The method, with the weights that it names read.
 ///
 /// # Errors
 /// A file that cannot be read, or is no list of numbers; what the numbers are is the library's to judge.
-pub fn method(job: &Job) -> anyhow::Result<Method> {
-    let (Some(weight), Method::Contract(options)) = (&job.weight, &job.method) else { return Ok(job.method.clone()) };
-    let numbers = match (weight, job.source.path()) {
+pub fn method(setup: &Setup) -> anyhow::Result<Method> {
+    let (Some(weight), Method::Contract(options)) = (&setup.weight, &setup.method) else {
+        return Ok(setup.method.clone());
+    };
+    let numbers = match (weight, setup.source.path()) {
         (WeightSource::File(path), _) => formats::read_numbers(path).map_err(|error| at(path, error))?,
         (WeightSource::Property(name), Some(path)) => {
             formats::read_property(path, name).map_err(|error| at(path, error))?
@@ -102,15 +107,15 @@ pub fn method(job: &Job) -> anyhow::Result<Method> {
     Ok(Method::Contract(Options { weighting: Weighting::Given(weights.into()), ..options.clone() }))
 }
 
-/// Writes the feature degrees of the input, where the job says so.
+/// Writes the feature degrees of the input, where that is asked for.
 ///
 /// # Errors
 /// As [`feature_degrees`] and [`formats::write_with_property`].
-pub fn write_features(job: &Job, input: &Mesh, device: &Device) -> anyhow::Result<()> {
-    let Some((path, feature)) = &job.write_feature else { return Ok(()) };
+pub fn write_features(setup: &Setup, input: &Mesh, device: &Device) -> anyhow::Result<()> {
+    let Some((path, feature)) = &setup.write_feature else { return Ok(()) };
     let degrees =
-        feature_degrees(input, feature, device).map_err(|error| at(job.source.to_string().as_ref(), error))?;
+        feature_degrees(input, feature, device).map_err(|error| at(setup.source.to_string().as_ref(), error))?;
     let heights: Vec<f64> = degrees.iter().copied().map(f64::from).collect();
     let colored = heatmap(input, &heights, None)?;
-    Ok(device.install(|| formats::write_with_property(&colored, path, &job.writing, ("feature", &degrees)))?)
+    Ok(device.install(|| formats::write_with_property(&colored, path, &setup.writing, ("feature", &degrees)))?)
 }

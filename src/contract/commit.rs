@@ -74,7 +74,8 @@ pub struct Cancelled {
 }
 
 impl Committed {
-    fn add(&mut self, other: Self) {
+    /// Adds what was committed after it in the same round.
+    pub fn add(&mut self, other: Self) {
         self.contractions.extend(other.contractions);
         self.cancelled.extend(other.cancelled);
         self.faces_removed += other.faces_removed;
@@ -95,7 +96,8 @@ pub struct Spent {
 }
 
 impl Spent {
-    fn add(&mut self, other: Self) {
+    /// Adds what others spent.
+    pub fn add(&mut self, other: Self) {
         self.sorting += other.sorting;
         self.examining += other.examining;
         self.total += other.total;
@@ -116,6 +118,11 @@ impl Committer {
     /// For a run under these rules.
     pub fn new(rules: Rules) -> Self {
         Self { rules, deal: Deal::default(), scratch: Vec::new(), round: 0 }
+    }
+
+    /// Commits under another error limit, in the normalized frame, from here on.
+    pub fn set_max_deviation(&mut self, max_deviation: f64) {
+        self.rules.max_deviation = max_deviation;
     }
 
     /// Contracts the legal ones among `candidates` until the quota is used up; `candidates` is overwritten. A pair that

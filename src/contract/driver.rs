@@ -1,4 +1,4 @@
-//! The loop: evaluate, select, commit, compact, until the budget is met.
+//! The loop: evaluate, select, commit, compact, until every budget is met.
 
 use std::time::{Duration, Instant};
 
@@ -9,21 +9,18 @@ use crate::mesh::Mesh;
 use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord, StopReason};
 
 use super::apply::Left;
-use super::carry::MOVED_FROM;
-use super::commit::{Committed, Committer, Quota, Spent};
+use super::commit::{Committed, Committer, Spent};
 use super::evaluate::{Evaluation, Round, plane_sums};
 use super::examine::Rules;
-use super::fit::{Shape, fit};
-use super::fit_guard::Guard;
 use super::follower::Follower;
 use super::gate::Gate;
 use super::history::{History, became};
 use super::join::Joins;
+use super::levels::{Goal, Levels};
 use super::prepare::{Prepared, prepare};
 use super::quadrics::QuadricRecord;
 use super::quantize::{Storage, quantize};
 use super::record::Recorder;
-use super::restore::restore;
 use super::surface::{Start, Surface};
 use super::triangles::Triangles;
 use super::weigh::{start_weights, weigh_start};
@@ -39,93 +36,103 @@ const AUTO_FACES: usize = 100_000;
 /// A round that contracts less than this share of its candidates widens the gate of the next.
 const MEAGER: f64 = 0.05;
 /// A gate this many times wider than usual lets every pair through.
-const FULL: f64 = 64.0;
+pub const FULL: f64 = 64.0;
 
 /// Runs rounds on `device`; the calling thread belongs to its pool.
 pub fn run(
     mesh: &Mesh,
     options: &Options,
-    budget: &Budget,
+    budgets: &[Budget],
     device: &Device,
     mut progress: Option<&mut OnProgress<'_>>,
-) -> Result<Outcome> {
+) -> Result<Vec<Outcome>> {
     let clock = Instant::now();
-    let target = budget.target_faces(mesh.faces.len())?;
     let prepared = prepare(mesh, options)?;
-    let max_deviation = prepared.frame.length_to_rows(budget.max_deviation(mesh.diagonal())?);
+    let levels = Levels::new(budgets, mesh, prepared.frame)?;
     let recorder = options.log.then(|| Recorder::new(mesh, &prepared));
-    let mut run = Run { recorder, ..Run::new(prepared, options, device, max_deviation, target)? };
+    let mut run = Run { recorder, ..Run::new(mesh, prepared, options, device, levels, clock)? };
     run.seconds.build = clock.elapsed().as_secs_f64() - run.seconds.weld;
 
-    let stop = loop {
-        if run.host.face_count <= target {
-            break StopReason::FacesReached;
-        }
-        let (pairs, committed) = run.round(target)?;
+    loop {
+        let reached = run.levels.take_reached(run.host.face_count);
+        run.make(reached, StopReason::FacesReached);
+        let Some(goal) = run.levels.goal() else { break };
+        let (pairs, committed) = run.round(goal)?;
         if committed.contractions.is_empty() && run.widening >= FULL && run.of == Candidates::Triangles {
             (run.of, run.widening) = (Candidates::Pairs, 1.0);
             continue;
         }
         if committed.contractions.is_empty() && run.widening >= FULL {
-            let limited = committed.blocked.error > 0;
             run.count_locked();
-            break if limited { StopReason::ErrorReached } else { StopReason::Stuck };
+            let (ended, stop) = match committed.blocked.error > 0 {
+                true => (run.levels.take_limited(goal.max_deviation), StopReason::ErrorReached),
+                false => (run.levels.take_all(), StopReason::Stuck),
+            };
+            run.make(ended, stop);
+            run.begin_level();
+            continue;
         }
         if committed.contractions.is_empty() {
             run.widening = FULL;
         }
+        let target = run.levels.last_target;
         let now = Progress { faces: run.host.face_count, faces_in: mesh.faces.len(), target };
         if pairs > 0 && progress.as_mut().is_some_and(|report| report(now).is_break()) {
-            break StopReason::Cancelled;
+            let left = run.levels.take_all();
+            run.make(left, StopReason::Cancelled);
         }
-    };
-    if stop != StopReason::Cancelled {
-        run.fit();
     }
-    run.finish(mesh, target, stop, clock)
+    run.made.sort_unstable_by_key(|(index, _)| *index);
+    Ok(run.made.into_iter().map(|(_, outcome)| outcome).collect())
 }
 
 /// The state of a run between rounds.
-struct Run<'a> {
-    options: &'a Options,
-    device: &'a Device,
-    prepared: Prepared,
-    host: Surface,
+pub struct Run<'a> {
+    pub input: &'a Mesh,
+    pub options: &'a Options,
+    pub device: &'a Device,
+    pub prepared: Prepared,
+    pub levels: Levels,
+    /// The outcomes of those that are met, each with the number of its budget.
+    pub made: Vec<(usize, Outcome)>,
+    pub host: Surface,
     host_queue: Queue,
     evaluation: Evaluation,
     /// Where triangles are contracted.
     triangles: Option<Triangles>,
     /// In place of the evaluation: the GPU's copy.
-    follower: Option<Follower>,
-    committer: Committer,
-    rules: Rules,
+    pub follower: Option<Follower>,
+    pub committer: Committer,
+    pub rules: Rules,
     /// What rounds contract from here on.
-    of: Candidates,
-    joins: Joins,
+    pub of: Candidates,
+    pub joins: Joins,
     /// The original and what became of its vertices, for the fit.
-    history: Option<(Start, History)>,
-    recorder: Option<Recorder<'a>>,
-    quadrics: Option<QuadricRecord>,
+    pub history: Option<(Start, History)>,
+    pub recorder: Option<Recorder<'a>>,
+    pub quadrics: Option<QuadricRecord>,
     handover_faces: usize,
-    candidates: Vec<Candidate>,
+    pub candidates: Vec<Candidate>,
     /// How many times wider than usual the gate is.
-    widening: f64,
+    pub widening: f64,
     /// Greatest estimated deviation of a contraction so far, in the normalized frame.
-    deviation: f32,
-    rounds: Vec<RoundRecord>,
-    seconds: Phases,
+    pub deviation: f32,
+    pub rounds: Vec<RoundRecord>,
+    pub clock: Instant,
+    pub seconds: Phases,
     /// By queues that are gone.
-    bytes_moved: u64,
-    warnings: Vec<String>,
+    pub bytes_moved: u64,
+    pub warnings: Vec<String>,
 }
 
 impl<'a> Run<'a> {
     fn new(
+        input: &'a Mesh,
         mut prepared: Prepared,
         options: &'a Options,
         device: &'a Device,
-        max_deviation: f64,
-        target: usize,
+        levels: Levels,
+        clock: Instant,
     ) -> Result<Self> {
         let mut host_queue = device.cpu_queue();
         let start = prepared.take_start();
@@ -135,8 +142,9 @@ impl<'a> Run<'a> {
         let host = Surface::new(&mut host_queue, start, true)?;
         let triangles = Triangles::new(&host_queue, &host, options)?;
         let evaluation = Evaluation::new(device.cpu_queue(), &host, options, prepared.border_vertices > 0)?;
-        let rules = Rules::new(options, max_deviation);
+        let rules = Rules::new(options, f64::INFINITY);
         let mut run = Self {
+            input,
             options,
             device,
             committer: Committer::new(rules),
@@ -157,14 +165,17 @@ impl<'a> Run<'a> {
             widening: 1.0,
             deviation: 0.0,
             rounds: Vec::new(),
+            clock,
             bytes_moved: 0,
             warnings: std::mem::take(&mut prepared.warnings),
             prepared,
+            levels,
+            made: Vec::new(),
         };
         if options.joins() {
             run.find_joins()?;
-        } else if run.host.face_count > target {
-            run.open_follower(target, storage);
+        } else if let Some(targets) = run.levels.targets_below(run.host.face_count) {
+            run.open_follower(run.heading(targets), storage);
         }
         run.start_quadrics(storage)?;
         Ok(run)
@@ -250,70 +261,65 @@ impl<'a> Run<'a> {
     }
 
     /// Evaluates, selects, commits and compacts once; returns the live pairs there were and what was committed.
-    fn round(&mut self, target: usize) -> Result<(usize, Committed)> {
+    fn round(&mut self, goal: Goal) -> Result<(usize, Committed)> {
         let clock = Instant::now();
         let faces = self.host.face_count;
+        let heading = self.levels.targets_below(faces).map_or(goal.target, |targets| self.heading(targets));
         if faces < self.handover_faces {
             self.take_over();
         }
-        self.of = self.candidates_for(self.of, faces - target);
+        self.of = self.candidates_for(self.of, faces - heading);
         let before = self.time_moving();
-        let pairs = self.evaluate(self.gate(faces, target))?;
+        let pairs = self.evaluate(self.gate(faces, heading))?;
         let moved = self.time_moving().saturating_sub(before).as_secs_f64();
-        let on_gpu = self.follower.is_some();
         let evaluated = clock.elapsed().as_secs_f64();
+        self.seconds.cost += evaluated - moved;
         let candidates = self.candidates.len();
-        let (committed, spent) = self.commit(faces - target);
+        self.rounds.push(RoundRecord {
+            faces: faces as u64,
+            pairs: pairs as u64,
+            candidates: candidates as u64,
+            on_gpu: self.follower.is_some(),
+            ..RoundRecord::default()
+        });
+        let (committed, spent) = self.commit_levels(goal);
         let committed_at = clock.elapsed().as_secs_f64();
         let before = self.time_moving();
         if !committed.contractions.is_empty() {
             self.adapt(&committed, candidates);
-            self.compact(&committed, target)?;
+            self.compact(&committed)?;
         }
         let moved_up = self.time_moving().saturating_sub(before).as_secs_f64();
-        self.seconds.cost += evaluated - moved;
         self.seconds.transfer += moved + moved_up;
         let [select, filter, apply] = shares(spent, committed_at - evaluated);
         self.seconds.select += select;
         self.seconds.filter += filter;
         self.seconds.apply += apply + clock.elapsed().as_secs_f64() - committed_at - moved_up;
-        self.deviation = self.deviation.max(committed.deviation);
-        self.rounds.push(RoundRecord {
-            faces: faces as u64,
-            pairs: pairs as u64,
-            candidates: candidates as u64,
-            contracted: committed.contractions.len() as u64,
-            blocked: committed.blocked,
-            greatest_cost: f32::from_bits(committed.greatest_key),
-            on_gpu,
-        });
         Ok((pairs, committed))
     }
 
-    fn commit(&mut self, to_remove: usize) -> (Committed, Spent) {
-        // With every pair let through and nothing contracted, there is no later round to wait for.
-        let may_wait = self.widening < FULL;
-        let may_overshoot = self.widening >= FULL || self.prepared.border_vertices == 0;
-        let quota = Quota { faces: to_remove, of: self.of, may_overshoot };
-        let (carried, joins) = (&mut self.prepared.carried, self.joins.pairs());
-        let before = self.recorder.as_ref().map(|_| carried.origin.clone());
-        let done = self.committer.commit(&mut self.host, carried, &mut self.candidates, joins, quota, may_wait);
-        if let (Some(recorder), Some(mut before)) = (&mut self.recorder, before) {
-            recorder.record(&done.0, &mut before, carried);
-        }
-        done
+    /// The face count by which a round chooses its candidates, of the first and the last one to come: the last where a round
+    /// can meet levels on its way. What joins parts, triangles and what is to be fitted need a round's end for that.
+    pub fn heading(&self, [first, last]: [usize; 2]) -> usize {
+        let options = self.options;
+        let on_the_way = options.candidates == Candidates::Pairs && !options.joins() && options.fit == 0;
+        if on_the_way { last } else { first }
     }
 
     /// Compacts what a round leaves, and what follows it. A GPU starts the next round in the meantime.
-    fn compact(&mut self, committed: &Committed, target: usize) -> Result<()> {
+    fn compact(&mut self, committed: &Committed) -> Result<()> {
         let Committed { contractions, cancelled, faces_removed, by_first_steps, .. } = committed;
         let (of, vertices) = (self.of, self.host.vertex_count);
         let left = Left { vertices: vertices - contractions.len(), faces: self.host.face_count - faces_removed };
-        let goes_on = left.faces > target && left.faces >= self.handover_faces;
-        if goes_on {
-            self.of = self.candidates_for(of, left.faces - target);
+        if self.levels.meets(left.faces) {
+            self.begin_level();
         }
-        let next = goes_on.then(|| (self.of, self.gate(left.faces, target)));
+        let goes_on = |_: &[usize; 2]| left.faces >= self.handover_faces;
+        let next = self.levels.targets_below(left.faces).filter(goes_on).map(|targets| {
+            let target = self.heading(targets);
+            self.of = self.candidates_for(self.of, left.faces - target);
+            (self.of, self.gate(left.faces, target))
+        });
         if let Some((next_of, gate)) = next {
             self.with_gpu(|follower, _, _| match of {
                 Candidates::Pairs => follower.follow(contractions, left, next_of, gate),
@@ -390,6 +396,11 @@ impl<'a> Run<'a> {
         Gate::of_round(self.options.metric, self.of, faces, target, self.widening)
     }
 
+    /// Heads for the next level as a run that starts here would.
+    fn begin_level(&mut self) {
+        (self.of, self.widening) = (self.options.candidates, 1.0);
+    }
+
     /// Widens the gate after a round that mostly met refusals, narrows it again after a good one.
     fn adapt(&mut self, committed: &Committed, candidates: usize) {
         if (committed.contractions.len() as f64) < MEAGER * candidates as f64 {
@@ -397,73 +408,6 @@ impl<'a> Run<'a> {
         } else {
             self.widening = (self.widening / 4.0).max(1.0);
         }
-    }
-
-    /// Fits the vertices of the result to the original, where asked for: on the GPU if that evaluated a round.
-    fn fit(&mut self) {
-        let Some((original, history)) = self.history.take() else { return };
-        let clock = Instant::now();
-        let owners = history.owners(original.positions.len());
-        let (vertices, faces) = (self.host.vertex_count, self.host.face_count);
-        let shape = Shape {
-            faces: &self.host.faces.host()[..faces],
-            ring_starts: &self.host.ring_starts.host()[..=vertices],
-            ring_faces: &self.host.ring_faces.host()[..3 * faces],
-        };
-        let guard = Guard { limits: self.rules.limits };
-        let mut positions = self.host.positions.host()[..vertices].to_vec();
-        let mut left = self.options.fit;
-        let mut on = |mut queue: Queue, original: Start| {
-            fit(&mut queue, original, &owners, shape, &mut positions, &mut left, &guard)
-        };
-        let gpu = self.device.gpu_queue().filter(|_| self.rounds.iter().any(|round| round.on_gpu));
-        let on_gpu = gpu.map(|queue| on(queue, original.clone()));
-        if let Some(Err(reason)) = &on_gpu {
-            self.warnings.push(fallback(reason));
-        }
-        if !matches!(on_gpu, Some(Ok(())))
-            && let Err(reason) = on(self.device.cpu_queue(), original)
-        {
-            self.warnings.push(format!("the result is not fitted: {reason}"));
-        }
-        let moved = self.host.positions.host_mut().iter_mut().zip(positions);
-        for ((before, after), origin) in moved.zip(&mut self.prepared.carried.origin) {
-            if *before != after {
-                *before = after;
-                *origin |= MOVED_FROM;
-            }
-        }
-        self.seconds.fit = clock.elapsed().as_secs_f64();
-    }
-
-    fn finish(mut self, input: &Mesh, target: usize, stop: StopReason, clock: Instant) -> Result<Outcome> {
-        let Prepared { frame, carried, .. } = self.prepared;
-        let faces = &self.host.faces.host()[..self.host.face_count];
-        let (mesh, vertex_origin) = restore(input, frame, self.host.positions.host(), faces, carried);
-        self.seconds.total = clock.elapsed().as_secs_f64();
-        let mut device = self.device.description();
-        if self.device.is_gpu() && !self.rounds.iter().any(|round| round.on_gpu) {
-            device = self.device.cpu_description();
-        }
-        Ok(Outcome {
-            mesh,
-            vertex_origin,
-            faces_in: input.faces.len(),
-            target,
-            stop,
-            blocked: self.rounds.last().map(|round| round.blocked).unwrap_or_default(),
-            error_estimate: frame.length_to_model(f64::from(self.deviation)),
-            flips: 0,
-            cell_size: None,
-            quadrics: self.quadrics,
-            log: self.recorder.map(Recorder::into_log),
-            regions: None,
-            rounds: self.rounds,
-            seconds: self.seconds,
-            bytes_moved: self.bytes_moved + self.follower.as_ref().map_or(0, Follower::bytes_moved),
-            device,
-            warnings: self.warnings,
-        })
     }
 }
 

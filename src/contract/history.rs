@@ -28,15 +28,17 @@ impl History {
         self.rounds.push(became(contractions, new_vertex));
     }
 
-    /// For each of the `vertex_count` vertices of the start, the vertex of the end that it became part of.
-    pub fn owners(mut self, vertex_count: usize) -> Vec<u32> {
+    /// For each of the `vertex_count` vertices of the start, the vertex that it is part of by now.
+    pub fn owners(&mut self, vertex_count: usize) -> &[u32] {
         // From the last round to the first: each map is read once by the one before, so the work is that of the maps'
         // lengths, which shrink with the mesh.
-        let Some(mut owners) = self.rounds.pop() else { return (0..vertex_count as u32).collect() };
+        let mut owners = self.rounds.pop().unwrap_or_else(|| (0..vertex_count as u32).collect());
         while let Some(mut map) = self.rounds.pop() {
             map.par_iter_mut().with_min_len(CHUNK).for_each(|vertex| *vertex = owners[*vertex as usize]);
             owners = map;
         }
-        owners
+        // As one map for what follows.
+        self.rounds.push(owners);
+        &self.rounds[0]
     }
 }

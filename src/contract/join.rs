@@ -80,9 +80,9 @@ impl Joins {
 }
 
 /// Which of `count` vertices have a face.
-pub fn referenced(faces: &[Face], count: usize) -> Vec<bool> {
+pub fn referenced<'a>(faces: impl IntoIterator<Item = &'a Face>, count: usize) -> Vec<bool> {
     let mut has_face = vec![false; count];
-    faces.iter().flat_map(|face| face.corners()).for_each(|v| has_face[v as usize] = true);
+    faces.into_iter().flat_map(|face| face.corners()).for_each(|v| has_face[v as usize] = true);
     has_face
 }
 

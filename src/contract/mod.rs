@@ -1,7 +1,8 @@
 //! Pair contraction in rounds: evaluate every pair, let the cheapest through a gate, contract an independent set of them.
 //!
 //! The loop is in `driver`; its verbs are `evaluate` (on a device), `select`, `commit` (with `filter` and `placement`) and
-//! `surface` (what a round leaves, without gaps).
+//! `surface` (what a round leaves, without gaps). Where it meets a budget, `snapshot` makes an outcome, and it goes on to the
+//! next of `levels`.
 //!
 //! # Invariants
 //! - Decisions are made on the CPU, from keys that are the same bits on every device.
@@ -15,6 +16,7 @@ mod charts;
 mod commit;
 mod compact;
 mod deal;
+mod descend;
 mod driver;
 mod evaluate;
 mod examine;
@@ -26,6 +28,7 @@ mod follower;
 mod gate;
 mod history;
 mod join;
+mod levels;
 mod listing;
 mod patch;
 mod placement;
@@ -37,6 +40,7 @@ mod record;
 mod restore;
 mod scan;
 mod select;
+mod snapshot;
 mod star;
 mod surface;
 mod texture;
@@ -45,6 +49,8 @@ mod triangles;
 mod uv_kernel;
 mod weigh;
 mod weighting;
+
+use std::sync::Arc;
 
 use crate::backend::Device;
 use crate::error::{Error, Result};
@@ -144,6 +150,9 @@ pub struct Options {
     pub border_weight: f32,
     /// Whether border vertices stay where they are.
     pub lock_border: bool,
+    /// Vertices that stay where they are, one entry a vertex of the input; a joined vertex stays if any of its members
+    /// does. `None` holds nobody.
+    pub locked: Option<Arc<[bool]>>,
     /// Largest turn of a face's normal in one contraction, in radians.
     pub max_flip_rad: f32,
     /// Contract pairs of vertices without an edge too, where they lie closer than this in model units: across components,
@@ -176,6 +185,7 @@ impl Default for Options {
             quadrics: Quadrics::default(),
             border_weight: 1.0,
             lock_border: false,
+            locked: None,
             max_flip_rad: MAX_FLIP_RAD,
             join_within: 0.0,
             weld: Some(0.0),
@@ -210,6 +220,16 @@ impl Options {
     /// Whether parts may join.
     fn joins(&self) -> bool {
         self.join_within > 0.0
+    }
+
+    fn check_locked(&self, vertex_count: usize) -> Result<()> {
+        match &self.locked {
+            Some(locked) if locked.len() != vertex_count => Err(Error::Parameter(format!(
+                "{} locks for a mesh of {vertex_count} vertices: give one each",
+                locked.len()
+            ))),
+            _ => Ok(()),
+        }
     }
 
     fn check_triangles(&self) -> Result<()> {
@@ -272,21 +292,30 @@ pub fn warm_up(options: &Options, device: &Device) -> Result<()> {
         other => other.clone(),
     };
     // Lengths are of another mesh.
-    let options = Options { weighting, log: false, weld: Some(0.0), join_within: 0.0, prune: 0.0, ..options.clone() };
-    run(&sphere, &options, &Budget::keep(WARM_UP_KEEP), &device, None)?;
+    let options = Options {
+        weighting,
+        locked: None,
+        log: false,
+        weld: Some(0.0),
+        join_within: 0.0,
+        prune: 0.0,
+        ..options.clone()
+    };
+    run(&sphere, &options, &[Budget::keep(WARM_UP_KEEP)], &device, None)?;
     device.forget_kernel_times();
     Ok(())
 }
 
-/// Runs pair contraction: see [`crate::simplify()`].
+/// Runs pair contraction once, for all of `budgets`: see [`crate::simplify_levels()`].
 pub fn run(
     mesh: &Mesh,
     options: &Options,
-    budget: &Budget,
+    budgets: &[Budget],
     device: &Device,
     progress: Option<&mut OnProgress<'_>>,
-) -> Result<Outcome> {
+) -> Result<Vec<Outcome>> {
     options.check()?;
     options.weighting.check(mesh.positions.len())?;
-    device.install(|| driver::run(mesh, options, budget, device, progress))
+    options.check_locked(mesh.positions.len())?;
+    device.install(|| driver::run(mesh, options, budgets, device, progress))
 }

@@ -132,10 +132,11 @@ impl<'a> Patch<'a> {
         vertex.wrapping_sub(self.first) as usize
     }
 
-    /// What `vertex` is now, or `None` if it lies outside.
+    /// What `vertex` is now, or `None` if one of both lies outside, as after a larger patch's contraction.
     #[inline(always)]
     pub fn current(&self, vertex: u32) -> Option<u32> {
-        self.roles.get(self.local(vertex)).map(|&role| renamed(vertex, role))
+        let now = renamed(vertex, *self.roles.get(self.local(vertex))?);
+        (self.local(now) < self.len()).then_some(now)
     }
 
     /// Whether a vertex of the patch took part in no contraction of this round.

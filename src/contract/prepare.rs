@@ -73,6 +73,7 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     let weld_secs = clock.elapsed().as_secs_f64();
 
     let Arranged { vertex_source, mut faces, face_source, rings, lowest, bounds, .. } = arranged;
+    let held = options.locked.as_deref().map(|locked| held(locked, lowest.as_deref()));
     let weights = options.weighting.given(&vertex_source).unwrap_or_default();
     let mut prepared = Prepared {
         frame: Frame::new(&faces, |v| mesh.positions[vertex_source[v as usize] as usize], bounds),
@@ -96,7 +97,13 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     let Oriented { fans, warning, .. } = turn_to_agree(&mut faces, &mut prepared.carried.face_origin, &prepared.rings);
     prepared.warnings.extend(warning);
     let seams = prepared.chart(mesh, &faces, options.texture);
-    prepared.place(&mesh.positions, &faces, &fans, &seams, options);
+    prepared.place(
+        &mesh.positions,
+        &faces,
+        &fans,
+        [held.as_deref(), Some(&seams)].map(Option::unwrap_or_default),
+        options,
+    );
     prepared.faces = faces.into_iter().map(|[a, b, c]| Face { a, b, c }).collect();
     Ok(prepared)
 }
@@ -158,8 +165,15 @@ impl Prepared {
         seams
     }
 
-    /// Fills in the rows of the vertices, with their flags.
-    fn place(&mut self, input: &[DVec3], faces: &[[u32; 3]], fans: &[Fan], seams: &[bool], options: &Options) {
+    /// Fills in the rows of the vertices, with their flags. Those `held` are numbered as in the input.
+    fn place(
+        &mut self,
+        input: &[DVec3],
+        faces: &[[u32; 3]],
+        fans: &[Fan],
+        [held, seams]: [&[bool]; 2],
+        options: &Options,
+    ) {
         let Self { frame, rings, carried, .. } = &*self;
         let row = |uses: &mut Vec<EdgeUse>, (vertex, (&origin, &fan)): (usize, (&u32, &Fan))| {
             let on_border = match fan {
@@ -168,7 +182,8 @@ impl Prepared {
                 Fan::Complex => rings.edges_at(faces, vertex as u32, uses).any(|uses| uses.len() == 1),
             };
             let is_complex = fan == Fan::Complex;
-            let locked = (is_complex && !options.joins()) || (on_border && options.lock_border);
+            let is_held = held.get(origin as usize).is_some_and(|&is_held| is_held);
+            let locked = (is_complex && !options.joins()) || (on_border && options.lock_border) || is_held;
             let joined = is_complex && options.joins();
             let on_seam = seams.get(vertex).is_some_and(|&on_seam| on_seam);
             let flags = if on_border { BORDER } else { 0 }
@@ -190,6 +205,15 @@ impl Prepared {
         }
         self.positions = rows;
     }
+}
+
+/// Whether each input vertex, or any that is joined into it, is locked.
+fn held(locked: &[bool], lowest: Option<&[u32]>) -> Vec<bool> {
+    let mut held = locked.to_vec();
+    for (&onto, _) in lowest.unwrap_or_default().iter().zip(locked).filter(|(_, is_locked)| **is_locked) {
+        held[onto as usize] = true;
+    }
+    held
 }
 
 /// The mesh welded, or as it is less faces with a repeated corner.
@@ -241,6 +265,25 @@ mod tests {
         let options = Options { lock_border: true, ..Options::default() };
         let prepared = prepare(&shapes::plane(3, 2), &options).expect("a valid mesh");
         assert!(prepared.positions.iter().all(|p| (p.flags & LOCKED != 0) == (p.flags & BORDER != 0)));
+    }
+
+    #[test]
+    fn a_lock_holds_the_vertex_that_its_own_is_joined_with() {
+        // Two triangles side by side, which share no vertex until they are welded; the second's corner is locked.
+        let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        let mesh = Mesh::new(corners.map(DVec3::from).to_vec(), vec![[0, 1, 2], [3, 4, 5]]);
+        let locked = Some([false, false, false, true, false, false].into());
+        let prepared = prepare(&mesh, &Options { locked, ..Options::default() }).expect("a valid mesh");
+        let is_locked = |p: &Position| p.flags & LOCKED != 0;
+        let origins: Vec<u32> = prepared
+            .carried
+            .origin
+            .iter()
+            .zip(&prepared.positions)
+            .filter(|(_, p)| is_locked(p))
+            .map(|(&o, _)| o)
+            .collect();
+        assert_eq!((origins, prepared.positions.len()), (vec![1], 4));
     }
 
     #[test]

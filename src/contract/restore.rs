@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::kernel::contract_faces::renamed;
 use crate::kernel::rows::{Face, Position};
 use crate::math::DVec3;
 use crate::mesh::Mesh;
@@ -16,30 +17,39 @@ use super::join::referenced;
 /// Rows that a thread moves at a time.
 const ROWS: usize = 1 << 12;
 
-/// The mesh of these live rows, and the input vertex at the position of each vertex, or [`MOVED`].
+/// A surface: vertices where they are now, with the origins that they have there, faces as the round found them, and what it
+/// made of every vertex; between rounds nothing.
+#[derive(Debug, Clone, Copy)]
+pub struct Placed<'a> {
+    pub positions: &'a [Position],
+    pub origin: &'a [u32],
+    pub faces: &'a [Face],
+    pub roles: &'a [u32],
+}
+
+/// The mesh of what lives of a surface and what it carries, and the input vertex at the position of each vertex, or [`MOVED`].
 ///
-/// Vertices that lost all their faces, where parts met back to back, are left out. A vertex takes the place of the input vertex that it stands at or began as, a face that of its own: what nothing
-/// happened to comes back as it was.
-pub fn restore(
-    input: &Mesh,
-    frame: Frame,
-    positions: &[Position],
-    faces: &[Face],
-    carried: Carried,
-) -> (Mesh, Vec<u32>) {
-    let Carried { origin, normals, colors, charts, face_origin, .. } = carried;
-    let mut vertex_order = by_origin(&origin, MOVED_FROM, input.positions.len());
-    let has_face = referenced(faces, positions.len());
-    vertex_order.retain(|&v| has_face[v as usize]);
+/// Vertices that lost all their faces, where parts met back to back, are left out. A vertex takes the place of the input
+/// vertex that it stands at or began as, a face that of its own: what nothing happened to comes back as it was.
+pub fn restore(input: &Mesh, frame: Frame, placed: Placed<'_>, carried: &Carried) -> (Mesh, Vec<u32>) {
+    let Placed { positions, origin, faces, roles } = placed;
+    let Carried { normals, colors, charts, face_origin, .. } = carried;
+    let now = |face: &Face| {
+        let [a, b, c] = face.corners().map(|v| renamed(v, roles[v as usize]));
+        Face { a, b, c }
+    };
+    let faces_now: Vec<Face> = faces.par_iter().with_min_len(ROWS).map(now).collect();
+    let has_face = referenced(faces_now.iter().filter(|face| face.is_live()), positions.len());
+    let vertex_order = by_origin(origin, MOVED_FROM, input.positions.len(), |v| has_face[v]);
     let mut new_vertex = vec![0; origin.len()];
     (0..).zip(&vertex_order).for_each(|(new, &old)| new_vertex[old as usize] = new);
 
     let at = |&v: &u32| model_position(input, frame, origin[v as usize], positions[v as usize]);
     let corners = |&f: &u32| {
-        let [a, b, c] = faces[f as usize].corners().map(|v| new_vertex[v as usize]);
+        let [a, b, c] = faces_now[f as usize].corners().map(|v| new_vertex[v as usize]);
         if face_origin[f as usize] & TURNED == 0 { [a, b, c] } else { [a, c, b] }
     };
-    let face_order = by_origin(&face_origin, TURNED, input.faces.len());
+    let face_order = by_origin(face_origin, TURNED, input.faces.len(), |f| faces_now[f].is_live());
     let texcoords = |charts: &Charts| {
         let row = |&f: &u32| {
             let [a, b, c] = charts.of_face(f as usize, faces[f as usize]);
@@ -50,12 +60,12 @@ pub fn restore(
     let mesh = Mesh {
         positions: vertex_order.par_iter().with_min_len(ROWS).map(at).collect(),
         faces: face_order.par_iter().with_min_len(ROWS).map(corners).collect(),
-        normals: normals.map(|rows| take(&rows, &vertex_order)),
-        colors: colors.map(|rows| take(&rows, &vertex_order)),
+        normals: normals.as_ref().map(|rows| take(rows, &vertex_order)),
+        colors: colors.as_ref().map(|rows| take(rows, &vertex_order)),
         texcoords: charts.as_ref().map(texcoords),
         face_colors: None,
     };
-    let origin = take(&origin, &vertex_order);
+    let origin = take(origin, &vertex_order);
     (mesh, origin.into_iter().map(|origin| if origin & MOVED_FROM == 0 { origin } else { MOVED }).collect())
 }
 
@@ -65,11 +75,12 @@ pub fn model_position(input: &Mesh, frame: Frame, origin: u32, row: Position) ->
     kept.copied().unwrap_or_else(|| frame.to_model(row.xyz()))
 }
 
-/// The rows in ascending order of their origins, which differ and, less a flag, lie below `count`.
-fn by_origin(origins: &[u32], flag: u32, count: usize) -> Vec<u32> {
+/// The live rows in ascending order of their origins, which differ and, less a flag, lie below `count`.
+fn by_origin(origins: &[u32], flag: u32, count: usize, is_live: impl Fn(usize) -> bool) -> Vec<u32> {
     const NONE: u32 = u32::MAX;
     let mut rows = vec![NONE; count];
-    (0..).zip(origins).for_each(|(row, &origin)| rows[(origin & !flag) as usize] = row);
+    let live = (0..).zip(origins).filter(|&(row, _)| is_live(row as usize));
+    live.for_each(|(row, &origin): (u32, _)| rows[(origin & !flag) as usize] = row);
     rows.retain(|&row| row != NONE);
     rows
 }
@@ -94,7 +105,7 @@ mod tests {
         let rows = [moved, moved, moved, moved];
         let faces = [Face { a: 3, b: 0, c: 1 }, Face { a: 2, b: 3, c: 1 }];
         let carried = Carried {
-            origin: vec![3 | MOVED_FROM, 2, 0, 1],
+            origin: Vec::new(),
             normals: Some(vec![Vec3::NEG_X, Vec3::Z, Vec3::X, Vec3::Y]),
             colors: None,
             charts: None,
@@ -102,7 +113,8 @@ mod tests {
             weights: Vec::new(),
             face_origin: vec![1 | TURNED, 0],
         };
-        let (mesh, origin) = restore(&input, frame, &rows, &faces, carried);
+        let placed = Placed { positions: &rows, origin: &[3 | MOVED_FROM, 2, 0, 1], faces: &faces, roles: &[0; 4] };
+        let (mesh, origin) = restore(&input, frame, placed, &carried);
         let expected = Mesh { positions: [&corners[..3], &[DVec3::splat(2.0)]].concat(), ..input };
         assert_eq!(mesh, expected);
         assert_eq!(origin, [0, 1, 2, MOVED]);

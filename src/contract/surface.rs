@@ -35,7 +35,7 @@ pub struct Surface {
 }
 
 /// The start of a run, in host memory.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Start {
     pub positions: Vec<Position>,
     pub faces: Vec<Face>,

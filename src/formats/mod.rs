@@ -29,9 +29,11 @@ mod input;
 mod obj;
 mod off;
 mod output;
+mod pieces;
 mod ply;
 mod polygon;
 mod property;
+mod scratch;
 mod stl;
 mod text;
 
@@ -43,7 +45,11 @@ use crate::mesh::Mesh;
 use faces::Faces;
 
 pub use faces::{write_polygons, write_polygons_to};
+pub(crate) use output::is_temporary_of;
+pub use pieces::write_pieces;
+pub(crate) use ply::{Rows, Stream};
 pub use property::{read_numbers, read_property, write_with_property};
+pub(crate) use scratch::{Scratch, ScratchFile};
 
 /// A mesh file format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -254,6 +260,25 @@ pub fn write(mesh: &Mesh, path: &Path, options: &WriteOptions) -> Result<()> {
     let (format, compression) = Format::from_path(path)?;
     mesh.check()?;
     output::atomically(path, |file| output::compressed(file, compression, |out| encode(mesh, format, options, out)))
+        .map_err(|source| Error::Write { path: path.to_path_buf(), source })
+}
+
+/// Writes faces that share the vertices of `mesh` to the OBJ file at `path`, an object for each name, as atomically as
+/// [`write()`]. The faces and texture coordinates of `mesh` itself are left out.
+///
+/// # Errors
+/// As [`write()`]; [`Error::Unsupported`] for another format, [`Error::Mesh`] for a corner that is no vertex.
+pub fn write_objects(mesh: &Mesh, objects: &[(String, &[[u32; 3]])], path: &Path) -> Result<()> {
+    let (format, compression) = Format::from_path(path)?;
+    if format != Format::Obj {
+        return Err(Error::Unsupported(format!("several objects in {}: write them as OBJ", format.name())));
+    }
+    mesh.check()?;
+    let count = mesh.positions.len();
+    if objects.iter().any(|(_, faces)| faces.as_flattened().iter().any(|&corner| corner as usize >= count)) {
+        return Err(Error::Mesh(format!("a face of an object has a corner that is none of the {count} vertices")));
+    }
+    output::atomically(path, |file| output::compressed(file, compression, |out| obj::write_objects(mesh, objects, out)))
         .map_err(|source| Error::Write { path: path.to_path_buf(), source })
 }
 

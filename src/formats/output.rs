@@ -47,6 +47,14 @@ fn create_beside(path: &Path) -> io::Result<(File, PathBuf)> {
     }
 }
 
+/// The name of the file that a temporary one of [`atomically`] was to become: `x.ply` of `.x.ply.4711-0.tmp`.
+pub fn is_temporary_of(name: &str) -> Option<&str> {
+    let (output, numbers) = name.strip_prefix('.')?.strip_suffix(".tmp")?.rsplit_once('.')?;
+    let (process, serial) = numbers.split_once('-')?;
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    (!output.is_empty() && is_number(process) && is_number(serial)).then_some(output)
+}
+
 /// Calls `write` with a stream that compresses into `file`, and completes it.
 pub(super) fn compressed(
     file: &mut File,

@@ -35,6 +35,16 @@ impl View {
     pub fn pixels(&self, length: f64) -> f64 {
         length * self.height / (2.0 * self.distance * (self.fov_rad / 2.0).tan())
     }
+
+    /// The length in model units that covers so many pixels at the view's distance.
+    pub fn length(&self, pixels: f64) -> f64 {
+        pixels * 2.0 * self.distance * (self.fov_rad / 2.0).tan() / self.height
+    }
+
+    /// The distance from which on `length` covers at most so many pixels, whatever the view's own is.
+    pub fn distance_for(&self, length: f64, pixels: f64) -> f64 {
+        self.distance * self.pixels(length) / pixels
+    }
 }
 
 #[cfg(test)]
@@ -51,6 +61,15 @@ mod tests {
         let far = View { distance: 10.0, ..WIDE };
         assert!((far.pixels(0.01) - 0.5).abs() < 1e-12);
         assert_eq!(WIDE.pixels(0.0), 0.0);
+    }
+
+    #[test]
+    fn lengths_and_distances_lead_back() {
+        assert!((WIDE.length(2.0) - 0.02).abs() < 1e-12);
+        assert!((WIDE.pixels(WIDE.length(3.5)) - 3.5).abs() < 1e-9);
+        // Twice as far for half the pixels; nothing off is seen from nowhere.
+        assert!((WIDE.distance_for(0.01, 0.5) - 10.0).abs() < 1e-9);
+        assert_eq!(WIDE.distance_for(0.0, 1.0), 0.0);
     }
 
     #[test]

@@ -34,6 +34,7 @@ mod rings;
 mod sum;
 
 pub use replay::Replay;
+pub(crate) use sum::of_bytes as sum_of_bytes;
 
 use crate::error::{Error, Place, Result};
 use crate::math::{DVec3, Vec3};

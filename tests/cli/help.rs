@@ -12,8 +12,11 @@ fn help_is_as_recorded() {
         ("coarsen", "--help"),
         ("simplify-short", "simplify -h"),
         ("simplify", "simplify --help"),
+        ("lod", "lod --help"),
+        ("batch", "batch --help"),
         ("replay", "replay --help"),
         ("inspect", "inspect --help"),
+        ("sample", "sample --help"),
         ("devices", "devices --help"),
         ("bench", "bench --help"),
         ("compare", "compare --help"),
@@ -38,6 +41,10 @@ fn help_fits_a_terminal() {
         "-h",
         "simplify -h",
         "simplify --help",
+        "lod -h",
+        "lod --help",
+        "batch -h",
+        "batch --help",
         "replay -h",
         "replay --help",
         "inspect --help",
@@ -62,12 +69,14 @@ fn small(example: &str) -> String {
     let shrink = |word: &str| match word.strip_prefix("sample:") {
         Some(name) => format!("sample:{}@1k", name.split('@').next().unwrap_or_default()),
         None if word.starts_with("100k,") => "1k,2k".to_string(),
-        None => word.to_string(),
+        None => word.replace('\'', ""),
     };
     let words: Vec<String> = line.split_whitespace().map(shrink).collect();
     let options = match words[0].as_str() {
-        "simplify" => " -g cpu -w",
+        "simplify" | "lod" => " -g cpu -w",
         "replay" => " -w",
+        "batch" if line.contains("--resume") => " -g cpu",
+        "batch" => " -g cpu -w",
         "compare" => " -g cpu",
         "bench" if line.contains("--papers") => " --repeats 1",
         "bench" if words.len() == 1 => " sample:part@1k -g cpu,gpu --repeats 1 --samples 1k",
@@ -81,9 +90,17 @@ fn small(example: &str) -> String {
 #[test]
 fn examples_run() {
     let dir = Dir::new();
+    // Of the examples with files of one's own.
+    fs::create_dir(dir.path("scans")).expect("a folder");
+    for file in ["scans/a.ply", "scans/b.stl"] {
+        dir.run(&format!("simplify sample:part@1k {file} -r 50% -g cpu")).succeeds();
+    }
+    dir.file("jobs.jsonl", "{\"input\": \"scans/a.ply\"}\n");
     let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("README.md");
     let mut texts = vec![readme.replace("cargo run --release -- ", "coarsen ")];
-    for verb in ["", "simplify", "replay", "inspect", "devices", "bench", "compare", "completions", "man"] {
+    let verbs =
+        ["", "simplify", "lod", "batch", "replay", "inspect", "devices", "bench", "compare", "completions", "man"];
+    for verb in verbs {
         texts.push(String::from_utf8(dir.run(&format!("{verb} --help")).succeeds().out).expect("help in UTF-8"));
     }
     let examples: Vec<&str> = (texts.iter().flat_map(|text| text.lines()))

@@ -1,9 +1,11 @@
 //! The program from end to end: help, exit codes, messages, pipes, files that must not be touched.
 
+mod batch;
 mod bench;
 mod compare;
 mod errors;
 mod help;
+mod lod;
 mod output;
 mod regions;
 mod replay;

@@ -110,3 +110,75 @@ fn a_reader_that_leaves_is_no_error() {
         assert!(ran.err.is_empty(), "{line}: {}", ran.err);
     }
 }
+
+#[test]
+fn a_mesh_above_the_memory_limit_is_done_in_parts() {
+    let dir = Dir::new();
+    dir.run("sample statue@300k in.ply").succeeds();
+    let record = dir.run("simplify in.ply out.ply -f 3k -g cpu --memory-limit 120MiB --json").succeeds().json();
+    assert_eq!((&record["faces_out"], &record["stop_reason"]), (&3000.into(), &"faces_reached".into()));
+    let parts = &record["parts"];
+    assert!(parts["count"].as_u64() >= Some(6), "{parts}");
+    assert_eq!(parts["passes"].as_array().map(Vec::len), Some(1), "{parts}");
+    assert!(record["peak_memory"].as_u64() <= Some(120 << 20), "{}", record["peak_memory"]);
+    let found = dir.run("inspect out.ply --json").succeeds().json();
+    assert_eq!(
+        (&found["stored"]["faces"], &found["stored"]["border_edges"], &found["stored"]["genus"]),
+        (&3000.into(), &0.into(), &0.into()),
+        "{found}"
+    );
+
+    let whole = dir.run("simplify in.ply whole.ply -f 3k -g cpu --memory-limit 1GiB --json").succeeds().json();
+    assert!(whole["parts"].is_null());
+    assert_eq!(dir.files(), ["in.ply", "out.ply", "whole.ply"]);
+}
+
+#[test]
+fn what_parts_cannot_do_is_refused_before_the_work() {
+    let dir = Dir::new();
+    dir.run("sample statue@300k in.ply").succeeds();
+    for (options, reason) in [
+        ("-f 3k --memory-limit 120MiB --measure", "--measure needs the whole mesh in memory"),
+        ("-f 3k --memory-limit 120MiB --method cluster", "only contraction works in parts"),
+        ("-f 3k --memory-limit 120MiB --texture keep", "keeping texture coordinates needs the whole mesh in memory"),
+        ("-f 3k --memory-limit 90MiB", "need at least"),
+        ("-f 200k --memory-limit 120MiB", "need at least"),
+    ] {
+        dir.run(&format!("simplify in.ply out.ply -g cpu {options}")).fails(6, &["'in.ply'", reason]);
+    }
+    dir.run("simplify in.ply out.ply -f 3k -g cpu --memory-limit 120MiB --temp-dir none").fails(8, &["'none'"]);
+    assert_eq!(dir.files(), ["in.ply"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_run_in_parts_leaves_nothing_behind_when_it_is_killed() {
+    let dir = Dir::new();
+    dir.run("sample statue@300k in.ply").succeeds();
+    for (signal, code) in [("-KILL", None), ("-INT", Some(130))] {
+        let line = "simplify in.ply out.ply -f 3k -g cpu -j 1 --memory-limit 120MiB --progress json";
+        let mut child = dir.command(line).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("the program");
+        let mut messages = BufReader::new(child.stderr.take().expect("its messages"));
+        let mut first = String::new();
+        messages.read_line(&mut first).expect("a line");
+        assert!(first.starts_with("{\"faces\":"), "{first}");
+        let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().expect("kill");
+        assert!(sent.success());
+        let mut rest = String::new();
+        messages.read_to_string(&mut rest).expect("messages");
+        assert_eq!(child.wait().expect("its end").code(), code, "{rest}");
+        assert_eq!(dir.files(), ["in.ply"], "{signal}");
+    }
+}
+
+#[test]
+fn samples_are_written() {
+    let dir = Dir::new();
+    dir.run("sample part@2k part.stl").succeeds();
+    dir.run("simplify sample:part@2k same.stl -r 1 -g cpu").succeeds();
+    assert!(fs::read(dir.path("part.stl")).expect("a file") == fs::read(dir.path("same.stl")).expect("a file"));
+    dir.run("sample part@2k part.stl").fails(8, &["'part.stl' exists: give -w to replace it"]);
+    dir.run("sample horse horse.ply").fails(2, &["no sample 'horse'"]);
+    dir.run("sample part part.xyz").fails(5, &["'.xyz'"]);
+    assert_eq!(dir.files(), ["part.stl", "same.stl"]);
+}

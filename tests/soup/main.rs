@@ -80,6 +80,7 @@ fn options(random: &mut Random, vertices: usize) -> Options {
         quadrics: quadrics(random, metric),
         border_weight: pick(random, &[0.0, 1.0, 1e-30, 1e6]),
         lock_border: below(random, 4) == 0,
+        locked: None,
         join_within,
         fit: if join_within > 0.0 { 0 } else { below(random, 3) as u32 },
         flips: flips(random),

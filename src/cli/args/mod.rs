@@ -2,25 +2,33 @@
 //!
 //! Parsing touches no file. A doc comment's first line is the short help, all of it the long help.
 
+mod batch;
 mod bench;
 mod compare;
+mod lod;
 mod regions;
 mod removal;
 mod replay;
+mod sample;
 mod simplify;
 mod weights;
+
+use std::ffi::OsString;
 
 use clap::{Args, Command, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 
+pub use batch::{Batch, Each, Levels as BatchLevels};
 pub use bench::{Bench, Job as BenchJob};
 pub use compare::{Compare, Up};
+pub use lod::{Levels, Lod, Screen};
 pub use regions::{RegionFiles, Regions, Solver, Triangulation};
 pub use removal::{Fill, Removal};
 pub use replay::Replay;
+pub use sample::Sample;
 pub use simplify::{
-    Candidates, FlipBy, Method, Metric, Placement, Progress, QuadricFormat, QuadricFrame, Representative, Shape,
-    Simplify, Target, Texture,
+    Candidates, Device, FlipBy, Method, Metric, Placement, Progress, QuadricFormat, QuadricFrame, Representative,
+    Shape, Simplify, Target, Texture, Writing,
 };
 pub use weights::{FeatureMode, FeatureUpdate, Weights};
 
@@ -30,6 +38,9 @@ pub use weights::{FeatureMode, FeatureUpdate, Weights};
 pub struct Arguments {
     #[command(subcommand)]
     pub verb: Verb,
+    /// The whole line as it was given, the program's name first.
+    #[arg(skip)]
+    pub line: Vec<OsString>,
 }
 
 /// The definition, with long texts broken into lines.
@@ -67,8 +78,11 @@ fn wrapped(text: &str, width: usize) -> String {
 #[derive(Debug, Subcommand)]
 pub enum Verb {
     Simplify(Box<Simplify>),
+    Lod(Box<Lod>),
+    Batch(Box<Batch>),
     Replay(Replay),
     Inspect(Inspect),
+    Sample(Sample),
     Compare(Box<Compare>),
     Devices(Devices),
     Bench(Bench),
@@ -133,6 +147,8 @@ pub struct Completions {
 const EXAMPLES: &str = "\
 Examples:
   coarsen simplify sample:statue out.ply --faces 20000
+  coarsen lod sample:statue statue-{level}.ply --ratios 50%,10%,1%
+  coarsen batch scans -d out --ratios 50%,10%,1%
   coarsen inspect sample:part
   coarsen compare sample:statue@100k sample:statue@10k
   coarsen bench sample:statue@100k --device cpu,software

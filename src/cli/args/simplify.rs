@@ -101,7 +101,7 @@ pub struct Target {
     pub require_target: bool,
 }
 
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Shape")]
 pub struct Shape {
     /// Contract, cluster, removal …
@@ -259,12 +259,22 @@ pub struct Device {
     #[arg(short = 'j', long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1024))]
     pub threads: u16,
 
-    /// Refuse jobs that need more memory: 8GiB
+    /// Work in parts above this, or refuse: 8GiB
     ///
-    /// Refuses the job with code 6, once the input is read, when it is estimated to need more memory than this. The
-    /// estimate is 64 MiB and 288 bytes for every face of the input, 512 on an adapter.
+    /// Keeps the memory below this. A mesh that is estimated to need more, 64 MiB and 288 bytes for every face, is
+    /// simplified in parts where it is a binary PLY of triangles: parts are reduced to one error limit, put together
+    /// without cracks, and reduced as a whole to the target. The target must fit: 820 bytes for each of its faces. Any
+    /// other job is refused with code 6, once the input is read. On an adapter 512 bytes are needed for every face; where
+    /// these are too many, the CPU does the work. The result depends on the limit, and on no device or thread.
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
     pub memory_limit: Option<u64>,
+
+    /// Folder for parts that do not fit the memory limit
+    ///
+    /// Where --memory-limit asks for parts, they are kept in files in this folder: 12 bytes a face and what is left of
+    /// them. Without it they are beside the output. The files have no name and are gone whenever the program ends.
+    #[arg(long, value_name = "DIR")]
+    pub temp_dir: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -12,6 +12,6 @@ mod read;
 mod write;
 
 pub(super) use read::read;
-pub(super) use write::write;
+pub(super) use write::{write, write_objects};
 
 const FORMAT: &str = "OBJ";

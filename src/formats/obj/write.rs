@@ -1,4 +1,4 @@
-//! Writes OBJ: `v x y z [r g b]`, `vt u v`, `vn x y z`, `f v/vt/vn …` or less.
+//! Writes OBJ: `v x y z [r g b]`, `vt u v`, `vn x y z`, `o name`, `f v/vt/vn …` or less.
 
 use std::io::{self, Write};
 
@@ -11,7 +11,28 @@ use crate::mesh::Mesh;
 
 /// Writes OBJ text. Alpha is dropped.
 pub(in crate::formats) fn write(mesh: &Mesh, faces: Faces<'_>, out: &mut dyn Write) -> io::Result<()> {
-    writeln!(out, "# {} vertices, {} faces, written by coarsen", mesh.positions.len(), faces.len())?;
+    let texture = faces.texcoords(mesh).map(Texture::of);
+    write_vertices(mesh, faces.len(), texture.as_ref(), out)?;
+    write_faces(mesh, faces, texture.as_ref(), out)
+}
+
+/// Writes OBJ text with an object for each name, of faces that share the vertices of `mesh`. Texture coordinates are left
+/// out, and faces of the mesh itself.
+pub(in crate::formats) fn write_objects(
+    mesh: &Mesh,
+    objects: &[(String, &[[u32; 3]])],
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    write_vertices(mesh, objects.iter().map(|(_, faces)| faces.len()).sum(), None, out)?;
+    for (name, faces) in objects {
+        writeln!(out, "o {name}")?;
+        write_faces(mesh, Faces::Triangles(faces), None, out)?;
+    }
+    Ok(())
+}
+
+fn write_vertices(mesh: &Mesh, faces: usize, texture: Option<&Texture>, out: &mut dyn Write) -> io::Result<()> {
+    writeln!(out, "# {} vertices, {faces} faces, written by coarsen", mesh.positions.len())?;
     output::rows(out, mesh.positions.len(), |vertex, buffer| {
         buffer.push(b'v');
         output::push_floats(buffer, &mesh.positions[vertex].to_array());
@@ -21,8 +42,7 @@ pub(in crate::formats) fn write(mesh: &Mesh, faces: Faces<'_>, out: &mut dyn Wri
         }
         buffer.push(b'\n');
     })?;
-    let texture = faces.texcoords(mesh).map(Texture::of);
-    if let Some(texture) = &texture {
+    if let Some(texture) = texture {
         output::rows(out, texture.coordinates.len(), |at, buffer| {
             buffer.extend_from_slice(b"vt");
             output::push_floats(buffer, &texture.coordinates[at].to_array());
@@ -36,12 +56,16 @@ pub(in crate::formats) fn write(mesh: &Mesh, faces: Faces<'_>, out: &mut dyn Wri
             buffer.push(b'\n');
         })?;
     }
+    Ok(())
+}
+
+fn write_faces(mesh: &Mesh, faces: Faces<'_>, texture: Option<&Texture>, out: &mut dyn Write) -> io::Result<()> {
     output::rows(out, faces.len(), |face, buffer| {
         buffer.push(b'f');
         for (i, corner) in faces.corners(face).iter().enumerate() {
             buffer.push(b' ');
             output::push_integer(buffer, corner + 1);
-            if let Some(texture) = &texture {
+            if let Some(texture) = texture {
                 buffer.push(b'/');
                 output::push_integer(buffer, texture.corners[face][i] + 1);
             }

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::FORMAT;
 use super::face::{FaceLayout, Faces};
+use super::fixed::{TriangleRow, fields};
 use super::header::{Element, Header, Kind, Role};
 use super::scalar::{Order, Scalar};
 use super::vertex::{VertexLayout, Vertices, normal, texcoord};
@@ -107,15 +108,7 @@ fn read_vertices(cursor: &mut Cursor<'_>, element: &Element, layout: &VertexLayo
     let start = cursor.at;
     let Some(row_bytes) = element.row_bytes() else { return walk_vertices(cursor, element, layout) };
     let rows = cursor.take_rows(element, row_bytes)?;
-    let fields: Vec<(usize, Scalar)> = element
-        .properties
-        .iter()
-        .scan(0, |offset, property| {
-            let Kind::Scalar(scalar) = property.kind else { return None };
-            *offset += scalar.size();
-            Some((*offset - scalar.size(), scalar))
-        })
-        .collect();
+    let fields = fields(element);
     let order = cursor.order;
     let value = |row: &[u8], place: usize| {
         let (offset, scalar) = fields[place];
@@ -170,78 +163,49 @@ fn read_faces(cursor: &mut Cursor<'_>, element: &Element, layout: &FaceLayout, m
         return walk_faces(cursor, element, layout, mesh);
     };
     let (order, vertex_count) = (cursor.order, mesh.positions.len());
-    let (corners_at, item) = triangles.corners;
-    let rows = || triangles.rows.par_chunks_exact(triangles.row_bytes).with_min_len(LEAST_ROWS);
-    let corner = |row: &[u8], i: usize| item.decode_index(&row[corners_at + i * item.size()..], order);
-    mesh.faces = rows().map(|row| std::array::from_fn(|i| corner(row, i))).collect();
+    let Triangles { rows: bytes, row: triangle } = &triangles;
+    let row_bytes = triangle.bytes;
+    let rows = || bytes.par_chunks_exact(row_bytes).with_min_len(LEAST_ROWS);
+    mesh.faces = rows().map(|row| triangle.corners(row, order)).collect();
     let out_of_range = |face: &[u32; 3]| face.iter().any(|&vertex| vertex as usize >= vertex_count);
     if let Some(face) = mesh.faces.par_iter().with_min_len(LEAST_ROWS).position_first(out_of_range) {
-        cursor.at += face * triangles.row_bytes;
-        let row = &triangles.rows[face * triangles.row_bytes..];
+        cursor.at += face * row_bytes;
+        let row = &bytes[face * row_bytes..];
+        let (corners_at, item) = triangle.corners;
         let found: [f64; 3] = std::array::from_fn(|i| item.decode(&row[corners_at + i * item.size()..], order));
         return Err(bad_corners(cursor, &found, vertex_count));
     }
-    if let Some((at, item)) = triangles.texcoords {
+    if let Some((at, item)) = triangle.texcoords {
         let number = |row: &[u8], i: usize| item.decode(&row[at + i * item.size()..], order);
         let pair = |row: &[u8], i: usize| attributes::texcoord(number(row, 2 * i), number(row, 2 * i + 1));
         mesh.texcoords = Some(rows().map(|row| std::array::from_fn(|i| pair(row, i))).collect());
     }
     mesh.face_colors = layout.color.as_ref().map(|color| {
         let value = |row: &[u8], place: usize| {
-            let (at, scalar) = triangles.scalars[place];
+            let (at, scalar) = triangle.scalars[place];
             scalar.decode(&row[at..], order)
         };
         rows().map(|row| color.color(|place| value(row, place))).collect()
     });
-    cursor.at += triangles.rows.len();
+    cursor.at += bytes.len();
     Ok(())
 }
 
-/// Rows of one size, each a triangle: where the items of its lists, and its numbers, start in a row, and their type.
+/// Rows of one size, each a triangle.
 struct Triangles<'a> {
     rows: &'a [u8],
-    row_bytes: usize,
-    corners: (usize, Scalar),
-    texcoords: Option<(usize, Scalar)>,
-    /// Of every property; lists have one too, which means nothing.
-    scalars: Vec<(usize, Scalar)>,
+    row: TriangleRow,
 }
 
 impl<'a> Triangles<'a> {
-    /// The rows, when every one has three corners, the texture coordinates of all if any, and no other list.
-    ///
-    /// Whether all are triangles is only known by looking: a row's size follows from the rows before it.
+    /// The rows, when every one is a triangle: that is only known by looking.
     fn of(cursor: &Cursor<'a>, element: &Element, layout: &FaceLayout) -> Option<Self> {
-        let mut row_bytes = 0;
-        let mut lists: [Option<(usize, Scalar)>; 2] = [None; 2];
-        let mut lengths = Vec::new();
-        let mut scalars = Vec::new();
-        for (place, property) in element.properties.iter().enumerate() {
-            match property.kind {
-                Kind::Scalar(scalar) => {
-                    scalars.push((row_bytes, scalar));
-                    row_bytes += scalar.size();
-                }
-                Kind::List { length, item } => {
-                    scalars.push((row_bytes, length));
-                    let (list, count) = match place {
-                        place if place == layout.corners => (0, 3),
-                        place if layout.texcoords == Some(place) => (1, 6),
-                        _ => return None,
-                    };
-                    lengths.push((row_bytes, length, count));
-                    lists[list] = Some((row_bytes + length.size(), item));
-                    row_bytes += length.size() + count as usize * item.size();
-                }
-            }
-        }
-        let bytes = usize::try_from(element.count).ok()?.checked_mul(row_bytes)?;
+        let row = TriangleRow::of(element, layout)?;
+        let bytes = usize::try_from(element.count).ok()?.checked_mul(row.bytes)?;
         let rows = cursor.bytes[cursor.at..].get(..bytes)?;
-        let is_triangle = |row: &[u8]| {
-            lengths.iter().all(|&(at, length, count)| length.decode_index(&row[at..], cursor.order) == count)
-        };
-        let triangles = rows.par_chunks_exact(row_bytes).with_min_len(LEAST_ROWS).all(is_triangle);
-        triangles.then_some(Self { rows, row_bytes, corners: lists[0]?, texcoords: lists[1], scalars })
+        let is_triangle = |bytes: &[u8]| row.is_triangle(bytes, cursor.order);
+        let triangles = rows.par_chunks_exact(row.bytes).with_min_len(LEAST_ROWS).all(is_triangle);
+        triangles.then_some(Self { rows, row })
     }
 }
 

@@ -82,6 +82,11 @@ impl Element {
 impl Header {
     /// Parses the header and checks that the bytes after it can hold what it promises.
     pub(super) fn parse(bytes: &[u8]) -> Result<Self> {
+        Self::parse_start(bytes, bytes.len() as u64)
+    }
+
+    /// The same of the first `bytes` of a file of `file_bytes`, which hold the header.
+    pub(super) fn parse_start(bytes: &[u8], file_bytes: u64) -> Result<Self> {
         let body_start = header_bytes(bytes);
         // Comments may hold file names in any encoding.
         let text = String::from_utf8_lossy(&bytes[..body_start]);
@@ -108,7 +113,7 @@ impl Header {
             lines: lines.number,
         };
         header.check_elements()?;
-        header.check_room((bytes.len() - body_start) as u64)?;
+        header.check_room(file_bytes - body_start as u64)?;
         Ok(header)
     }
 
@@ -152,11 +157,12 @@ impl Header {
     }
 }
 
+/// Far more than any header has.
+pub(super) const MOST_HEADER_BYTES: usize = 1 << 20;
+
 /// The bytes up to the end of the line 'end_header', or those of a text that may be a header without its end.
 fn header_bytes(bytes: &[u8]) -> usize {
-    /// Far more than any header has.
-    const GREATEST: usize = 1 << 20;
-    let head = &bytes[..bytes.len().min(GREATEST)];
+    let head = &bytes[..bytes.len().min(MOST_HEADER_BYTES)];
     let mut lines = Lines::after(0, head);
     for line in lines.by_ref() {
         if line.trim_ascii_end() == b"end_header" {

@@ -22,13 +22,16 @@ mod ascii;
 mod binary;
 mod color;
 mod face;
+mod fixed;
 mod header;
 mod property;
 mod scalar;
+mod stream;
 mod vertex;
 mod write;
 
 pub(super) use property::read_property;
+pub(crate) use stream::{Rows, Stream};
 pub(super) use write::write;
 
 use self::header::{Body, Header};

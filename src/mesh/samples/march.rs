@@ -17,7 +17,7 @@ pub struct Lattice {
 }
 
 /// Cells along the side of a block: the unit of work.
-const BLOCK: u32 = 8;
+pub const BLOCK: u32 = 8;
 /// Cells along the side of a part of a block that is skipped when the surface is too far away.
 const PART: u32 = 4;
 const POINTS: u32 = BLOCK + 1;
@@ -31,7 +31,11 @@ impl Lattice {
     ///
     /// `field` must be positive on the cube's sides and change by at most 1.7 a unit of length.
     pub fn surface(&self, field: &(impl Fn(DVec3) -> f64 + Sync)) -> Mesh {
-        let blocks = self.blocks(field);
+        self.surface_in(&self.blocks(field), field)
+    }
+
+    /// The piece of the surface in these blocks: open where they end.
+    pub fn surface_in(&self, blocks: &[[u32; 3]], field: &(impl Fn(DVec3) -> f64 + Sync)) -> Mesh {
         let pieces: Vec<Mesh> =
             blocks.par_iter().map_init(Block::default, |block, &at| block.march(self, at, field)).collect();
         let mut soup = Mesh::default();
@@ -45,7 +49,7 @@ impl Lattice {
     }
 
     /// Blocks that may hold a piece of the surface, by their first cell, in an order that keeps neighbors near.
-    fn blocks(&self, field: &(impl Fn(DVec3) -> f64 + Sync)) -> Vec<[u32; 3]> {
+    pub fn blocks(&self, field: &(impl Fn(DVec3) -> f64 + Sync)) -> Vec<[u32; 3]> {
         let count = (self.side / (self.cell * f64::from(BLOCK))).ceil().max(1.0) as u32;
         let mut size = count.next_power_of_two() * BLOCK;
         let mut blocks = vec![[0; 3]];
@@ -55,6 +59,11 @@ impl Lattice {
             blocks = blocks.into_par_iter().flat_map_iter(halves).filter(|&at| self.is_near(at, size, field)).collect();
         }
         blocks
+    }
+
+    /// The height of the points that lie so many cells above the lowest: vertices on this plane are exactly there.
+    pub fn height(&self, cells: u32) -> f64 {
+        self.point([0, 0, cells]).z
     }
 
     fn is_near(&self, at: [u32; 3], size: u32, field: &impl Fn(DVec3) -> f64) -> bool {

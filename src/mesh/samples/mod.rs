@@ -34,14 +34,7 @@ pub const MOST_FACES: usize = 200_000_000;
 /// # Errors
 /// [`Error::Parameter`] when there is no such sample, or `faces` is not in 1000 … 200 million.
 pub fn sample(name: &str, faces: Option<usize>) -> Result<Mesh> {
-    let Some(&(name, own, _)) = SAMPLES.iter().find(|(known, ..)| *known == name) else {
-        let names: Vec<&str> = SAMPLES.iter().map(|(name, ..)| *name).collect();
-        return Err(Error::Parameter(format!("no sample '{name}', there are: {}", names.join(", "))));
-    };
-    let faces = faces.unwrap_or(own);
-    if !(LEAST_FACES..=MOST_FACES).contains(&faces) {
-        return Err(Error::Parameter(format!("a sample has {LEAST_FACES} to {MOST_FACES} faces, not {faces}")));
-    }
+    let (name, faces) = known(name, faces)?;
     Ok(match name {
         "statue" => statue::statue(faces),
         "part" => part::part(faces),
@@ -50,6 +43,36 @@ pub fn sample(name: &str, faces: Option<usize>) -> Result<Mesh> {
         "office" => room::office(faces),
         _ => assembly::assembly(faces),
     })
+}
+
+/// Gives the mesh of [`sample`] to `piece`, in pieces where it is a large statue: each has vertices of its own, and faces that
+/// name these and earlier ones by their number in the whole. The order of vertices and faces is another then.
+///
+/// # Errors
+/// As [`sample`], and the first of `piece`.
+pub fn sample_in_pieces(name: &str, faces: Option<usize>, piece: &mut dyn FnMut(&Mesh) -> Result<()>) -> Result<()> {
+    if comes_in_pieces(name, faces) {
+        return statue::statue_in_slabs(known(name, faces)?.1, piece);
+    }
+    piece(&sample(name, faces)?)
+}
+
+/// Whether [`sample_in_pieces`] makes more than one piece of it.
+pub fn comes_in_pieces(name: &str, faces: Option<usize>) -> bool {
+    known(name, faces).is_ok_and(|(name, faces)| name == "statue" && faces >= statue::LEAST_FACES_IN_SLABS)
+}
+
+/// The sample and its faces, if they are.
+fn known(name: &str, faces: Option<usize>) -> Result<(&'static str, usize)> {
+    let Some(&(name, own, _)) = SAMPLES.iter().find(|(known, ..)| *known == name) else {
+        let names: Vec<&str> = SAMPLES.iter().map(|(name, ..)| *name).collect();
+        return Err(Error::Parameter(format!("no sample '{name}', there are: {}", names.join(", "))));
+    };
+    let faces = faces.unwrap_or(own);
+    if !(LEAST_FACES..=MOST_FACES).contains(&faces) {
+        return Err(Error::Parameter(format!("a sample has {LEAST_FACES} to {MOST_FACES} faces, not {faces}")));
+    }
+    Ok((name, faces))
 }
 
 /// Reads `sample:NAME` or `sample:NAME@FACES`, where `500k` and `1.5M` are numbers too; nothing for any other text.
@@ -141,6 +164,33 @@ mod tests {
         for name in ["statue", "part", "assembly"] {
             assert!(sample(name, Some(5000)).expect("a known sample").volume() > 0.0, "{name}");
         }
+    }
+
+    #[test]
+    fn slabs_are_the_statue_in_another_order() {
+        let faces = statue::LEAST_FACES_IN_SLABS;
+        let whole = sample("statue", Some(faces)).expect("a known sample");
+        let mut joined = Mesh { colors: Some(Vec::new()), ..Mesh::default() };
+        let mut pieces = 0;
+        let add = &mut |piece: &Mesh| {
+            pieces += 1;
+            joined.positions.extend_from_slice(&piece.positions);
+            joined.colors.iter_mut().zip(&piece.colors).for_each(|(all, rows)| all.extend_from_slice(rows));
+            joined.faces.extend_from_slice(&piece.faces);
+            Ok(())
+        };
+        sample_in_pieces("statue", Some(faces), add).expect("a known sample");
+        joined.check().expect("faces name vertices of the whole");
+        assert!(pieces > 2, "{pieces}");
+        let corners = |mesh: &Mesh| {
+            let corner = |&v: &u32| mesh.positions[v as usize].to_array().map(f64::to_bits);
+            let mut faces: Vec<_> = mesh.faces.iter().map(|face| face.each_ref().map(corner)).collect();
+            faces.iter_mut().for_each(|face| face.sort_unstable());
+            faces.sort_unstable();
+            faces
+        };
+        assert!(corners(&whole) == corners(&joined));
+        assert_eq!(topology(&joined).genus, Some(0));
     }
 
     #[test]

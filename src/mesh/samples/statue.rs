@@ -1,23 +1,19 @@
 //! A marble bust as a scanner would deliver it: large smooth forms, curls and folds, weathering, fine noise.
 
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use super::super::{Mesh, Rings};
-use super::march::Lattice;
+use super::march::{BLOCK, Lattice};
 use super::noise::{fractal, noise, random, smoothstep, wave};
+use crate::error::Result;
 use crate::math::{DVec3, Vec3};
 
 /// A bust of about `faces` faces, 3 high, looking along -y with its head turned, with vertex colors. One closed part of genus 0.
 pub fn statue(faces: usize) -> Mesh {
-    let lattice = |cell| Lattice { low: DVec3::new(-1.28, -1.28, -2.28), side: 3.4, cell };
     let off = |mesh: &Mesh| mesh.faces.len() as f64 / faces as f64;
-    // A cell² of a surface has about 9.3 faces, and the bust's area is 8. A trial then corrects the cell; it sees a little less
-    // area than a finer mesh does, hence the last factor.
-    let trial = faces.min(TRIAL_FACES);
-    let mut cell = (75.0 / trial as f64).sqrt();
+    let mut cell = cell(faces);
     let mut mesh = lattice(cell).surface(&bust);
-    cell *= off(&mesh).sqrt() * if trial < faces { 1.006 } else { 1.0 };
-    mesh = lattice(cell).surface(&bust);
     // The counts of coarse lattices jump: shift the lattice until one fits.
     for shift in 1..100 {
         if (off(&mesh) - 1.0).abs() < 0.018 {
@@ -28,6 +24,71 @@ pub fn statue(faces: usize) -> Mesh {
         mesh = Lattice { low: lattice.low - 0.5 * cell * random(shift), ..lattice }.surface(&bust);
     }
     carve(relax(mesh), cell)
+}
+
+fn lattice(cell: f64) -> Lattice {
+    Lattice { low: DVec3::new(-1.28, -1.28, -2.28), side: 3.4, cell }
+}
+
+/// The side of a cell for so many faces.
+fn cell(faces: usize) -> f64 {
+    // A cell² of a surface has about 9.3 faces, and the bust's area is 8. A trial then corrects the cell; it sees a little less
+    // area than a finer mesh does, hence the last factor.
+    let trial = faces.min(TRIAL_FACES);
+    let cell = (75.0 / trial as f64).sqrt();
+    let off = lattice(cell).surface(&bust).faces.len() as f64 / faces as f64;
+    cell * off.sqrt() * if trial < faces { 1.006 } else { 1.0 }
+}
+
+/// Cells of a slab along the height, and those around it that its vertices are carved with.
+const SLAB: u32 = 128;
+const AROUND: u32 = 16;
+
+/// The faces from which [`statue_in_slabs`] makes the statue: the lattice of fewer may have to be shifted.
+pub const LEAST_FACES_IN_SLABS: usize = 1_000_000;
+
+/// The statue of [`statue`], the same vertices and faces in another order, in slabs from the foot up: each with its own vertices,
+/// and faces that name them by their number in the whole.
+pub fn statue_in_slabs(faces: usize, slab: &mut dyn FnMut(&Mesh) -> Result<()>) -> Result<()> {
+    let cell = cell(faces);
+    let lattice = lattice(cell);
+    let blocks = lattice.blocks(&bust);
+    let top = blocks.iter().map(|block| block[2] + BLOCK).max().unwrap_or(0);
+    let mut seam = FxHashMap::default();
+    let mut count = 0;
+    for start in (0..top).step_by(SLAB as usize) {
+        let end = start + SLAB;
+        let near = |block: &[u32; 3]| block[2] + BLOCK + AROUND > start && block[2] < end + AROUND;
+        let near: Vec<[u32; 3]> = blocks.iter().copied().filter(near).collect();
+        let (low, high) = (lattice.height(start), lattice.height(end));
+        let marched = lattice.surface_in(&near, &bust);
+        // Vertices between two slabs belong to the lower.
+        let mut number = vec![u32::MAX; marched.positions.len()];
+        let (mut own, mut next_seam) = (Vec::new(), FxHashMap::default());
+        for (v, position) in marched.positions.iter().enumerate() {
+            let key = position.to_array().map(f64::to_bits);
+            if let Some(&known) = seam.get(&key) {
+                number[v] = known;
+            } else if position.z >= low && position.z <= high {
+                number[v] = count + own.len() as u32;
+                own.push(v);
+            }
+            if position.z == high {
+                next_seam.insert(key, number[v]);
+            }
+        }
+        (seam, count) = (next_seam, count + own.len() as u32);
+        let is_own = |face: &[u32; 3]| face.iter().all(|&v| number[v as usize] != u32::MAX);
+        let faces =
+            marched.faces.iter().filter(|face| is_own(face)).map(|face| face.map(|v| number[v as usize])).collect();
+        let carved = carve(relax(marched), cell);
+        let row = |rows: &Vec<[f32; 4]>| own.iter().map(|&v| rows[v]).collect();
+        slab(&Mesh {
+            colors: carved.colors.as_ref().map(row),
+            ..Mesh::new(own.iter().map(|&v| carved.positions[v]).collect(), faces)
+        })?;
+    }
+    Ok(())
 }
 
 /// Enough for the count to tell the area to a percent, little enough to cost next to nothing.

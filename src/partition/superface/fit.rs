@@ -125,8 +125,9 @@ mod tests {
     fn corners_share_what_is_off_between_them() {
         let surface = Surface::new(&shapes::plane(1, 1), Some(0.0)).expect("a valid mesh");
         let faces = surface.faces.clone();
-        let colors = vec![[0.5, 0.5, 0.0, 0.7]; 4];
-        let sample = |face| Sample { face, shares: [1.0 / 3.0; 3], color: [0.6, 0.5, 0.0], area: area(&surface, face) };
+        // No light becomes brighter than the brightest, which is green here.
+        let colors = vec![[0.5, 0.9, 0.0, 0.7]; 4];
+        let sample = |face| Sample { face, shares: [1.0 / 3.0; 3], color: [0.6, 0.9, 0.0], area: area(&surface, face) };
         let samples = [sample(0), sample(1)];
         let off = |rows: &[[f32; 4]]| {
             let mean = |face: [u32; 3]| face.iter().map(|&v| rows[v as usize][0]).sum::<f32>() / 3.0;
@@ -138,7 +139,7 @@ mod tests {
         let bound = fit(&surface, &colors, &faces, &samples, 0.01);
         assert!(bound.iter().all(|row| (row[0] - 0.51).abs() < 1e-6), "{bound:?}");
         // What is right already stays.
-        let right = Sample { color: [0.5, 0.5, 0.0], ..sample(0) };
+        let right = Sample { color: [0.5, 0.9, 0.0], ..sample(0) };
         assert_eq!(fit(&surface, &colors, &faces, &[right], 0.2), colors);
     }
 }

@@ -1,0 +1,204 @@
+//! What to read: files, folders, globs and samples, each with a name that no other has.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+use crate::error::{Error, Result};
+use crate::formats::Format;
+use crate::mesh::samples::parse_sample;
+
+/// Where a mesh comes from.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Origin {
+    /// A file.
+    File(PathBuf),
+    /// A built-in mesh, as written: `sample:part@5k`.
+    Sample(String),
+}
+
+/// A mesh to read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Input {
+    /// Where it comes from.
+    pub origin: Origin,
+    /// Its name below the folder that all inputs have in common, with slashes on every system: what outputs are named after
+    /// and shards are dealt by.
+    pub name: String,
+    /// Size of the file; 0 of one that is not there, and of a sample.
+    pub bytes: u64,
+    /// The recipe to follow, by its number in the plan.
+    pub recipe: usize,
+}
+
+/// A text that names inputs, and the recipe that they follow.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Request {
+    /// A file, a folder, a glob, or `sample:NAME[@FACES]`.
+    pub text: String,
+    /// By its number in the plan.
+    pub recipe: usize,
+}
+
+/// A file or sample, and the folder that was searched for it.
+struct Found {
+    origin: Origin,
+    root: Option<PathBuf>,
+    recipe: usize,
+}
+
+/// The inputs that `requests` name, sorted by name, each once. What lies below `outputs` is no input.
+///
+/// A folder is searched with all its folders, hidden ones and links to folders left out; folders and globs give the files
+/// whose extension names a mesh format. A file that is named itself is an input even if it is not there: reading tells.
+///
+/// # Errors
+/// [`Error::Parameter`] for a glob or folder without a mesh file, and for a malformed glob or sample;
+/// [`Error::Read`] for a folder that cannot be listed.
+pub fn list(requests: &[Request], outputs: &Path) -> Result<Vec<Input>> {
+    let outputs = fs::canonicalize(outputs).ok();
+    let mut found = Vec::new();
+    for request in requests {
+        found.extend(find(request, outputs.as_deref())?);
+    }
+    let common = common_folder(found.iter().filter_map(|found| found.root.as_deref()));
+    let mut seen = BTreeSet::new();
+    let mut inputs = Vec::with_capacity(found.len());
+    for Found { origin, recipe, .. } in found {
+        if seen.insert((origin.clone(), recipe)) {
+            let (name, bytes) = match &origin {
+                Origin::File(path) => (relative(path, &common), fs::metadata(path).map_or(0, |file| file.len())),
+                // A dot would begin an extension.
+                Origin::Sample(text) => (text.trim_start_matches("sample:").replace('.', "_"), 0),
+            };
+            inputs.push(Input { origin, name, bytes, recipe });
+        }
+    }
+    inputs.sort_by(|a, b| (&a.name, a.recipe).cmp(&(&b.name, b.recipe)));
+    Ok(inputs)
+}
+
+fn find(request: &Request, outputs: Option<&Path>) -> Result<Vec<Found>> {
+    let Request { text, recipe } = request;
+    let one = |origin, root| Ok(vec![Found { origin, root, recipe: *recipe }]);
+    if text.starts_with("sample:") {
+        return match parse_sample(text) {
+            Some(_) => one(Origin::Sample(text.clone()), None),
+            None => Err(Error::Parameter(format!("'{text}' is no sample: write sample:NAME or sample:NAME@FACES"))),
+        };
+    }
+    let path = Path::new(text);
+    let mut files = Vec::new();
+    let root = if path.is_dir() {
+        let root = fs::canonicalize(path).map_err(|source| Error::Read { path: path.into(), source })?;
+        walk(&root, outputs, &mut files)?;
+        root
+    } else if path.exists() || !text.contains(['*', '?', '[']) {
+        let file = absolute(path);
+        let root = file.parent().map(Path::to_path_buf);
+        return one(Origin::File(file), root);
+    } else {
+        let malformed = |error: glob::PatternError| Error::Parameter(format!("'{text}' is no glob: {error}"));
+        let options = glob::MatchOptions { require_literal_leading_dot: true, ..glob::MatchOptions::new() };
+        let matches = glob::glob_with(text, options).map_err(malformed)?.flatten().filter(|path| path.is_file());
+        let is_outside = |path: &PathBuf| !outputs.is_some_and(|outputs| path.starts_with(outputs));
+        files.extend(matches.map(|path| absolute(&path)).filter(|path| is_mesh(path) && is_outside(path)));
+        absolute(&fixed_part(path))
+    };
+    if files.is_empty() {
+        return Err(Error::Parameter(format!("'{text}' names no mesh file: known are .obj, .ply, .stl and .off")));
+    }
+    let found = |file| Found { origin: Origin::File(file), root: Some(root.clone()), recipe: *recipe };
+    Ok(files.into_iter().map(found).collect())
+}
+
+/// Adds the mesh files in `folder` and below.
+fn walk(folder: &Path, outputs: Option<&Path>, files: &mut Vec<PathBuf>) -> Result<()> {
+    if outputs == Some(folder) {
+        return Ok(());
+    }
+    let failed = |source| Error::Read { path: folder.to_path_buf(), source };
+    for entry in fs::read_dir(folder).map_err(failed)? {
+        let entry = entry.map_err(failed)?;
+        let (path, kind) = (entry.path(), entry.file_type().map_err(failed)?);
+        if entry.file_name().to_string_lossy().starts_with('.') {
+            continue;
+        }
+        if kind.is_dir() {
+            walk(&path, outputs, files)?;
+        } else if is_mesh(&path) && path.is_file() {
+            files.push(path);
+        }
+    }
+    Ok(())
+}
+
+fn is_mesh(path: &Path) -> bool {
+    Format::from_path(path).is_ok()
+}
+
+/// The path with the links of its folder followed, even if there is no such file.
+fn absolute(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    match (fs::canonicalize(folder), path.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf()),
+    }
+}
+
+/// The folders of a glob before the first with a wildcard, and a name to stand for the rest.
+fn fixed_part(glob: &Path) -> PathBuf {
+    let is_plain = |part: &Component| !part.as_os_str().to_string_lossy().contains(['*', '?', '[']);
+    glob.components().take_while(is_plain).collect()
+}
+
+/// The folder that all of `folders` are in.
+fn common_folder<'a>(mut folders: impl Iterator<Item = &'a Path>) -> PathBuf {
+    let first = folders.next().map(Path::to_path_buf).unwrap_or_default();
+    folders.fold(first, |common, folder| {
+        let same = common.components().zip(folder.components()).take_while(|(a, b)| a == b);
+        same.map(|(part, _)| part).collect()
+    })
+}
+
+fn relative(path: &Path, folder: &Path) -> String {
+    let path = path.strip_prefix(folder).unwrap_or(path);
+    let parts = path.components().filter(|part| matches!(part, Component::Normal(_)));
+    parts.map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn request(path: &Path) -> Request {
+        Request { text: path.display().to_string(), recipe: 0 }
+    }
+
+    fn names(requests: &[Request], outputs: &Path) -> Vec<String> {
+        list(requests, outputs).expect("inputs").into_iter().map(|input| input.name).collect()
+    }
+
+    #[test]
+    fn folders_globs_and_files_have_names_below_what_they_have_in_common() {
+        let dir = tempfile::tempdir().expect("a folder");
+        let root = dir.path();
+        for file in ["a/x.ply", "a/deep/y.obj.gz", "b/x.ply", "b/.hidden.ply", "b/notes.txt", "out/z.ply"] {
+            fs::create_dir_all(root.join(file).parent().expect("a folder")).expect("a folder");
+            fs::write(root.join(file), "").expect("a file");
+        }
+        let outputs = root.join("out");
+        assert_eq!(names(&[request(root)], &outputs), ["a/deep/y.obj.gz", "a/x.ply", "b/x.ply"]);
+        assert_eq!(names(&[request(&root.join("a"))], &outputs), ["deep/y.obj.gz", "x.ply"]);
+        let both = [request(&root.join("a")), request(&root.join("b")), request(&root.join("b/x.ply"))];
+        assert_eq!(names(&both, &outputs), ["a/deep/y.obj.gz", "a/x.ply", "b/x.ply"]);
+        assert_eq!(names(&[request(&root.join("*/x.ply"))], &outputs), ["a/x.ply", "b/x.ply"]);
+        assert_eq!(names(&[request(&root.join("**/*"))], &outputs), ["a/deep/y.obj.gz", "a/x.ply", "b/x.ply"]);
+        assert_eq!(names(&[request(&root.join("gone.ply"))], &outputs), ["gone.ply"]);
+        let sample = Request { text: "sample:part@5k".into(), recipe: 0 };
+        assert_eq!(names(&[sample], &outputs), ["part@5k"]);
+        for wrong in [root.join("*.obj"), root.join("out"), PathBuf::from("sample:part@x"), root.join("***")] {
+            assert!(matches!(list(&[request(&wrong)], &outputs), Err(Error::Parameter(_))), "{}", wrong.display());
+        }
+    }
+}

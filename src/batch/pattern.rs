@@ -1,0 +1,149 @@
+//! Names of outputs, by a pattern.
+
+use crate::error::{Error, Result};
+use crate::simplify::Budget;
+
+/// A pattern such as `{dir}/{stem}-{level}.{ext}`.
+///
+/// | word | stands for |
+/// |---|---|
+/// | `{dir}` | the folder of the input below the folder that all inputs have in common |
+/// | `{stem}` | the input's name without its extensions |
+/// | `{ext}` | its extensions, the compression's too; `ply` of a sample |
+/// | `{level}` | 1 for the finest level, 2 for the next, … |
+/// | `{ratio}` | the ratio asked for in percent: `10`, `0.5` |
+/// | `{faces}` | the number of faces asked for |
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Pattern(Vec<Piece>);
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Piece {
+    Text(String),
+    Dir,
+    Stem,
+    Ext,
+    Level,
+    Ratio,
+    Faces,
+}
+
+impl Pattern {
+    /// Reads a pattern.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a word that is none, an open brace, or a name that leads out of the folder.
+    pub fn new(text: &str) -> Result<Self> {
+        let wrong = |why: &str| Err(Error::Parameter(format!("the pattern '{text}' {why}")));
+        let mut pieces = Vec::new();
+        let mut rest = text;
+        while !rest.is_empty() {
+            let at = rest.find(['{', '}']).unwrap_or(rest.len());
+            if at > 0 {
+                pieces.push(Piece::Text(rest[..at].into()));
+            }
+            rest = &rest[at..];
+            if rest.is_empty() {
+                break;
+            }
+            let Some((word, after)) = rest.strip_prefix('{').and_then(|rest| rest.split_once('}')) else {
+                return wrong("has a brace without its other");
+            };
+            pieces.push(match word {
+                "dir" => Piece::Dir,
+                "stem" => Piece::Stem,
+                "ext" => Piece::Ext,
+                "level" => Piece::Level,
+                "ratio" => Piece::Ratio,
+                "faces" => Piece::Faces,
+                _ => return wrong("has a word that is none of {dir}, {stem}, {ext}, {level}, {ratio} and {faces}"),
+            });
+            rest = after;
+        }
+        if text.is_empty() || text.starts_with('/') || text.split(['/', '\\']).any(|part| part == "..") {
+            return wrong("must name a file inside the folder");
+        }
+        Ok(Self(pieces))
+    }
+
+    /// The pattern where none is given: the input's name, with the number of the level where there are several.
+    pub fn for_levels(levels: usize) -> Self {
+        let dot = || Piece::Text(".".into());
+        let head = [Piece::Dir, Piece::Text("/".into()), Piece::Stem];
+        let level = if levels > 1 { vec![Piece::Text("-".into()), Piece::Level] } else { Vec::new() };
+        Self(head.into_iter().chain(level).chain([dot(), Piece::Ext]).collect())
+    }
+
+    /// The name of level `level`, counted from 0, of the input called `name`.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] where the pattern asks for what `budget` does not say.
+    pub(super) fn fill(&self, name: &str, level: usize, budget: &Budget) -> Result<String> {
+        let (dir, file) = name.rsplit_once('/').unwrap_or(("", name));
+        let (stem, ext) = split(file);
+        let missing = |word: &str, option: &str| Error::Parameter(format!("{word} in a pattern needs {option}"));
+        let mut filled = String::new();
+        for piece in &self.0 {
+            match piece {
+                Piece::Text(text) => filled += text,
+                Piece::Dir => filled += dir,
+                Piece::Stem => filled += stem,
+                Piece::Ext => filled += ext,
+                Piece::Level => filled += &(level + 1).to_string(),
+                Piece::Ratio => {
+                    let ratio = budget.keep.ok_or_else(|| missing("{ratio}", "ratios"))?;
+                    // As written in percent: 0.07 × 100 is 7.000000000000001.
+                    filled += &((ratio * 1e12).round() / 1e10).to_string();
+                }
+                Piece::Faces => {
+                    filled += &budget.faces.ok_or_else(|| missing("{faces}", "numbers of faces"))?.to_string();
+                }
+            }
+        }
+        // An empty {dir} leaves its slash behind.
+        Ok(filled.split('/').filter(|part| !part.is_empty() && *part != ".").collect::<Vec<_>>().join("/"))
+    }
+}
+
+/// The stem of a file's name and its extensions, that of the compression with that of the format.
+fn split(file: &str) -> (&str, &str) {
+    let Some((stem, ext)) = file.rsplit_once('.').filter(|(stem, _)| !stem.is_empty()) else {
+        return (file, "ply");
+    };
+    match stem.rsplit_once('.') {
+        Some((inner, _)) if matches!(ext.to_ascii_lowercase().as_str(), "gz" | "zst") && !inner.is_empty() => {
+            (inner, &file[inner.len() + 1..])
+        }
+        _ => (stem, ext),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_filled_in() {
+        let fill = |pattern: &str, name: &str, budget: Budget| {
+            Pattern::new(pattern).and_then(|pattern| pattern.fill(name, 1, &budget)).map_err(|error| error.to_string())
+        };
+        let ok = |text: &str| Ok(text.to_string());
+        let tenth = Budget::keep(0.1);
+        assert_eq!(fill("{dir}/{stem}-{level}.{ext}", "a/b/x.ply.gz", tenth), ok("a/b/x-2.ply.gz"));
+        assert_eq!(fill("{dir}/{stem}-{level}.{ext}", "x.v2.obj", tenth), ok("x.v2-2.obj"));
+        assert_eq!(fill("lod{level}/{stem}_{ratio}.stl", "part@5k", tenth), ok("lod2/part@5k_10.stl"));
+        assert_eq!(fill("{stem}_{ratio}.{ext}", "part@5k", Budget::keep(0.07)), ok("part@5k_7.ply"));
+        assert_eq!(fill("{stem}_{ratio}.{ext}", "x.off", Budget::keep(0.0005)), ok("x_0.05.off"));
+        assert_eq!(fill("{stem}_{faces}.{ext}", "x.off", Budget::faces(500)), ok("x_500.off"));
+        assert!(fill("{stem}_{faces}.{ext}", "x.off", tenth).is_err());
+        assert!(fill("{ratio}.ply", "x.off", Budget::faces(500)).is_err());
+        for wrong in ["", "{stem", "stem}.ply", "{name}.ply", "/x.ply", "../{stem}.ply", "a/../../x.ply"] {
+            assert!(Pattern::new(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn without_a_pattern_levels_are_numbered_where_there_are_several() {
+        let fill = |levels| Pattern::for_levels(levels).fill("a/x.ply", 0, &Budget::keep(0.5)).ok();
+        assert_eq!((fill(1).as_deref(), fill(3).as_deref()), (Some("a/x.ply"), Some("a/x-1.ply")));
+    }
+}

@@ -1,0 +1,240 @@
+//! One file from reading to its records.
+
+use std::fs;
+use std::io;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use super::Event;
+use super::estimate;
+use super::failure::{Failure, Reason};
+use super::input::Origin;
+use super::ledger::{Deviation, Hash, Known, Ledger, Made, Record, Seconds, Stamp, Status};
+use super::plan::{Job, Plan};
+use super::schedule::{Lease, Schedule};
+use super::{Ended, Observe};
+use crate::backend::Device;
+use crate::error::{Error, Result};
+use crate::formats::{self, Compression, Format};
+use crate::mesh::{Mesh, samples};
+use crate::progressive::sum_of_bytes;
+use crate::simplify::{Budget, Method, OnProgress, Outcome, Progress, StopReason};
+
+/// Makes the levels of a mesh, as [`simplify_levels`](crate::simplify_levels) does.
+pub(super) type Solve =
+    dyn Fn(&Mesh, &Method, &[Budget], &Device, Option<&mut OnProgress<'_>>) -> Result<Vec<Outcome>> + Sync;
+
+/// What all lanes share.
+pub(super) struct Shop<'a> {
+    pub plan: &'a Plan,
+    pub schedule: &'a Schedule,
+    pub ledger: &'a Ledger,
+    pub known: &'a Known,
+    /// All threads, and the GPU if there is one.
+    pub device: &'a Device,
+    pub memory_limit: Option<u64>,
+    pub solve: &'a Solve,
+    pub observe: &'a Observe<'a>,
+}
+
+/// The bytes of an input, or the name of a sample, and their sum.
+struct Stored {
+    bytes: Vec<u8>,
+    hash: Hash,
+}
+
+impl Shop<'_> {
+    /// Works on one file; `thread` is the lane's own device of one thread.
+    pub fn work(&self, job: &Job, lease: &mut Lease<'_>, thread: &Device) -> std::result::Result<Ended, Failure> {
+        let recipe = self.plan.recipe(job);
+        let options = Hash(recipe.fingerprint());
+        let (stored, mut read) = timed(|| stored(job));
+        let Stored { bytes, hash } = stored?;
+        if self.is_done(job, hash, options) {
+            return Ok(Ended::Skipped);
+        }
+
+        let cores = self.schedule.cores(false);
+        let (mesh, parse) = timed(|| thread.install(|| parse(&job.input.origin, &bytes)));
+        drop(bytes);
+        let mesh = mesh?;
+        read += parse;
+        let faces = mesh.faces.len() as u64;
+        let is_for_gpu = self.schedule.is_for_gpu(faces);
+        let needed = estimate::bytes_needed(faces, is_for_gpu);
+        self.check_memory(faces, needed)?;
+        lease.correct(faces, needed);
+
+        let is_wide = self.schedule.is_wide(faces);
+        let cores = if is_wide {
+            drop(cores);
+            self.schedule.cores(true)
+        } else {
+            cores
+        };
+        let device = if is_wide { self.device } else { thread };
+        let (outcomes, solve) = timed(|| self.solve(job, &mesh, device, recipe.timeout, read));
+        drop(cores);
+        let Some(outcomes) = outcomes? else { return Ok(Ended::Dropped) };
+
+        let mut records = Vec::with_capacity(outcomes.len());
+        for (level, outcome) in outcomes.iter().enumerate() {
+            let path = self.plan.folder().join(&job.outputs[level]);
+            let (output_hash, write) = timed(|| device.install(|| self.write(&outcome.mesh, &path, recipe.writing)));
+            let seconds = Seconds { read, solve, write };
+            records.push(Record {
+                status: Status::Done,
+                input_hash: Some(hash),
+                output_hash: Some(output_hash?),
+                made: Some(made(&mesh, outcome, &recipe.budgets[level], seconds)),
+                ..blank(job, level, options)
+            });
+        }
+        self.ledger.append(&records)?;
+        Ok(Ended::Done(records))
+    }
+
+    /// Writes down that a file failed, a record a level.
+    pub fn note(&self, job: &Job, failure: &Failure) -> Result<()> {
+        let options = Hash(self.plan.recipe(job).fingerprint());
+        let record = |level| Record { failure: Some(failure.clone()), ..blank(job, level, options) };
+        self.ledger.append(&(0..job.outputs.len()).map(record).collect::<Vec<_>>())
+    }
+
+    /// Whether every level stands as a record says, from this input, with these options and this version.
+    fn is_done(&self, job: &Job, input_hash: Hash, options: Hash) -> bool {
+        job.outputs.iter().all(|output| {
+            let has = |output_hash| {
+                let version = env!("CARGO_PKG_VERSION").into();
+                self.known.has(output, &Stamp { input_hash, output_hash, options, version })
+            };
+            self.known.mentions(output) && hash_of(&self.plan.folder().join(output)).is_ok_and(has)
+        })
+    }
+
+    fn check_memory(&self, faces: u64, needed: u64) -> std::result::Result<(), Failure> {
+        let needed = needed + estimate::BYTES_ALWAYS;
+        match self.memory_limit {
+            Some(limit) if needed > limit => {
+                let [needed, limit] = [needed, limit].map(|bytes| bytes.div_ceil(1 << 20));
+                let message = format!("{faces} faces need about {needed} MiB, more than the limit of {limit} MiB");
+                Err(Failure::new(Reason::Memory, message))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The levels; none when the run is to end.
+    fn solve(
+        &self,
+        job: &Job,
+        mesh: &Mesh,
+        device: &Device,
+        timeout: Option<Duration>,
+        read: f64,
+    ) -> std::result::Result<Option<Vec<Outcome>>, Failure> {
+        let recipe = self.plan.recipe(job);
+        let clock = Instant::now();
+        let is_late = || timeout.is_some_and(|timeout| read + clock.elapsed().as_secs_f64() > timeout.as_secs_f64());
+        let mut on_round = |progress: Progress| {
+            let goes_on = (self.observe)(Event::Progress { job, progress });
+            if is_late() { ControlFlow::Break(()) } else { goes_on }
+        };
+        let outcomes = (self.solve)(mesh, &recipe.method, &recipe.budgets, device, Some(&mut on_round))?;
+        match outcomes.iter().any(|outcome| outcome.stop == StopReason::Cancelled) {
+            true if is_late() => {
+                let seconds = timeout.unwrap_or_default().as_secs_f64();
+                Err(Failure::new(Reason::Timeout, format!("it took longer than {seconds} s")))
+            }
+            true => Ok(None),
+            false if outcomes.len() != job.outputs.len() => {
+                let message = format!("{} levels of {}", outcomes.len(), job.outputs.len());
+                Err(Failure::new(Reason::Panicked, message))
+            }
+            false => Ok(Some(outcomes)),
+        }
+    }
+
+    /// Writes a level and sums what was written.
+    fn write(&self, mesh: &Mesh, path: &Path, writing: formats::WriteOptions) -> Result<Hash> {
+        if let Some(folder) = path.parent() {
+            fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.to_path_buf(), source })?;
+        }
+        formats::write(mesh, path, &writing)?;
+        // What a later run will read: the sum of the file as it stands.
+        hash_of(path).map_err(|source| Error::Write { path: path.to_path_buf(), source })
+    }
+}
+
+/// The record of a level of which nothing is known.
+fn blank(job: &Job, level: usize, options: Hash) -> Record {
+    Record {
+        schema: 1,
+        status: Status::Failed,
+        input: job.input.name.clone(),
+        output: job.outputs[level].clone(),
+        level: level + 1,
+        levels: job.outputs.len(),
+        input_hash: None,
+        output_hash: None,
+        options,
+        version: env!("CARGO_PKG_VERSION").into(),
+        made: None,
+        failure: None,
+    }
+}
+
+/// Reads the bytes of an input. They are not mapped: a file that another program cuts short meanwhile would end the whole run.
+fn stored(job: &Job) -> Result<Stored> {
+    let bytes = match &job.input.origin {
+        Origin::File(path) => {
+            Format::from_path(path)?;
+            fs::read(path).map_err(|source| Error::Read { path: path.clone(), source })?
+        }
+        Origin::Sample(text) => text.clone().into_bytes(),
+    };
+    Ok(Stored { hash: Hash(sum_of_bytes(&bytes)), bytes })
+}
+
+fn parse(origin: &Origin, bytes: &[u8]) -> Result<Mesh> {
+    match origin {
+        Origin::File(path) => match Format::from_path(path)? {
+            (format, Compression::None) => formats::read_bytes(bytes, format),
+            (format, compression) => formats::read_from(&mut &bytes[..], format, compression),
+        },
+        Origin::Sample(text) => {
+            let missing = || Error::Parameter(format!("'{text}' is no sample"));
+            let (name, faces) = samples::parse_sample(text).ok_or_else(missing)?;
+            samples::sample(name, faces)
+        }
+    }
+}
+
+fn hash_of(path: &Path) -> io::Result<Hash> {
+    fs::read(path).map(|bytes| Hash(sum_of_bytes(&bytes)))
+}
+
+fn made(mesh: &Mesh, outcome: &Outcome, budget: &Budget, seconds: Seconds) -> Made {
+    let (diagonal, estimate) = (mesh.diagonal(), outcome.error_estimate);
+    Made {
+        device: outcome.device.clone(),
+        faces_in: outcome.faces_in,
+        faces_out: outcome.mesh.faces.len(),
+        vertices_in: mesh.positions.len(),
+        vertices_out: outcome.mesh.positions.len(),
+        target: budget.counts_faces().then_some(outcome.target),
+        reached: budget.is_reached(outcome.stop),
+        stop_reason: outcome.stop,
+        blocked: outcome.blocked,
+        error: Deviation { estimate, estimate_relative: if diagonal > 0.0 { estimate / diagonal } else { 0.0 } },
+        seconds,
+        warnings: outcome.warnings.clone(),
+    }
+}
+
+fn timed<R>(work: impl FnOnce() -> R) -> (R, f64) {
+    let clock = Instant::now();
+    let result = work();
+    (result, clock.elapsed().as_secs_f64())
+}

@@ -1,0 +1,77 @@
+//! `coarsen lod`: read once, simplify once, write every level, tell.
+
+mod job;
+mod pattern;
+mod record;
+mod write;
+
+use std::time::Instant;
+
+use coarsen::formats;
+use coarsen::metrics::{self, deviation};
+use coarsen::{Device, Mesh, Outcome, StopReason, simplify_levels};
+
+use super::console::{self, Verbosity};
+use super::failure::{at, refuse};
+use super::setup::timed;
+use super::{Exit, interrupt, weights};
+pub use job::Job;
+use record::{Record, Seconds};
+
+/// Runs the job.
+///
+/// # Errors
+/// Whatever kept a level from being written, and a level that was required and not reached.
+pub fn run(job: &Job) -> anyhow::Result<Exit> {
+    interrupt::listen();
+    let clock = Instant::now();
+    let setup = &job.setup;
+    let device = setup.open()?;
+    let (input, read) = setup.read(&device)?;
+    let device = setup.within_limit(&input, device)?;
+    let method = weights::method(setup)?;
+    weights::write_features(setup, &input, &device)?;
+    let (outcomes, solve) =
+        setup.solve(|on_round| simplify_levels(&input, &method, &job.budgets, &device, Some(on_round)))?;
+    if outcomes.iter().any(|outcome| outcome.stop == StopReason::Cancelled) {
+        return Err(refuse(Exit::Interrupted, "interrupted, nothing is written"));
+    }
+    let (written, write) = timed(|| interrupt::shielded(|| device.install(|| write::write(job, &outcomes))));
+    let ranges = written?;
+    let (measured, measure) = timed(|| measure(job, &input, &outcomes, &device));
+    let measured = measured?;
+    let seconds = Seconds { read, solve, write, measure, total: clock.elapsed().as_secs_f64() };
+    let record = Record::new(job, &input, &outcomes, (&ranges, &measured), &device, seconds);
+    // Last: where it is, everything that it names is complete.
+    if let Some(path) = &job.manifest {
+        formats::write_file(path, &record.manifest(&input, &job.outputs, path)?)?;
+    }
+    tell(job, &record)
+}
+
+/// Measures every level against the input, where that is asked for.
+fn measure(job: &Job, input: &Mesh, outcomes: &[Outcome], device: &Device) -> anyhow::Result<Vec<metrics::Deviation>> {
+    let Some(options) = &job.setup.measure else { return Ok(Vec::new()) };
+    let of = |outcome: &Outcome| deviation(input, &outcome.mesh, options, device);
+    let measured: coarsen::Result<_> = outcomes.iter().map(of).collect();
+    measured.map_err(|error| at(job.setup.source.to_string().as_ref(), error))
+}
+
+/// Says what was done; a level that was required and missed is an error though all are written.
+fn tell(job: &Job, record: &Record) -> anyhow::Result<Exit> {
+    let verbosity = job.setup.verbosity;
+    for warning in &record.warnings {
+        console::warning(verbosity, &format!("'{}': {warning}", job.setup.source));
+    }
+    if job.setup.json {
+        console::print_json(record)?;
+    }
+    if verbosity > Verbosity::Quiet {
+        console::say(record);
+    }
+    if let Some(shortfall) = record.shortfall().filter(|_| job.require_target) {
+        return Err(refuse(Exit::TargetNotReached, shortfall));
+    }
+    // The files were complete before the interruption could be heeded; the shell is to know of it all the same.
+    Ok(if interrupt::asked() { Exit::Interrupted } else { Exit::Done })
+}

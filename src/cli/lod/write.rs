@@ -1,0 +1,49 @@
+//! The files of a chain.
+
+use coarsen::formats::{self, Format};
+use coarsen::{Mesh, Outcome, lod};
+
+use super::job::{Job, Outputs};
+
+/// Where the indices of each level are in their file, first and count; none where there is no such file.
+pub type Ranges = Vec<[usize; 2]>;
+
+/// Writes the levels, and the log where it is asked for. Each file appears when it is complete.
+///
+/// # Errors
+/// As [`formats::write`], and levels that do not share their vertices though they are to.
+pub fn write(job: &Job, outcomes: &[Outcome]) -> anyhow::Result<Ranges> {
+    let ranges = match &job.outputs {
+        Outputs::Each(files) => {
+            for (file, outcome) in files.iter().zip(outcomes) {
+                formats::write(&outcome.mesh, file, &job.setup.writing)?;
+            }
+            Ranges::new()
+        }
+        Outputs::Shared { .. } => write_shared(job, outcomes)?,
+    };
+    if let (Some(path), Some(log)) = (&job.setup.log, outcomes.iter().find_map(|outcome| outcome.log.as_ref())) {
+        log.write(path)?;
+    }
+    Ok(ranges)
+}
+
+fn write_shared(job: &Job, outcomes: &[Outcome]) -> anyhow::Result<Ranges> {
+    let Outputs::Shared { file, indices } = &job.outputs else { return Ok(Ranges::new()) };
+    let lod::SharedLevels { vertices, levels } = lod::share_vertices(outcomes)?;
+    let Some(indices) = indices else {
+        let named = (1..).zip(&levels).map(|(number, level)| (format!("lod{number}"), &level.faces[..]));
+        formats::write_objects(&vertices, &named.collect::<Vec<_>>(), file)?;
+        return Ok(Ranges::new());
+    };
+    debug_assert!(Format::from_path(file).is_ok_and(|(format, _)| format != Format::Obj));
+    let (mut bytes, mut ranges) = (Vec::new(), Ranges::new());
+    for level in &levels {
+        ranges.push([bytes.len() / size_of::<u32>(), 3 * level.faces.len()]);
+        bytes.extend(level.faces.as_flattened().iter().flat_map(|index| index.to_le_bytes()));
+    }
+    let finest = levels.into_iter().next().map(|level| level.faces).unwrap_or_default();
+    formats::write(&Mesh { faces: finest, ..vertices }, file, &job.setup.writing)?;
+    formats::write_file(indices, &bytes)?;
+    Ok(ranges)
+}

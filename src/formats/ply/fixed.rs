@@ -1,0 +1,67 @@
+//! Rows of one size, which can be taken apart anywhere: where the values stand in them.
+
+use super::face::FaceLayout;
+use super::header::{Element, Kind};
+use super::scalar::{Order, Scalar};
+
+/// The place of every number of a row of `element`, which has no list.
+pub(super) fn fields(element: &Element) -> Vec<(usize, Scalar)> {
+    let numbers = element.properties.iter().scan(0, |offset, property| {
+        let Kind::Scalar(scalar) = property.kind else { return None };
+        *offset += scalar.size();
+        Some((*offset - scalar.size(), scalar))
+    });
+    numbers.collect()
+}
+
+/// A row that is a triangle: where the items of its lists, and its numbers, start, and their type.
+#[derive(Debug)]
+pub(super) struct TriangleRow {
+    pub(super) bytes: usize,
+    pub(super) corners: (usize, Scalar),
+    pub(super) texcoords: Option<(usize, Scalar)>,
+    /// Of every property; lists have one too, which means nothing.
+    pub(super) scalars: Vec<(usize, Scalar)>,
+    /// Where the lengths of the lists stand, and what they are in a triangle.
+    lengths: Vec<(usize, Scalar, u32)>,
+}
+
+impl TriangleRow {
+    /// The row with three corners, the texture coordinates of all if any, and no other list.
+    pub(super) fn of(element: &Element, layout: &FaceLayout) -> Option<Self> {
+        let mut bytes = 0;
+        let mut lists: [Option<(usize, Scalar)>; 2] = [None; 2];
+        let (mut lengths, mut scalars) = (Vec::new(), Vec::new());
+        for (place, property) in element.properties.iter().enumerate() {
+            match property.kind {
+                Kind::Scalar(scalar) => {
+                    scalars.push((bytes, scalar));
+                    bytes += scalar.size();
+                }
+                Kind::List { length, item } => {
+                    scalars.push((bytes, length));
+                    let (list, count) = match place {
+                        place if place == layout.corners => (0, 3),
+                        place if layout.texcoords == Some(place) => (1, 6),
+                        _ => return None,
+                    };
+                    lengths.push((bytes, length, count));
+                    lists[list] = Some((bytes + length.size(), item));
+                    bytes += length.size() + count as usize * item.size();
+                }
+            }
+        }
+        Some(Self { bytes, corners: lists[0]?, texcoords: lists[1], scalars, lengths })
+    }
+
+    /// Whether a row of so many bytes is a triangle after all: the size of any row follows from what its lists say.
+    pub(super) fn is_triangle(&self, row: &[u8], order: Order) -> bool {
+        self.lengths.iter().all(|&(at, length, count)| length.decode_index(&row[at..], order) == count)
+    }
+
+    /// The corners of a row, each above every index where it can be none.
+    pub(super) fn corners(&self, row: &[u8], order: Order) -> [u32; 3] {
+        let (at, item) = self.corners;
+        std::array::from_fn(|i| item.decode_index(&row[at + i * item.size()..], order))
+    }
+}

@@ -1,0 +1,263 @@
+//! The tables of a binary PLY, read in pieces with buffers of fixed size: for meshes that do not fit the memory.
+
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+
+use super::FORMAT;
+use super::fixed::{TriangleRow, fields};
+use super::header::{Body, Element, Header, MOST_HEADER_BYTES, Role};
+use super::scalar::{Order, Scalar};
+use super::vertex::{VertexLayout, normal};
+use crate::error::{Error, Place, Result};
+use crate::formats::{Compression, Format, input};
+use crate::math::DVec3;
+use crate::mesh::Mesh;
+
+/// Rows that a thread decodes at a time.
+const LEAST_ROWS: usize = 1 << 12;
+
+/// A binary PLY of triangles whose rows have one size.
+#[derive(Debug)]
+pub(crate) struct Stream {
+    order: Order,
+    vertices: Table,
+    layout: VertexLayout,
+    /// Where the numbers of a vertex stand, and their types.
+    fields: Vec<(usize, Scalar)>,
+    faces: Table,
+    triangle: TriangleRow,
+    has_face_colors: bool,
+}
+
+/// Rows of one size in a file.
+#[derive(Debug)]
+struct Table {
+    path: PathBuf,
+    file: File,
+    start: u64,
+    count: usize,
+    row_bytes: usize,
+}
+
+impl Table {
+    /// Reads these rows into `room`, which becomes as long.
+    fn read<'a>(&self, rows: Range<usize>, room: &'a mut Vec<u8>) -> Result<&'a [u8]> {
+        let at = self.place(rows.start);
+        room.resize(rows.len() * self.row_bytes, 0);
+        let mut file = &self.file;
+        match file.seek(SeekFrom::Start(at)).and_then(|_| file.read_exact(room)) {
+            Ok(()) => Ok(room),
+            Err(source) if source.kind() == io::ErrorKind::UnexpectedEof => {
+                let message = format!("the file ends before the {} rows that the header promises", self.count);
+                Err(Error::format(FORMAT, Place::Byte(at), message))
+            }
+            Err(source) => Err(Error::Read { path: self.path.clone(), source }),
+        }
+    }
+
+    /// Where a row starts, in bytes.
+    fn place(&self, row: usize) -> u64 {
+        self.start + row as u64 * self.row_bytes as u64
+    }
+}
+
+/// The rows that [`Stream::of_rows`] reads: doubles, then floats for normals and colors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Rows {
+    pub normals: bool,
+    pub colors: bool,
+}
+
+impl Rows {
+    fn header(self, vertices: usize, faces: usize) -> String {
+        let names = |kind: &str, names: &str| -> String {
+            names.split(' ').map(|name| format!("property {kind} {name}\n")).collect()
+        };
+        let normals = if self.normals { names("float", "nx ny nz") } else { String::new() };
+        let colors = if self.colors { names("float", "red green blue alpha") } else { String::new() };
+        format!(
+            "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\n{}{normals}{colors}element face {faces}\n\
+             property list uchar int vertex_indices\nend_header\n",
+            names("double", "x y z"),
+        )
+    }
+
+    /// Appends the row of a vertex.
+    pub(crate) fn push_vertex(self, mesh: &Mesh, vertex: usize, out: &mut Vec<u8>) {
+        mesh.positions[vertex].to_array().iter().for_each(|x| out.extend_from_slice(&x.to_le_bytes()));
+        let normal = mesh.normals.iter().flat_map(|rows| rows[vertex].to_array());
+        let color = mesh.colors.iter().flat_map(|rows| rows[vertex]);
+        normal.chain(color).for_each(|x| out.extend_from_slice(&x.to_le_bytes()));
+    }
+
+    /// Appends the row of a face.
+    pub(crate) fn push_face(self, face: [u32; 3], out: &mut Vec<u8>) {
+        out.push(3);
+        face.iter().for_each(|corner| out.extend_from_slice(&corner.to_le_bytes()));
+    }
+}
+
+impl Stream {
+    /// Opens the file at `path` and reads its header.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] for what cannot be read in pieces, and why; [`Error::Format`] and [`Error::Read`] as when it
+    /// is read at once.
+    pub(crate) fn open(path: &Path) -> Result<Self> {
+        let refused = |what: &str| Err(Error::Unsupported(format!("{what}: only binary PLY is read in pieces")));
+        match Format::from_path(path)? {
+            (Format::Ply, Compression::None) => {}
+            (Format::Ply, _) => return refused("a compressed file"),
+            (format, _) => return refused(&format!("a file of the format {}", format.name())),
+        }
+        let failed = |source| Error::Read { path: path.to_path_buf(), source };
+        let open = || File::open(path).map_err(failed);
+        let file = open()?;
+        let file_bytes = file.metadata().map_err(failed)?.len();
+        let mut head = Vec::new();
+        (&file).take(MOST_HEADER_BYTES as u64).read_to_end(&mut head).map_err(failed)?;
+        input::check_content(&head, Format::Ply)?;
+        let header = Header::parse_start(&head, file_bytes)?;
+        Self::new(&header, |start, count, row_bytes| {
+            Ok(Table { path: path.to_path_buf(), file: open()?, start, count, row_bytes })
+        })
+    }
+
+    /// The tables in two files of rows, which [`Rows`] made; `path` names them in errors.
+    pub(crate) fn of_rows(rows: Rows, path: &Path, files: [File; 2], counts: [usize; 2]) -> Result<Self> {
+        let header = Header::parse_start(rows.header(counts[0], counts[1]).as_bytes(), u64::MAX)?;
+        let mut files = files.into_iter();
+        Self::new(&header, |_, count, row_bytes| match files.next() {
+            Some(file) => Ok(Table { path: path.to_path_buf(), file, start: 0, count, row_bytes }),
+            None => Err(Error::Unsupported("more than two tables".into())),
+        })
+    }
+
+    fn new(header: &Header, mut table: impl FnMut(u64, usize, usize) -> Result<Table>) -> Result<Self> {
+        let refused = |what: &str| Err(Error::Unsupported(format!("{what}: only binary PLY is read in pieces")));
+        let Body::Binary(order) = header.body else { return refused("a PLY of text") };
+        let mut start = header.body_start as u64;
+        let (mut vertices, mut faces) = (None, None);
+        for element in &header.elements {
+            let Element { role, count, .. } = element;
+            let rows = usize::try_from(*count).map_err(|_| Error::Limit(format!("{count} rows")))?;
+            if let Role::Face(layout) = role {
+                let Some(triangle) = TriangleRow::of(element, layout) else {
+                    return refused("a PLY whose faces have lists beside their corners");
+                };
+                faces = Some((table(start, rows, triangle.bytes)?, triangle, layout.color.is_some()));
+                break;
+            }
+            let Some(row_bytes) = element.row_bytes() else { return refused("a PLY whose vertices have lists") };
+            if let Role::Vertex(_) = role {
+                let layout = VertexLayout::of(&element.properties)?;
+                vertices = Some((table(start, rows, row_bytes)?, layout, fields(element)));
+            }
+            start += count * row_bytes as u64;
+        }
+        let (Some((vertices, layout, fields)), Some((faces, triangle, has_face_colors))) = (vertices, faces) else {
+            return refused("a PLY without vertices before its faces");
+        };
+        Ok(Self { order, vertices, layout, fields, faces, triangle, has_face_colors })
+    }
+
+    pub(crate) fn vertex_count(&self) -> usize {
+        self.vertices.count
+    }
+
+    pub(crate) fn face_count(&self) -> usize {
+        self.faces.count
+    }
+
+    /// What a mesh made of these rows holds beside positions and faces.
+    pub(crate) fn rows(&self) -> Rows {
+        Rows { normals: self.layout.normal.is_some(), colors: self.layout.color.is_some() }
+    }
+
+    /// Whether there are texture coordinates, and colors of faces: neither is read here.
+    pub(crate) fn leaves_out(&self) -> [bool; 2] {
+        [self.triangle.texcoords.is_some() || self.layout.texcoord.is_some(), self.has_face_colors]
+    }
+
+    /// The positions of these vertices, in the place of what `positions` holds; `room` is for bytes.
+    ///
+    /// # Errors
+    /// [`Error::Format`] where the file ends or a coordinate is not finite.
+    pub(crate) fn positions(&self, rows: Range<usize>, room: &mut Vec<u8>, positions: &mut Vec<DVec3>) -> Result<()> {
+        let first = rows.start;
+        let bytes = self.vertices.read(rows, room)?.par_chunks_exact(self.vertices.row_bytes);
+        let position = |row: &[u8]| self.layout.position(|place| self.value(row, place));
+        bytes.with_min_len(LEAST_ROWS).map(position).collect_into_vec(positions);
+        match positions.par_iter().with_min_len(LEAST_ROWS).position_first(|position| !position.is_finite()) {
+            None => Ok(()),
+            Some(at) => {
+                let (vertex, found) = (first + at, positions[at]);
+                let message = format!("found vertex {vertex} at {found}, expected finite coordinates");
+                Err(Error::format(FORMAT, Place::Byte(self.vertices.place(vertex)), message))
+            }
+        }
+    }
+
+    /// Appends the vertices of these ascending numbers to `mesh`, which holds what [`Stream::rows`] says.
+    ///
+    /// # Errors
+    /// [`Error::Format`] where the file ends.
+    pub(crate) fn append_vertices(&self, wanted: &[u32], room: &mut Vec<u8>, mesh: &mut Mesh) -> Result<()> {
+        let (Some(&first), Some(&last)) = (wanted.first(), wanted.last()) else { return Ok(()) };
+        let bytes = self.vertices.read(first as usize..last as usize + 1, room)?;
+        let row_bytes = self.vertices.row_bytes;
+        let rows = || wanted.iter().map(|&vertex| &bytes[(vertex - first) as usize * row_bytes..][..row_bytes]);
+        mesh.positions.extend(rows().map(|row| self.layout.position(|place| self.value(row, place))));
+        if let (Some(places), Some(normals)) = (self.layout.normal, &mut mesh.normals) {
+            normals.extend(rows().map(|row| normal(places, |place| self.value(row, place))));
+        }
+        if let (Some(color), Some(colors)) = (&self.layout.color, &mut mesh.colors) {
+            colors.extend(rows().map(|row| color.color(|place| self.value(row, place))));
+        }
+        Ok(())
+    }
+
+    /// These faces, in the place of what `faces` holds; `room` is for bytes.
+    ///
+    /// # Errors
+    /// [`Error::Format`] where the file ends or a corner is no vertex, [`Error::Unsupported`] where a face is no triangle.
+    pub(crate) fn faces(&self, rows: Range<usize>, room: &mut Vec<u8>, faces: &mut Vec<[u32; 3]>) -> Result<()> {
+        let (first, row_bytes) = (rows.start, self.faces.row_bytes);
+        let bytes = self.faces.read(rows, room)?;
+        let rows = || bytes.par_chunks_exact(row_bytes).with_min_len(LEAST_ROWS);
+        if let Some(at) = rows().position_first(|row| !self.triangle.is_triangle(row, self.order)) {
+            let what = format!("face {} is no triangle", first + at);
+            return Err(Error::Unsupported(format!(
+                "{what}: only triangles are read in pieces; save it with triangles"
+            )));
+        }
+        rows().map(|row| self.triangle.corners(row, self.order)).collect_into_vec(faces);
+        let out_of_range = |face: &[u32; 3]| face.iter().any(|&vertex| vertex as usize >= self.vertices.count);
+        match faces.par_iter().with_min_len(LEAST_ROWS).position_first(out_of_range) {
+            None => Ok(()),
+            Some(at) => {
+                let place = Place::Byte(self.faces.place(first + at));
+                let last = self.vertices.count as i64 - 1;
+                let found = faces[at].map(|corner| corner as i32);
+                let message =
+                    format!("found a face with the corners {found:?}, expected vertex indices from 0 to {last}");
+                Err(Error::format(FORMAT, place, message))
+            }
+        }
+    }
+
+    /// A mesh without rows, ready for [`Stream::append_vertices`].
+    pub(crate) fn no_mesh(&self) -> Mesh {
+        let Rows { normals, colors } = self.rows();
+        Mesh { normals: normals.then(Vec::new), colors: colors.then(Vec::new), ..Mesh::default() }
+    }
+
+    fn value(&self, row: &[u8], place: usize) -> f64 {
+        let (offset, scalar) = self.fields[place];
+        scalar.decode(&row[offset..], self.order)
+    }
+}
