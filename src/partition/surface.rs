@@ -94,7 +94,7 @@ impl Surface {
     /// Copies it to the device of `queue`.
     ///
     /// # Errors
-    /// [`Error::Device`] when the device is out of memory or was lost.
+    /// [`Error::Device`](crate::Error::Device) when the device is out of memory or was lost.
     pub fn upload(&self, queue: &mut Queue) -> Result<Uploaded> {
         let faces = self.faces.par_iter().with_min_len(ROWS).map(|&[a, b, c]| Face { a, b, c }).collect();
         Ok(Uploaded {
