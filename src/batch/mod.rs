@@ -36,7 +36,7 @@ pub use estimate::{BYTES_ALWAYS, bytes_needed};
 pub use failure::{Failure, Reason};
 pub use input::{Input, Origin, Request, list};
 pub use ledger::{Deviation, Hash, Made, Record, Seconds, Status};
-pub use pattern::Pattern;
+pub use pattern::{Pattern, Words};
 pub use plan::{Job, Plan, Recipe, Shard};
 
 use ledger::{Known, Ledger, ledgers};

@@ -27,27 +27,45 @@ enum Piece {
     Faces,
 }
 
+/// What the words of a pattern stand for.
+#[derive(Debug, Clone, Copy)]
+pub struct Words<'a> {
+    /// The folder of the input.
+    pub dir: &'a str,
+    /// The name of the input's file, or of a sample.
+    pub file: &'a str,
+    /// Counted from 0.
+    pub level: usize,
+    /// Of the level.
+    pub budget: &'a Budget,
+}
+
 impl Pattern {
-    /// Reads a pattern.
+    /// Reads a pattern of names inside a folder.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for a word that is none, an open brace, or a name that leads out of the folder.
+    /// Those of [`anywhere`](Self::anywhere), and [`Error::Parameter`] for a name that leads out of the folder.
     pub fn new(text: &str) -> Result<Self> {
-        let wrong = |why: &str| Err(Error::Parameter(format!("the pattern '{text}' {why}")));
-        let mut pieces = Vec::new();
-        let mut rest = text;
-        while !rest.is_empty() {
-            let at = rest.find(['{', '}']).unwrap_or(rest.len());
+        let pattern = Self::anywhere(text)?;
+        if text.is_empty() || text.starts_with('/') || text.split(['/', '\\']).any(|part| part == "..") {
+            return Err(Error::Parameter(format!("the pattern '{text}' must name a file inside the folder")));
+        }
+        Ok(pattern)
+    }
+
+    /// Reads a pattern of any names.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a word that is none, and a brace without its other.
+    pub fn anywhere(text: &str) -> Result<Self> {
+        let wrong = |why: &str| Error::Parameter(format!("the pattern '{text}' {why}"));
+        let (mut pieces, mut rest) = (Vec::new(), text);
+        while let Some(at) = rest.find(['{', '}']) {
             if at > 0 {
                 pieces.push(Piece::Text(rest[..at].into()));
             }
-            rest = &rest[at..];
-            if rest.is_empty() {
-                break;
-            }
-            let Some((word, after)) = rest.strip_prefix('{').and_then(|rest| rest.split_once('}')) else {
-                return wrong("has a brace without its other");
-            };
+            let inside = rest[at..].strip_prefix('{').and_then(|rest| rest.split_once('}'));
+            let (word, after) = inside.ok_or_else(|| wrong("has a brace without its other"))?;
             pieces.push(match word {
                 "dir" => Piece::Dir,
                 "stem" => Piece::Stem,
@@ -55,14 +73,51 @@ impl Pattern {
                 "level" => Piece::Level,
                 "ratio" => Piece::Ratio,
                 "faces" => Piece::Faces,
-                _ => return wrong("has a word that is none of {dir}, {stem}, {ext}, {level}, {ratio} and {faces}"),
+                _ => {
+                    let known = "known are {dir}, {stem}, {ext}, {level}, {ratio} and {faces}";
+                    return Err(wrong(&format!("has {{{word}}}: {known}")));
+                }
             });
             rest = after;
         }
-        if text.is_empty() || text.starts_with('/') || text.split(['/', '\\']).any(|part| part == "..") {
-            return wrong("must name a file inside the folder");
+        if !rest.is_empty() {
+            pieces.push(Piece::Text(rest.into()));
         }
         Ok(Self(pieces))
+    }
+
+    /// Whether names differ from level to level.
+    pub fn tells_levels(&self) -> bool {
+        self.0.iter().any(|piece| matches!(piece, Piece::Level | Piece::Ratio | Piece::Faces))
+    }
+
+    /// The name that words make.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] where the pattern asks for what the budget does not say.
+    pub fn name(&self, words: Words<'_>) -> Result<String> {
+        let Words { dir, file, level, budget } = words;
+        let (stem, ext) = split(file);
+        let missing = |word: &str, option: &str| Error::Parameter(format!("{word} in a pattern needs {option}"));
+        let mut name = String::new();
+        for piece in &self.0 {
+            match piece {
+                Piece::Text(text) => name += text,
+                Piece::Dir => name += dir,
+                Piece::Stem => name += stem,
+                Piece::Ext => name += ext,
+                Piece::Level => name += &(level + 1).to_string(),
+                Piece::Ratio => {
+                    let ratio = budget.keep.ok_or_else(|| missing("{ratio}", "ratios"))?;
+                    // As written in percent: 0.07 × 100 is 7.000000000000001.
+                    name += &((ratio * 1e12).round() / 1e10).to_string();
+                }
+                Piece::Faces => {
+                    name += &budget.faces.ok_or_else(|| missing("{faces}", "numbers of faces"))?.to_string()
+                }
+            }
+        }
+        Ok(name)
     }
 
     /// The pattern where none is given: the input's name, with the number of the level where there are several.
@@ -79,26 +134,7 @@ impl Pattern {
     /// [`Error::Parameter`] where the pattern asks for what `budget` does not say.
     pub(super) fn fill(&self, name: &str, level: usize, budget: &Budget) -> Result<String> {
         let (dir, file) = name.rsplit_once('/').unwrap_or(("", name));
-        let (stem, ext) = split(file);
-        let missing = |word: &str, option: &str| Error::Parameter(format!("{word} in a pattern needs {option}"));
-        let mut filled = String::new();
-        for piece in &self.0 {
-            match piece {
-                Piece::Text(text) => filled += text,
-                Piece::Dir => filled += dir,
-                Piece::Stem => filled += stem,
-                Piece::Ext => filled += ext,
-                Piece::Level => filled += &(level + 1).to_string(),
-                Piece::Ratio => {
-                    let ratio = budget.keep.ok_or_else(|| missing("{ratio}", "ratios"))?;
-                    // As written in percent: 0.07 × 100 is 7.000000000000001.
-                    filled += &((ratio * 1e12).round() / 1e10).to_string();
-                }
-                Piece::Faces => {
-                    filled += &budget.faces.ok_or_else(|| missing("{faces}", "numbers of faces"))?.to_string();
-                }
-            }
-        }
+        let filled = self.name(Words { dir, file, level, budget })?;
         // An empty {dir} leaves its slash behind.
         Ok(filled.split('/').filter(|part| !part.is_empty() && *part != ".").collect::<Vec<_>>().join("/"))
     }

@@ -69,12 +69,14 @@ fn small(example: &str) -> String {
     let shrink = |word: &str| match word.strip_prefix("sample:") {
         Some(name) => format!("sample:{}@1k", name.split('@').next().unwrap_or_default()),
         None if word.starts_with("100k,") => "1k,2k".to_string(),
+        None if word == "statue@50M" => "statue@1k".to_string(),
+        None if word == "500k" => "500".to_string(),
         None => word.replace('\'', ""),
     };
     let words: Vec<String> = line.split_whitespace().map(shrink).collect();
     let options = match words[0].as_str() {
         "simplify" | "lod" => " -g cpu -w",
-        "replay" => " -w",
+        "replay" | "sample" => " -w",
         "batch" if line.contains("--resume") => " -g cpu",
         "batch" => " -g cpu -w",
         "compare" => " -g cpu",
@@ -98,8 +100,20 @@ fn examples_run() {
     dir.file("jobs.jsonl", "{\"input\": \"scans/a.ply\"}\n");
     let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("README.md");
     let mut texts = vec![readme.replace("cargo run --release -- ", "coarsen ")];
-    let verbs =
-        ["", "simplify", "lod", "batch", "replay", "inspect", "devices", "bench", "compare", "completions", "man"];
+    let verbs = [
+        "",
+        "simplify",
+        "lod",
+        "batch",
+        "replay",
+        "sample",
+        "inspect",
+        "devices",
+        "bench",
+        "compare",
+        "completions",
+        "man",
+    ];
     for verb in verbs {
         texts.push(String::from_utf8(dir.run(&format!("{verb} --help")).succeeds().out).expect("help in UTF-8"));
     }

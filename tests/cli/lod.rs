@@ -183,7 +183,7 @@ fn wrong_uses_are_refused_before_the_work() {
     for (line, part) in [
         ("lod in.obj", "<OUT_PATTERN>"),
         ("lod in.obj out.ply", "'out.ply' is one name for several of 4 levels: put {level} into 'out.ply'"),
-        ("lod in.obj {name}.ply", "known are {level}, {stem}, {ratio} and {faces}"),
+        ("lod in.obj {name}.ply", "known are {dir}, {stem}, {ext}, {level}, {ratio} and {faces}"),
         ("lod in.obj {level.ply", "brace without its other"),
         ("lod in.obj -", "levels go to files"),
         ("lod in.obj {ratio}.ply -f 3,2", "{ratio} in a pattern needs --ratios or --levels"),

@@ -61,6 +61,7 @@ fn json_has_its_fields() {
         "rounds",
         "kernels",
         "seconds",
+        "parts",
         "peak_memory",
         "warnings",
     ];

@@ -24,8 +24,8 @@ pub struct Lod {
 
     /// Files to write: out-{level}.ply
     ///
-    /// The name of each level's file, in which {level} stands for 1, 2, 3, …, {stem} for the name of the input without its
-    /// extension, {ratio} for the ratio asked for in percent and {faces} for the number of faces asked for. Two levels of
+    /// The name of each level's file, in which {level} stands for 1, 2, 3, …, {dir} for the folder of the input,
+    /// {stem} for its name and {ext} for its extension, {ratio} for the ratio asked for in percent and {faces} for the number of faces asked for. Two levels of
     /// one name are refused before the work starts. The extension names the format. With --shared-vertices one file.
     #[arg(value_name = "OUT_PATTERN")]
     pub pattern: String,

@@ -7,7 +7,7 @@ use coarsen::formats::Format;
 use coarsen::metrics::View;
 use coarsen::{Budget, Method};
 
-use super::pattern::Pattern;
+use super::pattern::{of_all, of_levels};
 use crate::cli::Exit;
 use crate::cli::args;
 use crate::cli::failure::refuse;
@@ -210,13 +210,12 @@ fn outputs(args: &args::Lod, source: &Source, budgets: &[Budget]) -> anyhow::Res
     if args.pattern == "-" {
         return Err(refuse(Exit::Usage, "levels go to files: give a pattern such as out-{level}.ply"));
     }
-    let pattern = Pattern::new(&args.pattern)?;
     if !args.levels.shared_vertices {
-        let files = pattern.fill_all(source, budgets)?;
+        let files = of_levels(&args.pattern, source, budgets)?;
         files.iter().try_for_each(|file| Format::from_path(file).map(drop))?;
         return Ok(Outputs::Each(files));
     }
-    let file = pattern.fill_one(source)?;
+    let file = of_all(&args.pattern, source)?;
     let (format, compression) = Format::from_path(&file)?;
     let indices = match format {
         Format::Obj => None,
