@@ -100,10 +100,17 @@ fn find(request: &Request, outputs: Option<&Path>) -> Result<Vec<Found>> {
     } else {
         let malformed = |error: glob::PatternError| Error::Parameter(format!("'{text}' is no glob: {error}"));
         let options = glob::MatchOptions { require_literal_leading_dot: true, ..glob::MatchOptions::new() };
-        let matches = glob::glob_with(text, options).map_err(malformed)?.flatten().filter(|path| path.is_file());
         let is_outside = |path: &PathBuf| !outputs.is_some_and(|outputs| path.starts_with(outputs));
-        files.extend(matches.map(|path| absolute(&path)).filter(|path| is_mesh(path) && is_outside(path)));
-        absolute(&fixed_part(path))
+        for matched in glob::glob_with(text, options).map_err(malformed)? {
+            let path = matched.map_err(|error| {
+                let path = error.path().to_path_buf();
+                Error::Read { path, source: error.into() }
+            })?;
+            files.extend(Some(absolute(&path)).filter(|file| path.is_file() && is_mesh(file) && is_outside(file)));
+        }
+        let fixed = fixed_part(path);
+        let folder = if fixed.as_os_str().is_empty() { Path::new(".") } else { &fixed };
+        fs::canonicalize(folder).unwrap_or_else(|_| absolute(folder))
     };
     if files.is_empty() {
         return Err(Error::Parameter(format!("'{text}' names no mesh file: known are .obj, .ply, .stl and .off")));
@@ -146,7 +153,7 @@ fn absolute(path: &Path) -> PathBuf {
     }
 }
 
-/// The folders of a glob before the first with a wildcard, and a name to stand for the rest.
+/// The folders of a glob before the first with a wildcard.
 fn fixed_part(glob: &Path) -> PathBuf {
     let is_plain = |part: &Component| !part.as_os_str().to_string_lossy().contains(['*', '?', '[']);
     glob.components().take_while(is_plain).collect()

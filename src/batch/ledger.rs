@@ -127,6 +127,8 @@ impl TryFrom<String> for Hash {
 /// What must be equal for a level to be done: where it came from, and what it is.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 pub(super) struct Stamp {
+    /// Which of the levels, counted from 1: its place in the options.
+    pub level: usize,
     pub input_hash: Hash,
     pub output_hash: Hash,
     pub options: Hash,
@@ -293,7 +295,8 @@ mod tests {
     }
 
     fn stamp(hash: u64) -> Stamp {
-        Stamp { input_hash: Hash(1), output_hash: Hash(hash), options: Hash(u64::MAX), version: "1".into() }
+        let version = "1".into();
+        Stamp { level: 1, input_hash: Hash(1), output_hash: Hash(hash), options: Hash(u64::MAX), version }
     }
 
     #[test]
@@ -309,6 +312,7 @@ mod tests {
         assert!(known.has("a", &stamp(2)) && known.has("b", &stamp(3)));
         assert!(!known.has("a", &stamp(3)) && !known.mentions("c"));
         assert!(!known.has("a", &Stamp { options: Hash(0), ..stamp(2) }));
+        assert!(!known.has("a", &Stamp { level: 2, ..stamp(2) }));
         assert!(!known.has("a", &Stamp { version: "2".into(), ..stamp(2) }));
         assert_eq!(ledgers(dir.path()).expect("files"), [two, one]);
         assert!(Known::read(&dir.path().join("none")).is_ok_and(|known| known.0.is_empty()));

@@ -133,10 +133,12 @@ fn run_with(plan: &Plan, device: &Device, options: &Options, observe: &Observe<'
     let folder = plan.folder();
     fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.to_path_buf(), source })?;
     let known = if options.resume { Known::read(folder)? } else { Known::default() };
-    if options.resume {
-        leftovers::remove(plan)?;
-    } else if !options.overwrite {
+    // Without a record there is nothing to go on with: what is there is somebody else's.
+    if !options.overwrite && (!options.resume || ledgers(folder)?.is_empty()) {
         refuse_to_replace(plan)?;
+    }
+    if options.resume || options.overwrite {
+        leftovers::remove(plan)?;
     }
     let ledger = Ledger::open(&plan.ledger(), options.resume)?;
     let cores = device.install(rayon::current_num_threads);

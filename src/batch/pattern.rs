@@ -1,5 +1,7 @@
 //! Names of outputs, by a pattern.
 
+use std::path::{Component, Path};
+
 use crate::error::{Error, Result};
 use crate::simplify::Budget;
 
@@ -136,7 +138,11 @@ impl Pattern {
         let (dir, file) = name.rsplit_once('/').unwrap_or(("", name));
         let filled = self.name(Words { dir, file, level, budget })?;
         // An empty {dir} leaves its slash behind.
-        Ok(filled.split('/').filter(|part| !part.is_empty() && *part != ".").collect::<Vec<_>>().join("/"))
+        let name = filled.split('/').filter(|part| !part.is_empty() && *part != ".").collect::<Vec<_>>().join("/");
+        if !Path::new(&name).components().all(|part| matches!(part, Component::Normal(_))) {
+            return Err(Error::Parameter(format!("the pattern makes '{name}', which leads out of the folder")));
+        }
+        Ok(name)
     }
 }
 
@@ -172,6 +178,7 @@ mod tests {
         assert_eq!(fill("{stem}_{faces}.{ext}", "x.off", Budget::faces(500)), ok("x_500.off"));
         assert!(fill("{stem}_{faces}.{ext}", "x.off", tenth).is_err());
         assert!(fill("{ratio}.ply", "x.off", Budget::faces(500)).is_err());
+        assert!(fill(".{dir}./x.ply", "x.off", tenth).is_err_and(|error| error.contains("out of the folder")));
         for wrong in ["", "{stem", "stem}.ply", "{name}.ply", "/x.ply", "../{stem}.ply", "a/../../x.ply"] {
             assert!(Pattern::new(wrong).is_err(), "{wrong}");
         }

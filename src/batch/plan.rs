@@ -155,12 +155,11 @@ fn outputs(input: &Input, recipe: &Recipe) -> Result<Vec<String>> {
 
 /// Refuses two outputs of one name, and an output in the place of an input.
 fn check_names(jobs: &[Job], folder: &Path) -> Result<()> {
-    let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_path_buf());
     let files = jobs.iter().filter_map(|job| match &job.input.origin {
-        Origin::File(path) => Some(path.as_path()),
+        Origin::File(path) => Some(resolved(path)),
         Origin::Sample(_) => None,
     });
-    let inputs: BTreeSet<&Path> = files.collect();
+    let inputs: BTreeSet<PathBuf> = files.collect();
     let mut names = BTreeMap::new();
     for job in jobs {
         for output in &job.outputs {
@@ -169,13 +168,22 @@ fn check_names(jobs: &[Job], folder: &Path) -> Result<()> {
                 let way = "put {dir}, {stem}, {level}, {ratio} or {faces} into the pattern";
                 return Err(Error::Parameter(format!("'{output}' is the output of both '{a}' and '{b}': {way}")));
             }
-            if inputs.contains(folder.join(output).as_path()) {
+            if inputs.contains(&resolved(&folder.join(output))) {
                 let way = "give another folder or pattern";
                 return Err(Error::Parameter(format!("the output '{output}' is an input as well: {way}")));
             }
         }
     }
     Ok(())
+}
+
+/// The path with all links followed, as far as there is something.
+fn resolved(path: &Path) -> PathBuf {
+    let exists = path.ancestors().find_map(|part| Some((part, fs::canonicalize(part).ok()?)));
+    match exists {
+        Some((part, found)) => path.strip_prefix(part).map_or(found.clone(), |rest| found.join(rest)),
+        None => std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf()),
+    }
 }
 
 #[cfg(test)]

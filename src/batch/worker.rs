@@ -1,9 +1,9 @@
 //! One file from reading to its records.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io;
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::Event;
@@ -91,8 +91,22 @@ impl Shop<'_> {
                 ..blank(job, level, options)
             });
         }
+        self.sync_folders(job)?;
         self.ledger.append(&records)?;
         Ok(Ended::Done(records))
+    }
+
+    /// Puts the names of the outputs on the disk, as far as the system lets: a record that outlives them would be untrue.
+    fn sync_folders(&self, job: &Job) -> Result<()> {
+        if !cfg!(unix) {
+            return Ok(());
+        }
+        let folder = |output: &String| self.plan.folder().join(output).parent().map(Path::to_path_buf);
+        let folders: std::collections::BTreeSet<PathBuf> = job.outputs.iter().filter_map(folder).collect();
+        folders.into_iter().try_for_each(|path| {
+            let synced = File::open(&path).and_then(|folder| folder.sync_all());
+            synced.map_err(|source| Error::Write { path, source })
+        })
     }
 
     /// Writes down that a file failed, a record a level.
@@ -104,10 +118,10 @@ impl Shop<'_> {
 
     /// Whether every level stands as a record says, from this input, with these options and this version.
     fn is_done(&self, job: &Job, input_hash: Hash, options: Hash) -> bool {
-        job.outputs.iter().all(|output| {
+        (1..).zip(&job.outputs).all(|(level, output)| {
             let has = |output_hash| {
                 let version = env!("CARGO_PKG_VERSION").into();
-                self.known.has(output, &Stamp { input_hash, output_hash, options, version })
+                self.known.has(output, &Stamp { level, input_hash, output_hash, options, version })
             };
             self.known.mentions(output) && hash_of(&self.plan.folder().join(output)).is_ok_and(has)
         })

@@ -53,7 +53,7 @@ fn scratch(job: &Job) -> std::path::PathBuf {
         Some(folder) => folder.into(),
         None => std::env::temp_dir(),
     };
-    job.setup.temp_dir.clone().unwrap_or_else(|| job.sink.path().map_or_else(std::env::temp_dir, beside))
+    job.temp_dir.clone().unwrap_or_else(|| job.sink.path().map_or_else(std::env::temp_dir, beside))
 }
 
 /// Runs the job in parts.

@@ -333,7 +333,8 @@ mod tests {
         assert_eq!(found.regions.guard.angle_rad, 20_f64.to_radians());
         assert_eq!(triangulation, partition::Triangulation::Earcut);
         assert_eq!(superfaces("").0, Superfaces::default());
-        assert_eq!(superfaces("--flat-angle 1 --light-step 0.1").0, Superfaces::default());
+        assert_eq!(superfaces("--flat-angle 1 --light-range 100%").0, Superfaces::default());
+        assert!(!superfaces("--keep-colors").0.fits_light);
     }
 
     #[test]

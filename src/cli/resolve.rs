@@ -23,6 +23,8 @@ pub struct Job {
     /// Whether regions are written as polygons, and where what they are goes, if anywhere.
     pub polygons: bool,
     pub write_regions: Option<PathBuf>,
+    /// Where parts are kept, if it was said.
+    pub temp_dir: Option<PathBuf>,
 }
 
 /// Makes a job of the arguments of `simplify`.
@@ -56,6 +58,7 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
         require_target: args.target.require_target,
         polygons: args.region_files.polygons,
         write_regions: args.region_files.write_regions.clone(),
+        temp_dir: args.temp_dir.clone(),
     })
 }
 

@@ -32,8 +32,6 @@ pub struct Setup {
     selector: Selector,
     threads: usize,
     pub memory_limit: Option<u64>,
-    /// Where parts are kept, if it was said.
-    pub temp_dir: Option<PathBuf>,
     pub writing: WriteOptions,
     /// Where the log of the contractions goes, if anywhere.
     pub log: Option<PathBuf>,
@@ -84,7 +82,6 @@ impl Setup {
             selector: selector?,
             threads: device.threads.into(),
             memory_limit: device.memory_limit,
-            temp_dir: device.temp_dir.clone(),
             writing: WriteOptions { ascii: writing.ascii },
             log: writing.write_log.clone(),
             measure: (writing.measure)

@@ -20,6 +20,7 @@ impl Run<'_> {
     /// is met.
     pub fn commit_levels(&mut self, goal: Goal) -> (Committed, Spent) {
         let faces = self.host.face_count;
+        self.tried = 0;
         let mut done = (Committed::default(), Spent::default());
         let mut next = Some(goal);
         while let Some(Goal { target, max_deviation }) = next {
@@ -52,6 +53,7 @@ impl Run<'_> {
         let may_wait = self.widening < FULL;
         let may_overshoot = self.widening >= FULL || self.prepared.border_vertices == 0;
         let quota = Quota { faces: to_remove, of: self.of, may_overshoot };
+        self.tried += self.candidates.len();
         let (carried, joins) = (&mut self.prepared.carried, self.joins.pairs());
         let before = self.recorder.as_ref().map(|_| carried.origin.clone());
         let (committed, spent) =

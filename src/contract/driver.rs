@@ -78,6 +78,8 @@ pub fn run(
         let target = run.levels.last_target;
         let now = Progress { faces: run.host.face_count, faces_in: mesh.faces.len(), target };
         if pairs > 0 && progress.as_mut().is_some_and(|report| report(now).is_break()) {
+            let reached = run.levels.take_reached(run.host.face_count);
+            run.make(reached, StopReason::FacesReached);
             let left = run.levels.take_all();
             run.make(left, StopReason::Cancelled);
         }
@@ -113,6 +115,8 @@ pub struct Run<'a> {
     pub quadrics: Option<QuadricRecord>,
     handover_faces: usize,
     pub candidates: Vec<Candidate>,
+    /// How many of them the round's commits have had.
+    pub tried: usize,
     /// How many times wider than usual the gate is.
     pub widening: f64,
     /// Greatest estimated deviation of a contraction so far, in the normalized frame.
@@ -162,6 +166,7 @@ impl<'a> Run<'a> {
             triangles,
             follower: None,
             candidates: Vec::new(),
+            tried: 0,
             widening: 1.0,
             deviation: 0.0,
             rounds: Vec::new(),
@@ -286,7 +291,7 @@ impl<'a> Run<'a> {
         let committed_at = clock.elapsed().as_secs_f64();
         let before = self.time_moving();
         if !committed.contractions.is_empty() {
-            self.adapt(&committed, candidates);
+            self.adapt(&committed);
             self.compact(&committed)?;
         }
         let moved_up = self.time_moving().saturating_sub(before).as_secs_f64();
@@ -402,8 +407,8 @@ impl<'a> Run<'a> {
     }
 
     /// Widens the gate after a round that mostly met refusals, narrows it again after a good one.
-    fn adapt(&mut self, committed: &Committed, candidates: usize) {
-        if (committed.contractions.len() as f64) < MEAGER * candidates as f64 {
+    fn adapt(&mut self, committed: &Committed) {
+        if (committed.contractions.len() as f64) < MEAGER * self.tried as f64 {
             self.widening = (self.widening * 4.0).min(FULL);
         } else {
             self.widening = (self.widening / 4.0).max(1.0);

@@ -308,3 +308,60 @@ fn a_limit_on_files_fails_the_large_ones_only() {
     batch(&dir, "out", "--resume").succeeds();
     assert!(contents(&dir.path("out")) == whole);
 }
+
+#[test]
+fn globs_name_outputs_from_their_folder_wherever_they_begin() {
+    let dir = Dir::new();
+    inputs(&dir, 2, 1000);
+    let run = |line: &str| dir.run(&format!("batch {line} -r 50% -g cpu -q")).succeeds();
+    run("in/*.ply -d one");
+    run("in/../in/*.ply -d two");
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(dir.path("in"), dir.path("link")).expect("a link");
+        run("link/*.ply -d three");
+    }
+    for out in ["one", "two", "three"].into_iter().filter(|out| dir.path(out).exists()) {
+        assert_eq!(contents(&dir.path(out)).into_keys().collect::<Vec<_>>(), ["0.ply"], "{out}");
+    }
+    dir.file("0.ply", fs::read(dir.path("in/0.ply")).expect("a mesh"));
+    run("*.ply -d four");
+    assert_eq!(contents(&dir.path("four")).into_keys().collect::<Vec<_>>(), ["0.ply"]);
+}
+
+#[test]
+fn what_no_record_speaks_of_is_not_replaced() {
+    let dir = Dir::new();
+    inputs(&dir, 1, 1000);
+    fs::create_dir(dir.path("out")).expect("a folder");
+    dir.file("out/0-1.ply", "mine");
+    let refused = batch(&dir, "out", "--resume");
+    assert_eq!(refused.code, Some(8), "{}", refused.err);
+    assert_eq!(fs::read(dir.path("out/0-1.ply")).expect("a file"), b"mine");
+    // Nor an input, through a link.
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(dir.path("in"), dir.path("linked")).expect("a link");
+        let refused = dir.run("batch in -d linked -r 50% --pattern {stem}.{ext} -g cpu -w");
+        assert!(refused.code == Some(2) && refused.err.contains("is an input as well"), "{}", refused.err);
+    }
+}
+
+/// The same names and hashes, but of other levels.
+#[test]
+fn levels_that_change_their_names_are_made_again() {
+    let dir = Dir::new();
+    inputs(&dir, 1, 2000);
+    let run = |ratios: &str, pattern: &str| {
+        dir.run(&format!("batch in -d out -r {ratios} --pattern {pattern} --resume -g cpu -q")).succeeds();
+        let faces = |name: &str| {
+            let path = dir.path("out").join(name);
+            formats::read(&path).expect("a mesh").faces.len()
+        };
+        [faces("x-1.ply"), faces("x-2.ply")]
+    };
+    let by_level = run("50%,20%", "x-{level}.ply");
+    assert!(by_level[0] > by_level[1], "{by_level:?}");
+    let by_ratio = run("50%,20%", "x-{ratio}.ply");
+    assert_eq!(by_ratio, [by_level[1], by_level[0]]);
+}

@@ -14,7 +14,11 @@ use crate::cli::values;
 /// that do not contract run once a level. Level 1 is the finest; the input itself is none, unless 100% asks for it.
 #[derive(Debug, Args)]
 // A negative number reaches the option's own parser, which says what is wanted.
-#[command(allow_negative_numbers = true, after_help = EXAMPLES)]
+#[command(
+    allow_negative_numbers = true,
+    after_help = EXAMPLES,
+    mut_arg("memory_limit", |arg| arg.help(MEMORY_HELP).long_help(format!("{MEMORY_HELP}\n\n{MEMORY_SENTENCES}")))
+)]
 pub struct Lod {
     /// Mesh to read: a file, '-', or sample:NAME[@FACES]
     ///
@@ -143,6 +147,12 @@ pub struct Screen {
     #[arg(long, value_name = "DEG", default_value = "60", value_parser = values::fov)]
     pub fov: f64,
 }
+
+const MEMORY_HELP: &str = "Refuse jobs that need more memory: 8GiB";
+const MEMORY_SENTENCES: &str = "\
+Refuses the job with code 6, once the input is read, when it is estimated to need more memory than this: 64 MiB and 288 bytes for \
+every face of the input. On an adapter 512 bytes are needed for every face; where these are too many, the CPU does the work. Levels \
+are not made in parts.";
 
 const EXAMPLES: &str = "\
 Examples:

@@ -44,6 +44,14 @@ pub struct Simplify {
     pub weights: Weights,
     #[command(flatten)]
     pub device: Device,
+
+    /// Folder for parts that do not fit the memory limit
+    ///
+    /// Where --memory-limit asks for parts, they are kept in files in this folder: 12 bytes a face and what is left of
+    /// them. Without it they are beside the output. The files have no name and are gone whenever the program ends.
+    #[arg(long, value_name = "DIR", help_heading = "Device")]
+    pub temp_dir: Option<PathBuf>,
+
     #[command(flatten)]
     pub writing: Writing,
 }
@@ -268,13 +276,6 @@ pub struct Device {
     /// these are too many, the CPU does the work. The result depends on the limit, and on no device or thread.
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
     pub memory_limit: Option<u64>,
-
-    /// Folder for parts that do not fit the memory limit
-    ///
-    /// Where --memory-limit asks for parts, they are kept in files in this folder: 12 bytes a face and what is left of
-    /// them. Without it they are beside the output. The files have no name and are gone whenever the program ends.
-    #[arg(long, value_name = "DIR")]
-    pub temp_dir: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -1,7 +1,7 @@
 //! What a chain came to: for people, for programs, and for engines.
 
 use std::fmt;
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 
 use coarsen::metrics::Deviation as Measurement;
 use coarsen::{Device, Mesh, Outcome, StopReason};
@@ -159,7 +159,7 @@ impl Record {
     /// None that numbers and texts can cause.
     pub fn manifest(&self, input: &Mesh, outputs: &Outputs, path: &Path) -> serde_json::Result<Vec<u8>> {
         let folder = path.parent().unwrap_or(Path::new(""));
-        let beside = |file: &Path| file.strip_prefix(folder).unwrap_or(file).display().to_string();
+        let beside = |file: &Path| from_folder(file, folder).display().to_string();
         let (low, high) = input.bounds();
         let center = (low + high) / 2.0;
         let radius = input.positions.iter().map(|p| p.distance(center)).fold(0.0, f64::max);
@@ -192,6 +192,18 @@ impl Record {
         bytes.push(b'\n');
         Ok(bytes)
     }
+}
+
+/// The way to a file from a folder.
+fn from_folder(file: &Path, folder: &Path) -> PathBuf {
+    let absolute = |path: &Path| {
+        let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
+        std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf())
+    };
+    let (file, folder) = (absolute(file), absolute(folder));
+    let common = file.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
+    let up = folder.components().skip(common).map(|_| Component::ParentDir);
+    up.chain(file.components().skip(common)).collect()
 }
 
 impl Told {
@@ -271,5 +283,19 @@ impl fmt::Display for Record {
             self.device
         )?;
         if measure > 0.0 { write!(f, ", measured in {measure:.2} s") } else { Ok(()) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_named_from_the_manifest_s_folder() {
+        let way = |file: &str, folder: &str| from_folder(Path::new(file), Path::new(folder)).display().to_string();
+        assert_eq!(way("lods/x-1.ply", "lods"), "x-1.ply");
+        assert_eq!(way("lods/x-1.ply", ""), "lods/x-1.ply");
+        assert_eq!(way("lods/x-1.ply", "meta/deep"), "../../lods/x-1.ply");
+        assert_eq!(way("x-1.ply", "meta"), "../x-1.ply");
     }
 }

@@ -115,9 +115,13 @@ impl Stream {
             (format, _) => return refused(&format!("a file of the format {}", format.name())),
         }
         let failed = |source| Error::Read { path: path.to_path_buf(), source };
+        let metadata = std::fs::metadata(path).map_err(failed)?;
+        if !metadata.is_file() {
+            return refused("what is no file");
+        }
+        let file_bytes = metadata.len();
         let open = || File::open(path).map_err(failed);
         let file = open()?;
-        let file_bytes = file.metadata().map_err(failed)?.len();
         let mut head = Vec::new();
         (&file).take(MOST_HEADER_BYTES as u64).read_to_end(&mut head).map_err(failed)?;
         input::check_content(&head, Format::Ply)?;

@@ -7,7 +7,7 @@ use super::super::super::triangulate::sides::{triangle_holds, turn};
 use super::drawing::{Drawing, Star};
 use super::grid::Grid;
 use super::{Edges, Limits, Places, Shade, length};
-use crate::math::DVec2;
+use crate::math::{DVec2, tie_hash};
 use crate::mesh::dual::NONE;
 
 /// Twice the area over the longest side squared that triangles of a fan have at least.
@@ -156,12 +156,14 @@ impl Thinning<'_> {
     fn pass(&mut self) -> bool {
         let corners: Vec<u32> =
             (0..self.places.vertex_count).filter(|&v| self.triangle_of[v as usize] != NONE).collect();
-        let worth = |v: u32| Some(Reverse((order(self.worth(v)?.0), v)));
-        let mut queue: BinaryHeap<Reverse<(u64, u32)>> = corners.into_iter().filter_map(worth).collect();
+        // Of equals not one after its neighbor: the triangles of a flat would be few and large from the start.
+        let rank = |worth: f64, v: u32| (order(worth), tie_hash(v, 0), v);
+        let worth = |v: u32| Some(Reverse(rank(self.worth(v)?.0, v)));
+        let mut queue: BinaryHeap<Reverse<(u64, u32, u32)>> = corners.into_iter().filter_map(worth).collect();
         let mut is_any = false;
-        while let Some(Reverse((before, vertex))) = queue.pop() {
+        while let Some(Reverse((before, _, vertex))) = queue.pop() {
             let Some((worth, apex)) = self.worth(vertex) else { continue };
-            let now = Reverse((order(worth), vertex));
+            let now = Reverse(rank(worth, vertex));
             if now.0.0 > before && queue.peek().is_some_and(|next| *next > now) {
                 queue.push(now);
                 continue;
