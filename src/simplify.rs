@@ -333,7 +333,8 @@ pub fn simplify(
 /// let budgets = [0.5, 0.25, 0.1].map(Budget::keep);
 /// let levels = simplify_levels(&part, &Method::default(), &budgets, &Device::cpu(0)?, None)?;
 /// for (level, budget) in levels.iter().zip(&budgets) {
-///     assert_eq!(level.mesh.faces.len(), budget.target_faces(part.faces.len())?);
+///     // One less where a closed surface has no odd number of faces.
+///     assert!(budget.target_faces(part.faces.len())? - level.mesh.faces.len() <= 1);
 /// }
 /// assert!(levels.is_sorted_by_key(|level| level.error_estimate));
 /// # Ok(())

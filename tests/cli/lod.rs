@@ -206,7 +206,7 @@ fn wrong_uses_are_refused_before_the_work() {
         ("lod in.obj {level}.obj --write-log a --fit 1", "--write-log and --fit contradict"),
         ("lod in.obj {level}.obj -q -v", "--quiet and --verbose"),
         ("lod in.obj {level}.obj --fill ears", "are for --method removal"),
-        ("lod in.obj {level}.obj --shared-vertices", "leave all but {stem} out of '{level}.obj'"),
+        ("lod in.obj {level}.obj --shared-vertices", "leave what tells them out of '{level}.obj'"),
         ("lod in.obj x.ply --shared-vertices", "needs --manifest"),
         ("lod in.obj x.stl --shared-vertices", "STL has no vertices to share"),
         ("lod in.obj x.obj --shared-vertices --placement optimal", "needs contraction with --placement endpoint"),
