@@ -220,6 +220,22 @@ fn memory_and_time_are_limits_of_each_file() {
     assert!(contents(dir.path(), "time").is_empty());
 }
 
+/// A file that is no mesh at all is refused for its size alone: it was never read.
+#[test]
+fn what_does_not_fit_while_it_is_read_is_not_read() {
+    let dir = folder();
+    fs::write(dir.path().join("in/large.ply"), vec![b'x'; 1 << 20]).expect("a file");
+    let run = |out: &str, memory| {
+        let options = Options { memory_limit: Some(BYTES_ALWAYS + memory), ..Options::default() };
+        go(&plan(dir.path(), out, recipe(), Shard::WHOLE), options)
+    };
+    let enough = run("enough", 5 << 19);
+    assert_eq!((enough.done, enough.reasons()), (5, vec![(Reason::Malformed, 1)]));
+    let less = run("less", (5 << 19) - 1);
+    assert_eq!(less.reasons(), [(Reason::Memory, 1)]);
+    assert!(less.failed[0].1.message.starts_with("reading it takes about 67 MiB"), "{less:?}");
+}
+
 #[test]
 fn an_earlier_run_is_neither_replaced_nor_resumed_unasked() {
     let dir = folder();

@@ -49,6 +49,7 @@ impl Shop<'_> {
     pub fn work(&self, job: &Job, lease: &mut Lease<'_>, thread: &Device) -> std::result::Result<Ended, Failure> {
         let recipe = self.plan.recipe(job);
         let options = Hash(recipe.fingerprint());
+        self.check_reading(job)?;
         let (stored, mut read) = timed(|| stored(job));
         let Stored { bytes, hash } = stored?;
         if self.is_done(job, hash, options) {
@@ -125,6 +126,19 @@ impl Shop<'_> {
             };
             self.known.mentions(output) && hash_of(&self.plan.folder().join(output)).is_ok_and(has)
         })
+    }
+
+    /// Refuses a file that does not fit the memory while it is read, before it is; what may be done already is read to tell.
+    fn check_reading(&self, job: &Job) -> std::result::Result<(), Failure> {
+        let needed = estimate::bytes_to_read(job.input.bytes) + estimate::BYTES_ALWAYS;
+        match self.memory_limit {
+            Some(limit) if needed > limit && !job.outputs.iter().all(|output| self.known.mentions(output)) => {
+                let [needed, limit] = [needed, limit].map(|bytes| bytes.div_ceil(1 << 20));
+                let message = format!("reading it takes about {needed} MiB, more than the limit of {limit} MiB");
+                Err(Failure::new(Reason::Memory, message))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn check_memory(&self, faces: u64, needed: u64) -> std::result::Result<(), Failure> {
