@@ -282,7 +282,8 @@ impl fmt::Display for Record {
             self.simplify_ms / 1e3,
             self.device
         )?;
-        if measure > 0.0 { write!(f, ", measured in {measure:.2} s") } else { Ok(()) }
+        let is_measured = self.levels.iter().any(|level| level.error.measured.is_some());
+        if is_measured { write!(f, ", measured in {measure:.2} s") } else { Ok(()) }
     }
 }
 
