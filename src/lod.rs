@@ -18,7 +18,7 @@
 //! ```
 
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, take};
 use crate::simplify::Outcome;
 
 /// Marks an input vertex that is in no level.
@@ -109,10 +109,6 @@ fn rows_in(finest: &Outcome, levels: &[Outcome]) -> Result<Vec<Vec<u32>>> {
         found.push(rows);
     }
     Ok(found)
-}
-
-fn take<T: Copy>(rows: &[T], order: &[u32]) -> Vec<T> {
-    order.iter().map(|&row| rows[row as usize]).collect()
 }
 
 #[cfg(test)]

@@ -39,8 +39,7 @@ impl Goal {
                 "the error limit {deviation:e} is below {least:e}, the diagonal of the smallest cells here"
             )));
         }
-        let counts_faces = budget.faces.is_some() || budget.keep.is_some();
-        Ok(if counts_faces { Self::Faces { target, most } } else { Self::Deviation { most } })
+        Ok(if budget.counts_faces() { Self::Faces { target, most } } else { Self::Deviation { most } })
     }
 
     fn target(self) -> usize {

@@ -8,10 +8,9 @@ use crate::kernel::contract_vertices::VERTEX;
 use crate::kernel::rows::{BORDER, Face, JOINED, LOCKED, Position, SEAM, with_hub};
 use crate::math::{DVec3, Vec3};
 use crate::mesh::adjacency::{EdgeUse, Rings};
-use crate::mesh::arrange::Arranged;
+use crate::mesh::arrange::{self, Arranged, NO_FACE_LEFT};
 use crate::mesh::fan::Fan;
 use crate::mesh::frame::Frame;
-use crate::mesh::limits::check_weld;
 use crate::mesh::orient::{Oriented, TURNED, turn_to_agree};
 use crate::mesh::prune::prune;
 use crate::mesh::weld::{Welded, joined_attributes};
@@ -59,17 +58,13 @@ impl Prepared {
 /// # Errors
 /// [`Error::Mesh`] for an invalid mesh or one that has no face left after welding.
 pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
-    mesh.check()?;
-    if mesh.faces.is_empty() {
-        return Err(Error::Mesh("it has no faces".into()));
-    }
-    check_weld(options.weld)?;
+    arrange::check(mesh, options.weld)?;
     let textured = mesh.texcoords.is_some();
     if textured && options.texture == Texture::Keep && options.log {
         return Err(Error::Parameter("a log holds no texture coordinates: drop them, or leave out the log".into()));
     }
     let clock = std::time::Instant::now();
-    let (arranged, attributes, warnings) = arrange(mesh, options)?;
+    let (arranged, attributes, warnings) = arranged(mesh, options)?;
     let weld_secs = clock.elapsed().as_secs_f64();
 
     let Arranged { vertex_source, mut faces, face_source, rings, lowest, bounds, .. } = arranged;
@@ -111,7 +106,7 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
 type Attributes = (Option<Vec<Vec3>>, Option<Vec<[f32; 4]>>);
 
 /// Welds, prunes and sorts `mesh`; also returns the kept vertices' normals and colors, and warnings.
-fn arrange(mesh: &Mesh, options: &Options) -> Result<(Arranged, Attributes, Vec<String>)> {
+fn arranged(mesh: &Mesh, options: &Options) -> Result<(Arranged, Attributes, Vec<String>)> {
     let mut arranged;
     let attributes;
     let mut pruned = 0;
@@ -132,23 +127,19 @@ fn arrange(mesh: &Mesh, options: &Options) -> Result<(Arranged, Attributes, Vec<
         attributes = joined_attributes(mesh, arranged.lowest.as_ref(), &arranged.vertex_source);
     }
     if arranged.faces.is_empty() {
-        let reason = if pruned > 0 {
-            "every part is below the prune limit: give a smaller one"
-        } else {
-            "all its faces are degenerate: two corners of each lie at one point"
-        };
+        let reason = if pruned > 0 { "every part is below the prune limit: give a smaller one" } else { NO_FACE_LEFT };
         return Err(Error::Mesh(reason.into()));
     }
     if arranged.vertex_source.len() > VERTEX as usize {
         let count = arranged.vertex_source.len();
         return Err(Error::Limit(format!("{count} vertices, more than the {VERTEX} that a run can number")));
     }
-    let warnings = arranged.dropped().into_iter().chain([(pruned, "small parts dropped")]);
-    let warnings = warnings.filter(|&(count, _)| count > 0).map(|(count, what)| format!("{count} {what}"));
+    let parts = (pruned > 0).then(|| format!("{pruned} small parts dropped"));
     let drops = mesh.texcoords.is_some() && options.texture == Texture::Drop;
     let dropped = drops.then(|| "texture coordinates are dropped: the option 'texture' keeps them".into());
     let face_colors = mesh.face_colors.is_some().then(|| FACE_COLORS_DROPPED.into());
-    Ok((arranged, attributes, warnings.chain(dropped).chain(face_colors).collect()))
+    let warnings = arranged.warnings().chain(parts).chain(dropped).chain(face_colors).collect();
+    Ok((arranged, attributes, warnings))
 }
 
 impl Prepared {

@@ -5,9 +5,9 @@ use rayon::prelude::*;
 use crate::kernel::contract_faces::renamed;
 use crate::kernel::rows::{Face, Position};
 use crate::math::DVec3;
-use crate::mesh::Mesh;
 use crate::mesh::frame::Frame;
 use crate::mesh::orient::TURNED;
+use crate::mesh::{Mesh, take};
 use crate::simplify::MOVED;
 
 use super::carry::{Carried, MOVED_FROM};
@@ -83,10 +83,6 @@ fn by_origin(origins: &[u32], flag: u32, count: usize, is_live: impl Fn(usize) -
     live.for_each(|(row, &origin): (u32, _)| rows[(origin & !flag) as usize] = row);
     rows.retain(|&row| row != NONE);
     rows
-}
-
-fn take<T: Copy>(rows: &[T], order: &[u32]) -> Vec<T> {
-    order.iter().map(|&row| rows[row as usize]).collect()
 }
 
 #[cfg(test)]

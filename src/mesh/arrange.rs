@@ -18,6 +18,9 @@ use super::{Mesh, PARALLEL_ROWS};
 use crate::error::{Error, Result};
 use crate::math::DVec3;
 
+/// What is wrong with a mesh that has faces, none of which is left.
+pub(crate) const NO_FACE_LEFT: &str = "all its faces are degenerate: two corners of each lie at one point";
+
 /// A welded mesh without its positions, in the order of the curve.
 #[derive(Debug)]
 pub(crate) struct Arranged {
@@ -38,20 +41,28 @@ pub(crate) struct Arranged {
     pub duplicate_faces: usize,
 }
 
+/// What any run asks of a mesh and of the distance within which it joins vertices.
+///
+/// # Errors
+/// [`Error::Mesh`] for an invalid mesh or one without faces, [`Error::Parameter`] for a tolerance that is no length.
+pub(crate) fn check(mesh: &Mesh, tolerance: Option<f64>) -> Result<()> {
+    mesh.check()?;
+    if mesh.faces.is_empty() {
+        return Err(Error::Mesh("it has no faces".into()));
+    }
+    check_weld(tolerance)
+}
+
 impl Arranged {
     /// [`new`](Self::new) of any mesh.
     ///
     /// # Errors
     /// [`Error::Mesh`] for an invalid mesh or one that has no face left, [`Error::Parameter`] for a tolerance that is no length.
     pub fn checked(mesh: &Mesh, tolerance: Option<f64>) -> Result<Self> {
-        mesh.check()?;
-        if mesh.faces.is_empty() {
-            return Err(Error::Mesh("it has no faces".into()));
-        }
-        check_weld(tolerance)?;
+        check(mesh, tolerance)?;
         let arranged = Self::new(mesh, tolerance);
         if arranged.faces.is_empty() {
-            return Err(Error::Mesh("all its faces are degenerate: two corners of each lie at one point".into()));
+            return Err(Error::Mesh(NO_FACE_LEFT.into()));
         }
         Ok(arranged)
     }

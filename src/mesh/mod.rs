@@ -72,6 +72,11 @@ pub struct Mesh {
 /// What a run says that carries colors of vertices alone.
 pub(crate) const FACE_COLORS_DROPPED: &str = "face colors are dropped: only those of vertices are carried";
 
+/// Those of `rows` in this order.
+pub(crate) fn take<T: Copy>(rows: &[T], order: &[u32]) -> Vec<T> {
+    order.iter().map(|&row| rows[row as usize]).collect()
+}
+
 impl Mesh {
     /// A mesh of positions and faces only.
     pub fn new(positions: Vec<DVec3>, faces: Vec<[u32; 3]>) -> Self {

@@ -33,6 +33,7 @@ use crate::backend::Device;
 use crate::contract::{self, Texture, Weighting};
 use crate::error::{Error, Result};
 use crate::formats::{Scratch, Stream};
+use crate::mesh::arrange::NO_FACE_LEFT;
 use crate::mesh::{FACE_COLORS_DROPPED, Mesh};
 use crate::polish::Flips;
 use crate::simplify::{self, Budget, Method, OnProgress, Progress, StopReason};
@@ -163,7 +164,7 @@ fn run(
 ) -> Result<Outcome> {
     let clock = Instant::now();
     let (faces_in, target) = (input.face_count(), budget.target_faces(input.face_count())?);
-    let counts = budget.faces.is_some() || budget.keep.is_some();
+    let counts = budget.counts_faces();
     if faces_in == 0 {
         return Err(Error::Mesh("it has no faces".into()));
     }
@@ -264,7 +265,7 @@ fn whole(stream: &Stream) -> Result<Mesh> {
         Ok(())
     })?;
     if mesh.faces.is_empty() {
-        return Err(Error::Mesh("all its faces are degenerate: two corners of each lie at one point".into()));
+        return Err(Error::Mesh(NO_FACE_LEFT.into()));
     }
     Ok(mesh)
 }

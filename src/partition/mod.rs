@@ -152,7 +152,7 @@ impl Options {
 
     fn check(&self, budget: &Budget) -> Result<()> {
         check_weld(self.weld)?;
-        if budget.faces.is_some() || budget.keep.is_some() {
+        if budget.counts_faces() {
             return Err(Error::Parameter("a number of faces cannot be asked for: it follows from the regions".into()));
         }
         match &self.by {
