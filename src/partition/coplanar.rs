@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::Partition;
-use super::rebuild::Plane;
+use super::plane::Plane;
 use super::surface::Surface;
 use crate::error::{Error, Result};
 use crate::math::DVec3;

@@ -13,10 +13,10 @@ use super::boundary::Boundary;
 use super::chains::Chains;
 use super::cut::Parts;
 use super::find::Search;
+use super::fit::fit;
 use super::queues::Queues;
 use super::rebuild::{Light, Rebuilt, Recipe, rebuild};
 use super::restore::{Restored, VertexLight, restore};
-use super::superface;
 use super::surface::Surface;
 
 /// How often regions that cannot be drawn are cut in two.
@@ -87,7 +87,7 @@ pub fn run(
         warnings.push(format!("{count} regions, or parts of them, cannot be drawn anew and keep their faces"));
     }
     let fitted = (found.colors.as_deref().filter(|_| found.fits_light && !cancelled))
-        .map(|colors| superface::fit::fit(&surface, colors, &rebuilt.faces, &rebuilt.samples, found.inner_color / 2.0));
+        .map(|colors| fit(&surface, colors, &rebuilt.faces, &rebuilt.samples, found.inner_color / 2.0));
     let light = fitted.as_deref().map(VertexLight::Fitted).or(found.colors.as_deref().map(VertexLight::Own));
     let error_estimate = surface.frame.length_to_model(rebuilt.deviation);
     let Restored { mesh, vertex_origin, mut regions } = restore(mesh, &surface, &parts, rebuilt, light);

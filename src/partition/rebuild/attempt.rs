@@ -1,12 +1,12 @@
 //! One region with its borders as they are now: triangles, or what keeps it from having any.
 
 use super::Light;
-use super::plane::Plane;
 use crate::math::DVec3;
 use crate::partition::boundary::{Boundary, Pass};
 use crate::partition::chains::{Chains, Segment};
-use crate::partition::superface::fit::{Sample, area_at};
-use crate::partition::superface::interior::{Color, Edges, Limits, Places, Shade, thin};
+use crate::partition::fit::{Sample, area_at};
+use crate::partition::interior::{Color, Edges, Limits, Places, Shade, thin};
+use crate::partition::plane::Plane;
 use crate::partition::surface::Surface;
 use crate::partition::triangulate::{Fault, Misfit, Outline, Triangulation, improve, triangulate};
 

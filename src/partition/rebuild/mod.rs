@@ -11,12 +11,9 @@
 
 mod attempt;
 mod conflicts;
-mod plane;
 mod topology;
 
 use rayon::prelude::*;
-
-pub use plane::Plane;
 
 use attempt::{Attempt, Flat, Site, farthest, segments};
 use topology::planar_regions;
@@ -24,8 +21,9 @@ use topology::planar_regions;
 use super::Partition;
 use super::boundary::Boundary;
 use super::chains::Chains;
-use super::superface::fit::{AT_VERTICES, Sample, area};
-use super::superface::interior::Color;
+use super::fit::{AT_VERTICES, Sample, area};
+use super::interior::Color;
+use super::plane::Plane;
 use super::surface::Surface;
 use super::triangulate::{Triangulation, fill_in_space};
 use crate::math::DVec3;

@@ -4,15 +4,13 @@
 //! \[Liu99\]: seeds in the order of how little the light changes around them, grown across edges while the criterion holds.
 //! Departs: the criterion measures contrast by default, which needs no unit of area, and may cap the range of light within a
 //! superface; what is not flat is kept apart, which the paper takes for granted. By default any light joins, for vertices come
-//! back inside where it would be missed (`interior`), and colors are fitted to what lies between them (`fit`).
+//! back inside where it would be missed (`partition::interior`), and colors are fitted to what lies between them (`partition::fit`).
 //!
 //! # Invariants
 //! - The regions are a [`Partition`]: every face is in one, and each hangs together across edges.
 //! - The vertices of a region lie within [`Flatness::distance`] of its plane, and its faces look to the plane's side.
 
-pub(super) mod fit;
 mod grow;
-pub(super) mod interior;
 mod light;
 mod region;
 #[cfg(test)]
@@ -26,7 +24,7 @@ use crate::math::DVec3;
 use crate::mesh::Mesh;
 use crate::mesh::limits::{ONE_DEGREE, TWENTY_DEGREES};
 
-use super::rebuild::Plane;
+use super::plane::Plane;
 use super::surface::Surface;
 use super::{Flatness, Partition};
 use light::Lights;

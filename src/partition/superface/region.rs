@@ -1,6 +1,6 @@
 //! A superface as it grows: its light, its plane, and what may join it.
 
-use super::super::rebuild::Plane;
+use super::super::plane::Plane;
 use super::super::surface::Surface;
 use super::{Criterion, Options};
 use crate::math::DVec3;

@@ -1,8 +1,8 @@
 //! Colors of the vertices that stay, moved so that the light between them is right on average: where light bends one way, colors
 //! that are right at vertices are all off to one side between them.
 
-use super::super::surface::Surface;
 use super::interior::{Color, length};
+use super::surface::Surface;
 use crate::mesh::adjacency::group;
 
 /// Rounds, all but the first with samples weighted by one over how far they were off: so that what counts is the mean difference,

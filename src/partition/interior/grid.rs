@@ -105,7 +105,7 @@ fn extent(corners: [DVec2; 3], bottom: f64, top: f64) -> Option<(f64, f64)> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::super::triangulate::sides::{triangle_holds, turn};
+    use super::super::super::triangulate::sides::{triangle_holds, turn};
     use super::*;
 
     /// The grid finds what a look at every pair finds, whatever the shape of the triangles.

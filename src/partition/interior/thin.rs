@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::super::super::triangulate::sides::{triangle_holds, turn};
+use super::super::triangulate::sides::{triangle_holds, turn};
 use super::drawing::{Drawing, Star};
 use super::grid::Grid;
 use super::{Edges, Limits, Places, Shade, length};

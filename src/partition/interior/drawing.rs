@@ -5,7 +5,7 @@ use rustc_hash::FxHashMap;
 
 use robust::{Coord, incircle};
 
-use super::super::super::triangulate::sides::turn;
+use super::super::triangulate::sides::turn;
 use super::Edges;
 use crate::math::DVec2;
 use crate::mesh::dual::NONE;
@@ -331,7 +331,7 @@ impl<'a> Drawing<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::super::triangulate::sides::triangle_holds;
+    use super::super::super::triangulate::sides::triangle_holds;
     use super::*;
 
     /// Counter-clockwise from the least corner, sorted.
