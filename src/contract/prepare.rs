@@ -225,6 +225,7 @@ fn weld(mesh: &Mesh, tolerance: Option<f64>) -> Welded {
             texcoords: mesh.texcoords.as_ref().map(|rows| face_source.iter().map(|&f| rows[f as usize]).collect()),
             // A run carries none.
             face_colors: None,
+            ..Mesh::default()
         },
         vertex_source: (0..mesh.positions.len() as u32).collect(),
         face_source,

@@ -64,6 +64,7 @@ pub fn restore(input: &Mesh, frame: Frame, placed: Placed<'_>, carried: &Carried
         colors: colors.as_ref().map(|rows| take(rows, &vertex_order)),
         texcoords: charts.as_ref().map(texcoords),
         face_colors: None,
+        ..Mesh::default()
     };
     let origin = take(origin, &vertex_order);
     (mesh, origin.into_iter().map(|origin| if origin & MOVED_FROM == 0 { origin } else { MOVED }).collect())

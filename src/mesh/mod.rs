@@ -4,11 +4,12 @@
 //! Checked by [`Mesh::check`]; every function that takes a mesh may rely on them once it has called it.
 //! - every index in `faces` is below `positions.len()`;
 //! - every coordinate is finite;
-//! - `normals` and `colors`, where present, have one row a vertex;
-//! - `texcoords` and `face_colors`, where present, have one row a face, and all texture coordinates are finite.
+//! - `normals`, `colors` and channels, where present, have one row a vertex;
+//! - `texcoords`, `face_colors` and materials, where present, have one row a face, and all texture coordinates are finite.
 
 pub mod adjacency;
 pub(crate) mod arrange;
+pub mod channel;
 mod circle;
 pub(crate) mod clip;
 mod curve;
@@ -31,6 +32,7 @@ pub mod validate;
 pub mod weld;
 
 pub use adjacency::Rings;
+pub use channel::{Channel, ChannelKind, Materials};
 pub use orient::orient;
 pub use polygons::Polygons;
 pub use prune::prune;
@@ -50,7 +52,7 @@ const PARALLEL_ROWS: usize = 4096;
 
 /// An indexed triangle mesh.
 ///
-/// Vertices may repeat positions (a soup, a seam); `weld` joins them. Faces are counter-clockwise from outside.
+/// Vertices may repeat positions (a soup, a crease, a seam); `weld` joins them. Faces are counter-clockwise from outside.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Mesh {
     /// Vertex positions in model units.
@@ -67,6 +69,10 @@ pub struct Mesh {
     pub texcoords: Option<Vec<[Vec2; 3]>>,
     /// Colors as at the vertices, one a face: light that jumps from face to face.
     pub face_colors: Option<Vec<[f32; 4]>>,
+    /// What else vertices carry: further texture coordinates, tangents, joints, scalars.
+    pub channels: Vec<Channel>,
+    /// What every face is made of.
+    pub materials: Option<Materials>,
 }
 
 /// What a run says that carries colors of vertices alone.
@@ -80,7 +86,7 @@ pub(crate) fn take<T: Copy>(rows: &[T], order: &[u32]) -> Vec<T> {
 impl Mesh {
     /// A mesh of positions and faces only.
     pub fn new(positions: Vec<DVec3>, faces: Vec<[u32; 3]>) -> Self {
-        Self { positions, faces, normals: None, colors: None, texcoords: None, face_colors: None }
+        Self { positions, faces, ..Self::default() }
     }
 
     /// Checks the invariants of this module.
@@ -120,6 +126,8 @@ impl Mesh {
                 return Err(Error::Mesh(format!("{rows} {name} for {count} {of}")));
             }
         }
+        self.channels.iter().try_for_each(|channel| channel.check(vertex_count))?;
+        self.materials.iter().try_for_each(|materials| materials.check(self.faces.len()))?;
         let texcoords = self.texcoords.as_deref().unwrap_or_default();
         if let Some(f) = texcoords.iter().position(|corners| corners.iter().any(|uv| !uv.is_finite())) {
             return Err(Error::Mesh(format!(

@@ -1,8 +1,8 @@
 //! Drops small parts: dust of scans, screws of assemblies.
 
-use super::Mesh;
 use super::topology::Components;
 use super::weld::Welded;
+use super::{Channel, Mesh};
 use crate::math::DVec3;
 
 /// Drops the parts of a welded mesh whose bounding box's diagonal is below `fraction` of the whole mesh's. Returns the
@@ -35,13 +35,20 @@ pub fn prune(welded: &mut Welded, fraction: f64) -> usize {
         *new = count;
         count += u32::from(stays);
     }
-    let Mesh { positions, faces, normals, colors, texcoords, face_colors } = &mut welded.mesh;
+    let Mesh { positions, faces, normals, colors, texcoords, face_colors, channels, materials } = &mut welded.mesh;
     *faces = kept.iter().map(|&f| faces[f].map(|v| new_vertex[v as usize])).collect();
     if let Some(texcoords) = texcoords {
         *texcoords = kept.iter().map(|&f| texcoords[f]).collect();
     }
     if let Some(face_colors) = face_colors {
         *face_colors = kept.iter().map(|&f| face_colors[f]).collect();
+    }
+    if let Some(materials) = materials {
+        materials.of_face = kept.iter().map(|&f| materials.of_face[f]).collect();
+    }
+    for Channel { values, width, .. } in channels {
+        let mut rows = stays.iter().flat_map(|&stays| std::iter::repeat_n(stays, *width));
+        values.retain(|_| rows.next() == Some(true));
     }
     retain(positions, &stays);
     retain(&mut welded.vertex_source, &stays);

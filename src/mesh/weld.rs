@@ -39,7 +39,7 @@ pub struct Welded {
 /// transitive: a row of vertices each within the tolerance of the next becomes one vertex. The lowest input vertex gives the
 /// position; vertices and faces keep their order. Normals and colors of joined vertices are averaged; normals that cancel
 /// out fall back to that of the lowest vertex. Texture coordinates stay with their corners, so that seams are kept, and colors
-/// of faces with their faces.
+/// and materials of faces with their faces. Channels are those of the lowest vertex.
 pub fn weld(mesh: &Mesh, tolerance: f64) -> Welded {
     let lowest = if tolerance > 0.0 { within(&mesh.positions, tolerance) } else { lowest_at_position(&mesh.positions) };
     let joined_vertices = count(lowest.len(), |v| lowest[v] as usize != v);
@@ -70,10 +70,12 @@ pub fn weld(mesh: &Mesh, tolerance: f64) -> Welded {
     // Faces keep the order of their corners.
     let texcoords = mesh.texcoords.as_ref().map(|rows| take(rows, &face_source));
     let face_colors = mesh.face_colors.as_ref().map(|rows| take(rows, &face_source));
+    let channels = mesh.channels.iter().map(|channel| channel.take(&vertex_source)).collect();
+    let materials = mesh.materials.as_ref().map(|materials| materials.take(&face_source));
 
     Welded {
         unreferenced_vertices: mesh.positions.len() - joined_vertices - positions.len(),
-        mesh: Mesh { positions, faces, normals, colors, texcoords, face_colors },
+        mesh: Mesh { positions, faces, normals, colors, texcoords, face_colors, channels, materials },
         vertex_source,
         face_source,
         lowest,

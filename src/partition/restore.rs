@@ -99,6 +99,7 @@ pub fn restore(
         colors,
         texcoords: None,
         face_colors: means.map(|means| face_labels.iter().map(|&part| means[part as usize]).collect()),
+        ..Mesh::default()
     };
     face_labels.iter_mut().for_each(|label| *label = whole(*label));
     // Parts come last: the number of regions is that of the wholes.

@@ -132,6 +132,7 @@ impl<'a> Replay<'a> {
             colors: self.rows.colors.as_ref().map(|rows| take(rows, &vertices)),
             texcoords: None,
             face_colors: None,
+            ..Mesh::default()
         }
     }
 }

@@ -122,6 +122,7 @@ pub fn restore(input: &Mesh, surface: &Surface, vertex_source: &[u32], lowest: O
         colors,
         texcoords: None,
         face_colors: None,
+        ..Mesh::default()
     };
     (mesh, origin)
 }

@@ -122,6 +122,7 @@ fn read_vertices(cursor: &mut Cursor<'_>, element: &Element, layout: &VertexLayo
         colors: layout.color.as_ref().map(|color| rows().map(|row| color.color(|place| value(row, place))).collect()),
         texcoords: None,
         face_colors: None,
+        ..Mesh::default()
     };
     let texcoords = layout.texcoord.map(|places| rows().map(|row| texcoord(places, |at| value(row, at))).collect());
     match mesh.positions.par_iter().with_min_len(LEAST_ROWS).position_first(|position| !position.is_finite()) {
