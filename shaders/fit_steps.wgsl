@@ -46,7 +46,7 @@ fn stepped(vertex: u32) -> vec3f {
 }
 
 fn run(i: u32) {
-    if (load_positions(i).flags & (BORDER | LOCKED | HUB)) != 0u {
+    if (load_positions(i).flags & (BORDER | LOCKED | SEAM | HUB)) != 0u {
         store_offsets(i, vec4f(0.0, 0.0, 0.0, 0.0));
         store_next_ahead(i, vec4f(0.0, 0.0, 0.0, 0.0));
         return;

@@ -24,8 +24,8 @@ struct Pair {
 fn plane_key(pair: Pair) -> u32 {
     let h = scale3(sub3(xyz(pair.pw), xyz(pair.pu)), 0.5);
     let freedom = Freedom(
-        (pair.pu.flags & LOCKED) != 0u,
-        (pair.pw.flags & LOCKED) != 0u,
+        stays(pair.pu.flags, pair.pw.flags),
+        stays(pair.pw.flags, pair.pu.flags),
         params.placement,
         params.regularization,
     );

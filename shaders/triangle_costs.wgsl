@@ -37,9 +37,9 @@ fn triangle_cost(first: Corner, second: Corner, third: Corner) -> f32 {
     }
     let half = half_exponent(t);
     let locked = vec3<bool>(
-        (first.position.flags & LOCKED) != 0u,
-        (second.position.flags & LOCKED) != 0u,
-        (third.position.flags & LOCKED) != 0u,
+        (first.position.flags & (LOCKED | SEAM)) != 0u,
+        (second.position.flags & (LOCKED | SEAM)) != 0u,
+        (third.position.flags & (LOCKED | SEAM)) != 0u,
     );
     let cost = best_cost(scaled(q, scale_down(half)), a, b, c, locked);
     return mul(mul(cost, scale_up(half)), scale_up(half));
@@ -50,8 +50,9 @@ fn triangle_key(first: Corner, second: Corner, third: Corner) -> u32 {
     let a = first.position.flags;
     let b = second.position.flags;
     let c = third.position.flags;
-    let stays = ((a & b) | (b & c) | (c & a)) & LOCKED;
-    if stays != 0u || ((a | b | c) & HUB) != 0u {
+    let held = LOCKED | SEAM;
+    let staying = u32((a & held) != 0u) + u32((b & held) != 0u) + u32((c & held) != 0u);
+    if staying > 1u || ((a | b | c) & HUB) != 0u {
         return NO_KEY;
     }
     return cost_key(triangle_cost(first, second, third));

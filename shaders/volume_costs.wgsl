@@ -1,35 +1,5 @@
 // The cost of every pair by the volume metric. Twin: src/kernel/volume_costs.rs
 
-struct Ends {
-    first: Sym3,
-    second: Sym3,
-    mutual: Sym3,
-    first_normal: vec3f,
-    second_normal: vec3f,
-    mutual_normal: vec3f,
-}
-
-fn volume_matrix(sum: VolumeSum) -> Sym3 {
-    return Sym3(sum.xx, sum.xy, sum.xz, sum.yy, sum.yz, sum.zz);
-}
-
-fn border_matrix(sum: BorderSum) -> Sym3 {
-    return Sym3(sum.xx, sum.xy, sum.xz, sum.yy, sum.yz, sum.zz);
-}
-
-// Adds the border terms and drops the volume constraint.
-fn with_border(ends: Ends, first: BorderSum, second: BorderSum, mutual: Sym3, weight: f32) -> Ends {
-    let none = vec3f(0.0, 0.0, 0.0);
-    return Ends(
-        sym_add(ends.first, sym_scale(border_matrix(first), weight)),
-        sym_add(ends.second, sym_scale(border_matrix(second), weight)),
-        sym_add(ends.mutual, sym_scale(mutual, weight)),
-        none,
-        none,
-        none,
-    );
-}
-
 // The cost of a pair from −h to h, solved at a scale where the trace is about 1.
 fn volume_cost(ends: Ends, h: vec3f, freedom: Freedom) -> f32 {
     let t = trace(sym_add(ends.first, ends.second));
@@ -70,22 +40,15 @@ fn pair_between(f: u32, g: u32, u: u32, w: u32) -> Pair {
 
 // What the ends of a pair sum to.
 fn ends_of(pair: Pair) -> Ends {
-    return Ends(
-        volume_matrix(pair.sum_u),
-        volume_matrix(pair.sum_w),
-        sym_add(outer(weighted(pair.left)), outer(weighted(pair.right))),
-        vec3f(pair.sum_u.nx, pair.sum_u.ny, pair.sum_u.nz),
-        vec3f(pair.sum_w.nx, pair.sum_w.ny, pair.sum_w.nz),
-        add3(doubled_area(pair.left), doubled_area(pair.right)),
-    );
+    return volume_ends(pair.sum_u, pair.sum_w, pair.left, pair.right);
 }
 
 // The key of a pair whose ends sum to `ends`.
 fn ends_key(ends: Ends, pair: Pair) -> u32 {
     let h = scale3(sub3(xyz(pair.pw), xyz(pair.pu)), 0.5);
     let freedom = Freedom(
-        (pair.pu.flags & LOCKED) != 0u,
-        (pair.pw.flags & LOCKED) != 0u,
+        stays(pair.pu.flags, pair.pw.flags),
+        stays(pair.pw.flags, pair.pu.flags),
         params.placement,
         params.regularization,
     );

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 
 use coarsen::backend::GpuOptions;
-use coarsen::contract::{Candidates, Feature, Metric, Options, Placement, Texture, Update, Weighting};
+use coarsen::contract::{Candidates, Feature, Metric, Options, Placement, Update, Weighting};
 use coarsen::mesh::{sample, shapes};
 use coarsen::metrics::{self, deviation};
 use coarsen::polish::Flips;
@@ -72,7 +72,7 @@ fn cases() -> Vec<(&'static str, Mesh, Options)> {
         ("terrain", part("terrain", 6_000), Options::default()),
         ("locked", part("terrain", 6_000), Options { lock_border: true, ..Options::default() }),
         ("colors", colored, Options::default()),
-        ("texture", seen_from_above(part("terrain", 6_000)), Options { texture: Texture::Keep, ..Options::default() }),
+        ("texture", seen_from_above(part("terrain", 6_000)), Options::default()),
         ("fit", part("statue", 6_000), Options { fit: 2, ..Options::default() }),
         ("flips", part("part", 4_000), Options { flips: Flips { sweeps: 2, ..Flips::default() }, ..plane.clone() }),
         ("triangles", part("statue", 6_000), Options { candidates: Candidates::Triangles, ..plane.clone() }),
@@ -180,7 +180,7 @@ fn vertices_of_a_level_are_among_those_of_the_finer_ones() {
 #[test]
 fn every_level_is_a_beginning_of_one_log() {
     for (name, mesh, options) in cases() {
-        if options.fit > 0 || options.flips.sweeps > 0 || options.texture == Texture::Keep {
+        if options.fit > 0 || options.flips.sweeps > 0 || name == "texture" {
             continue;
         }
         let levels = chain(&mesh, &Options { log: true, ..options }, &keeping(&[0.6, 0.3, 0.1, 0.05]));

@@ -4,7 +4,7 @@
 mod support;
 
 use coarsen::backend::GpuOptions;
-use coarsen::contract::{Metric, Options, Placement, Texture};
+use coarsen::contract::{Attributes, Metric, Options, Placement};
 use coarsen::formats;
 use coarsen::math::{DVec3, Vec2};
 use coarsen::mesh::{sample, shapes, weld};
@@ -21,7 +21,7 @@ const PLACEMENTS: [Placement; 4] =
     [Placement::Optimal, Placement::Segment, Placement::EndpointOrMiddle, Placement::Endpoint];
 
 fn keeping() -> Options {
-    Options { texture: Texture::Keep, ..Options::default() }
+    Options::default()
 }
 
 fn run_on(device: &Device, mesh: &Mesh, options: &Options, budget: Budget) -> Outcome {
@@ -120,24 +120,60 @@ fn what_would_fold_is_refused_and_counted() {
     assert!(outcome.blocked.texture > 0, "{:?}", outcome.blocked);
 }
 
+/// Seams contract along themselves, both sides together: two loops that cross once, as before, and all of the texture.
 #[test]
-fn seams_stay_and_keep_their_coordinates() {
+fn seams_stay_closed_and_keep_their_coordinates() {
     let mesh = wrapped_torus();
-    let seams = seam_ends(&mesh);
-    assert_eq!(seams.len(), 48 + 24 - 1);
+    assert_eq!(seam_ends(&mesh).len(), 48 + 24 - 1);
     for options in [keeping(), Options { metric: Metric::Plane, ..keeping() }, Options { fit: 2, ..keeping() }] {
         let outcome = run(&mesh, &options, Budget::keep(0.2));
         assert_eq!(outcome.stop, StopReason::FacesReached);
-        assert_eq!(seam_ends(&outcome.mesh), seams, "{:?}", options.metric);
-        assert_eq!(folds(&outcome.mesh), 0);
+        let seams = seam_ends(&outcome.mesh).len();
+        assert!((8..48 + 24 - 1).contains(&seams), "{:?}: {seams} vertices on seams", options.metric);
+        assert_eq!((folds(&outcome.mesh), seam_degrees(&outcome.mesh)), (0, vec![(2, seams - 1), (4, 1)]));
         let found = texture_deviation(&mesh, &outcome.mesh, TEXELS).expect("valid meshes").expect("textures");
         assert!(found.covered > 0.99, "{found:?}");
         assert!(found.deviation.rms < 0.01 * mesh.diagonal(), "{found:?}");
     }
+}
+
+#[test]
+fn locked_seams_stay() {
+    let mesh = wrapped_torus();
+    let seams = seam_ends(&mesh);
+    let attributes = Attributes { lock_seams: true, ..Attributes::default() };
+    let locking = Options { attributes, ..keeping() };
+    for options in
+        [locking.clone(), Options { metric: Metric::Plane, ..locking.clone() }, Options { fit: 2, ..locking.clone() }]
+    {
+        let outcome = run(&mesh, &options, Budget::keep(0.2));
+        assert_eq!((outcome.stop, seam_ends(&outcome.mesh)), (StopReason::FacesReached, seams.clone()));
+    }
     // Asked for more than seams leave, a run is stuck at them.
-    let stuck = run(&mesh, &keeping(), Budget::faces(4));
+    let stuck = run(&mesh, &locking, Budget::faces(4));
     assert_eq!((stuck.stop, seam_ends(&stuck.mesh)), (StopReason::Stuck, seams));
     assert!(stuck.blocked.seam > 0 && stuck.blocked.lock == 0, "{:?}", stuck.blocked);
+}
+
+/// How many vertices have how many edges of seams.
+fn seam_degrees(mesh: &Mesh) -> Vec<(usize, usize)> {
+    let mut sides = std::collections::BTreeMap::<[u32; 2], Vec<[[u32; 2]; 2]>>::new();
+    for (face, uv) in mesh.faces.iter().zip(rows(mesh)) {
+        for k in 0..3 {
+            let (a, b) = ((face[k], uv[k]), (face[(k + 1) % 3], uv[(k + 1) % 3]));
+            let (low, high) = if a.0 < b.0 { (a, b) } else { (b, a) };
+            let bits = [low.1, high.1].map(|uv| uv.to_array().map(f32::to_bits));
+            sides.entry([low.0, high.0]).or_default().push(bits);
+        }
+    }
+    let mut degrees = std::collections::BTreeMap::<u32, usize>::new();
+    for (ends, uses) in sides.iter().filter(|(_, uses)| uses.iter().any(|uv| *uv != uses[0])) {
+        assert_eq!(uses.len(), 2);
+        ends.iter().for_each(|&v| *degrees.entry(v).or_default() += 1);
+    }
+    let mut counts = std::collections::BTreeMap::<usize, usize>::new();
+    degrees.values().for_each(|&degree| *counts.entry(degree).or_default() += 1);
+    counts.into_iter().collect()
 }
 
 /// The input's coordinates at the input's vertices, when nothing else is allowed.
@@ -224,13 +260,9 @@ fn joined_parts_keep_their_charts() {
 #[test]
 fn a_log_holds_no_texture() {
     let mesh = terrain(2_000);
-    let method = |options| Method::Contract(Options { log: true, ..options });
-    let result = simplify(&mesh, &method(keeping()), &Budget::keep(0.5), &cpu(1), None);
-    assert!(matches!(&result, Err(Error::Parameter(text)) if text.contains("texture")), "{result:?}");
-    let dropped = simplify(&mesh, &method(Options::default()), &Budget::keep(0.5), &cpu(1), None).expect("no texture");
-    assert!(dropped.mesh.texcoords.is_none() && dropped.log.is_some());
-    let plain = Mesh { texcoords: None, ..mesh };
-    assert!(simplify(&plain, &method(keeping()), &Budget::keep(0.5), &cpu(1), None).is_ok());
+    let outcome = run(&mesh, &Options { log: true, ..keeping() }, Budget::keep(0.5));
+    assert!(outcome.mesh.texcoords.is_none() && outcome.log.is_some());
+    assert!(outcome.warnings.iter().any(|warning| warning.starts_with("a log holds")), "{:?}", outcome.warnings);
 }
 
 /// The real meshes with texture coordinates: no more folds than there were, and the texture near where it was.
@@ -239,11 +271,9 @@ fn real_textures_follow_the_surface() {
     for name in ["attributes/spot/spot.obj", "attributes/pirate.obj", "open/pizza.obj", "papers/feline.obj"] {
         let Some(path) = models::model(name) else { continue };
         let mesh = weld(&formats::read(&path).expect("a mesh"), 0.0).mesh;
-        let seams = seam_ends(&mesh);
         for share in [0.8, 0.6] {
             let outcome = run(&mesh, &keeping(), Budget::keep(share));
             assert!(folds(&outcome.mesh) <= folds(&mesh), "{name} {share}: {} folds", folds(&outcome.mesh));
-            assert!(seams.is_subset(&seam_ends(&outcome.mesh)), "{name} {share}");
             let found = texture_deviation(&mesh, &outcome.mesh, TEXELS).expect("valid meshes").expect("textures");
             let diagonal = mesh.diagonal();
             let [max, rms] = [found.deviation.max, found.deviation.rms].map(|length| length / diagonal);

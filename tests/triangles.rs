@@ -3,7 +3,7 @@
 mod support;
 
 use coarsen::backend::GpuOptions;
-use coarsen::contract::{Candidates, Feature, Metric, Options, Placement, Texture, Update, Weighting};
+use coarsen::contract::{Candidates, Feature, Metric, Options, Placement, Update, Weighting};
 use coarsen::mesh::{SAMPLES, sample, shapes};
 use coarsen::{Budget, Device, Error, Mesh, Method, Outcome, StopReason, simplify};
 use support::deviation::deviation;
@@ -130,7 +130,7 @@ fn textures_fits_and_locks_go_along() {
     let mesh = sample("terrain", Some(12_000)).expect("a sample");
     let (low, size) = (mesh.bounds().0, mesh.bounds().1 - mesh.bounds().0);
     let mesh = textured(mesh, |p| [(p.x - low.x) / size.x, (p.y - low.y) / size.y]);
-    let options = Options { texture: Texture::Keep, fit: 1, lock_border: true, ..triangles() };
+    let options = Options { fit: 1, lock_border: true, ..triangles() };
     let outcome = run(&mesh, &options, Budget::keep(0.2));
     assert_eq!((outcome.stop, folds(&outcome.mesh)), (StopReason::FacesReached, 0));
     let border = |mesh: &Mesh| topology(mesh).border_edges;

@@ -4,6 +4,11 @@
 struct PairQuadric { a: Sym3, b: vec3f, c: f32, n: vec3f, d: f32 }
 struct Freedom { first_locked: bool, second_locked: bool, placement: u32, regularization: f32 }
 
+// Whether an end of these flags stays beside another of those: one on a seam may only move along it.
+fn stays(own: u32, other: u32) -> bool {
+    return (own & LOCKED) != 0u || (own & ~other & SEAM) != 0u;
+}
+
 fn value(q: PairQuadric, x: vec3f) -> f32 {
     return add(sub(dot3(x, sym_mul(q.a, x)), mul(2.0, dot3(q.b, x))), q.c);
 }

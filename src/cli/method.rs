@@ -124,10 +124,34 @@ fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
         fit: shape.fit,
         flips: flips(shape),
         prune: shape.prune.unwrap_or(defaults.prune),
-        texture: shape.texture.map_or(defaults.texture, |texture| match texture {
-            args::Texture::Keep => contract::Texture::Keep,
-            args::Texture::Drop => contract::Texture::Drop,
-        }),
+        attributes: attributes(&shape.attributes),
         log: false,
     }
+}
+
+fn attributes(given: &args::Attributes) -> contract::Attributes {
+    let mut weights = contract::AttributeWeights::default();
+    let mut channels = Vec::new();
+    for (name, weight) in &given.attribute_weights {
+        match name.as_str() {
+            "normal" => weights.normal = *weight,
+            "uv" => weights.texcoord = *weight,
+            "color" => weights.color = *weight,
+            _ => channels.push((name.clone(), *weight)),
+        }
+    }
+    weights.channels = channels.into();
+    let drops = |what| given.drop.contains(&what);
+    let dropped = contract::Dropped {
+        normals: drops(args::Dropped::Normal) || given.normals == args::Normals::Drop,
+        colors: drops(args::Dropped::Color),
+        texcoords: drops(args::Dropped::Uv),
+        materials: drops(args::Dropped::Material),
+        channels: drops(args::Dropped::Other),
+    };
+    let normals = match given.normals {
+        args::Normals::Recompute => contract::Normals::Recompute,
+        _ => contract::Normals::Keep,
+    };
+    contract::Attributes { weights, normals, dropped, lock_seams: given.lock_seams, smooth: false }
 }

@@ -277,7 +277,7 @@ mod tests {
     fn shape_options_reach_the_engine() {
         let job =
             job("coarsen simplify sample:part - --format ply -f 8 --metric plane --placement endpoint --max-flip 45 \
-            --weld off --prune 1% --lock-border --border-weight 2 --join-within 0.5 --texture keep");
+            --weld off --prune 1% --lock-border --border-weight 2 --join-within 0.5 --lock-seams");
         let Method::Contract(options) = job.expect("a good line").setup.method else { panic!("another method") };
         let expected = contract::Options {
             metric: contract::Metric::Plane,
@@ -294,7 +294,7 @@ mod tests {
             flips: Flips::default(),
             fit: 0,
             prune: 0.01,
-            texture: contract::Texture::Keep,
+            attributes: contract::Attributes { lock_seams: true, ..contract::Attributes::default() },
             log: false,
         };
         assert_eq!(options, expected);

@@ -98,6 +98,13 @@ pub fn weld(text: &str) -> Result<Weld, String> {
     }
 }
 
+/// The weight of an attribute: NAME=WEIGHT.
+pub fn weight_of(text: &str) -> Result<(String, f32), String> {
+    let weight = text.split_once('=').filter(|(name, _)| !name.is_empty());
+    let parsed = weight.and_then(|(name, weight)| Some((name.to_owned(), number(weight).ok()? as f32)));
+    parsed.ok_or_else(|| "give NAME=WEIGHT, such as normal=0.5, with a weight of 0 or more".into())
+}
+
 /// A number above 0.
 pub fn positive(text: &str) -> Result<f64, String> {
     number(text).ok().filter(|&n| n > 0.0).ok_or_else(|| "give a number above 0".into())

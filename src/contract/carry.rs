@@ -1,9 +1,7 @@
-//! What vertices carry through a run without taking part: their origin, normals, colors.
+//! What vertices carry through a run: their origin, their weights, how far they drifted, and their wedges.
 
-use crate::math::Vec3;
-
-use super::charts::{ChartRows, Charts};
 use super::compact::keep_live;
+use super::wedges::{WedgeRows, Wedges};
 
 /// Set in the origin of a vertex that stands at no input vertex's position; input vertices are below it.
 pub const MOVED_FROM: u32 = 1 << 31;
@@ -13,10 +11,8 @@ pub const MOVED_FROM: u32 = 1 << 31;
 pub struct Carried {
     /// The input vertex at the same position; or, with the bit [`MOVED_FROM`], one of those that became this one.
     pub origin: Vec<u32>,
-    pub normals: Option<Vec<Vec3>>,
-    pub colors: Option<Vec<[f32; 4]>>,
-    /// Texture coordinates, where they are kept.
-    pub charts: Option<Charts>,
+    /// Attributes, where there are any that are kept.
+    pub wedges: Option<Wedges>,
     /// How far a vertex may have drifted off the surface, step by step, in the normalized frame; empty where the
     /// accumulated quadrics tell.
     pub drift: Vec<f32>,
@@ -31,9 +27,7 @@ impl Carried {
     pub fn rows(&mut self) -> CarriedRows<'_> {
         CarriedRows {
             origin: &mut self.origin,
-            normals: self.normals.as_deref_mut().unwrap_or_default(),
-            colors: self.colors.as_deref_mut().unwrap_or_default(),
-            charts: self.charts.as_mut().map(Charts::rows),
+            wedges: self.wedges.as_mut().map(Wedges::rows),
             drift: &mut self.drift,
             weights: &mut self.weights,
         }
@@ -48,15 +42,6 @@ impl Carried {
         if !self.weights.is_empty() {
             keep_live(&mut self.weights, new_vertex);
         }
-        if let Some(normals) = &mut self.normals {
-            keep_live(normals, new_vertex);
-        }
-        if let Some(colors) = &mut self.colors {
-            keep_live(colors, new_vertex);
-        }
-        if let Some(charts) = &mut self.charts {
-            charts.compact(new_vertex);
-        }
     }
 }
 
@@ -64,9 +49,7 @@ impl Carried {
 #[derive(Debug)]
 pub struct CarriedRows<'a> {
     origin: &'a mut [u32],
-    normals: &'a mut [Vec3],
-    colors: &'a mut [[f32; 4]],
-    pub charts: Option<ChartRows<'a>>,
+    pub wedges: Option<WedgeRows<'a>>,
     drift: &'a mut [f32],
     weights: &'a mut [f32],
 }
@@ -83,7 +66,7 @@ impl CarriedRows<'_> {
         Some([*self.weights.get(first)?, *self.weights.get(second)?])
     }
 
-    /// Interpolates into `keep` at `t` of the way between the ends; its drift is given.
+    /// Notes in `keep` that it stands at `t` of the way between the ends; its drift is given.
     pub fn contract(&mut self, keep: usize, [first, second]: [usize; 2], t: f32, drift: f32) {
         if let Some(row) = self.drift.get_mut(keep) {
             *row = drift;
@@ -96,14 +79,6 @@ impl CarriedRows<'_> {
             1.0 => self.origin[second],
             _ => self.origin[keep] | MOVED_FROM,
         };
-        if !self.normals.is_empty() {
-            let sum = self.normals[first] * (1.0 - t) + self.normals[second] * t;
-            self.normals[keep] = sum.try_normalize().unwrap_or(self.normals[first]);
-        }
-        if !self.colors.is_empty() {
-            let (a, b) = (self.colors[first], self.colors[second]);
-            self.colors[keep] = std::array::from_fn(|i| a[i] * (1.0 - t) + b[i] * t);
-        }
     }
 }
 
@@ -111,20 +86,11 @@ impl<'a> CarriedRows<'a> {
     /// The first `size` rows and the others.
     pub fn split_at(self, size: usize) -> (Self, Self) {
         let (origin, other_origin) = self.origin.split_at_mut(size);
-        let (normals, other_normals) = split(self.normals, size);
-        let (colors, other_colors) = split(self.colors, size);
-        let (charts, other_charts) = self.charts.map(|rows| rows.split_at(size)).unzip();
+        let (wedges, other_wedges) = self.wedges.map(|rows| rows.split_at(size)).unzip();
         let (drift, other_drift) = split(self.drift, size);
         let (weights, other_weights) = split(self.weights, size);
-        let others = Self {
-            origin: other_origin,
-            normals: other_normals,
-            colors: other_colors,
-            charts: other_charts,
-            drift: other_drift,
-            weights: other_weights,
-        };
-        (Self { origin, normals, colors, charts, drift, weights }, others)
+        let others = Self { origin: other_origin, wedges: other_wedges, drift: other_drift, weights: other_weights };
+        (Self { origin, wedges, drift, weights }, others)
     }
 }
 
@@ -138,18 +104,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn colors_blend_and_origins_survive_only_at_the_ends() {
+    fn origins_survive_only_at_the_ends() {
         let mut carried = Carried {
             origin: vec![7, 8, 9],
-            normals: None,
-            colors: Some(vec![[0.0; 4], [1.0; 4], [0.5; 4]]),
-            charts: None,
+            wedges: None,
             drift: vec![0.0; 3],
             weights: Vec::new(),
             face_origin: Vec::new(),
         };
         carried.rows().contract(0, [0, 1], 0.25, 0.5);
-        assert_eq!((carried.origin[0], carried.colors.as_ref().map(|c| c[0])), (7 | MOVED_FROM, Some([0.25; 4])));
+        assert_eq!(carried.origin[0], 7 | MOVED_FROM);
         assert_eq!(carried.rows().drift(0, 1), 0.5);
         carried.rows().contract(0, [0, 2], 1.0, 0.5);
         assert_eq!(carried.origin[0], 9);

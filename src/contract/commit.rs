@@ -326,6 +326,8 @@ impl<'a> Work<'a> {
             Verdict::Rejected(rejection) => self.committed.blocked.count(rejection),
             Verdict::Accepted(accepted) => {
                 self.cancel([u, w], &accepted.cancelled);
+                let Examiner { sides, blend, .. } = &self.examiner;
+                blend.write(&mut self.patch, sides, &[u, w], accepted.end);
                 let committed = &mut self.committed;
                 committed.contractions.push(self.patch.contract([u, w], &accepted.placed));
                 committed.faces_removed += accepted.faces_removed;
@@ -354,6 +356,8 @@ impl<'a> Work<'a> {
             Ok(Err(rejection)) => self.committed.blocked.count(rejection),
             Ok(Ok(accepted)) => {
                 let [keep, first, second] = accepted.ends;
+                let Examiner { sides, blend, .. } = &self.examiner;
+                blend.write(&mut self.patch, sides, &accepted.corners, accepted.end);
                 let pairs = [[keep, first], [keep, second]];
                 let contractions = pairs.iter().zip(&accepted.placed);
                 let committed = &mut self.committed;

@@ -9,6 +9,7 @@ use crate::mesh::Mesh;
 use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord, StopReason};
 
 use super::apply::Left;
+use super::carry::Carried;
 use super::commit::{Committed, Committer, Spent};
 use super::evaluate::{Evaluation, Round, plane_sums};
 use super::examine::Rules;
@@ -145,7 +146,8 @@ impl<'a> Run<'a> {
         let storage = Storage::new(options, &start.positions, prepared.frame)?;
         let host = Surface::new(&mut host_queue, start, true)?;
         let triangles = Triangles::new(&host_queue, &host, options)?;
-        let evaluation = Evaluation::new(device.cpu_queue(), &host, options, prepared.border_vertices > 0)?;
+        let wedges = prepared.carried.wedges.as_ref();
+        let evaluation = Evaluation::new(device.cpu_queue(), &host, options, prepared.border_vertices > 0, wedges)?;
         let rules = Rules::new(options, f64::INFINITY);
         let mut run = Self {
             input,
@@ -220,10 +222,9 @@ impl<'a> Run<'a> {
         let applies = self.device.options().replays.unwrap_or(!self.device.is_software());
         let gate = self.gate(self.host.face_count, target);
         let Prepared { border_vertices, carried, .. } = &mut self.prepared;
-        let weights = &mut carried.weights;
         let start = (self.options, storage);
-        let opened = Follower::new(queue, &self.host, start, *border_vertices, weights, applies);
-        match opened.and_then(|mut follower| follower.begin(self.of, gate, weights).map(|()| follower)) {
+        let opened = Follower::new(queue, &self.host, start, *border_vertices, carried, applies);
+        match opened.and_then(|mut follower| follower.begin(self.of, gate, &carried.weights).map(|()| follower)) {
             Ok(follower) => self.follower = Some(follower),
             Err(reason) => self.warnings.push(fallback(&reason)),
         }
@@ -251,9 +252,9 @@ impl<'a> Run<'a> {
     }
 
     /// Has the GPU do some work, if it is in use; where it fails, the host goes on.
-    fn with_gpu(&mut self, work: impl FnOnce(&mut Follower, &Surface, &mut Vec<f32>) -> Result<()>) {
+    fn with_gpu(&mut self, work: impl FnOnce(&mut Follower, &Surface, &mut Carried) -> Result<()>) {
         if let Some(follower) = &mut self.follower
-            && let Err(reason) = work(follower, &self.host, &mut self.prepared.carried.weights)
+            && let Err(reason) = work(follower, &self.host, &mut self.prepared.carried)
         {
             self.warnings.push(fallback(&reason));
             self.take_over();
@@ -341,7 +342,7 @@ impl<'a> Run<'a> {
             self.joins.follow(&became(contractions, new_vertex), &self.host.faces.host()[..left.faces]);
         }
         if let Some((of, gate)) = next {
-            self.with_gpu(|follower, host, weights| follower.catch_up(host, weights, of, gate));
+            self.with_gpu(|follower, host, carried| follower.catch_up(host, carried, of, gate));
         }
         Ok(())
     }
@@ -350,7 +351,7 @@ impl<'a> Run<'a> {
     fn count_locked(&mut self) {
         let positions = self.host.positions.host();
         let flags = |side: [u32; 2]| side.map(|v| positions[v as usize].flags);
-        let is_seam = |&[a, b]: &[u32; 2]| a & b & SEAM != 0;
+        let is_seam = |&[a, b]: &[u32; 2]| a & b & (SEAM | LOCKED) == SEAM | LOCKED;
         let is_held = |&[a, b]: &[u32; 2]| a & b & LOCKED != 0 || (a | b) & HUB != 0;
         let faces = &self.host.faces.host()[..self.host.face_count];
         let sides = || faces.iter().flat_map(|f| [[f.a, f.b], [f.b, f.c], [f.c, f.a]].map(flags));
@@ -358,7 +359,7 @@ impl<'a> Run<'a> {
         if let Some(round) = self.rounds.last_mut() {
             // An edge is a side of two faces.
             round.blocked.lock = (held - seams).div_ceil(2) as u64;
-            round.blocked.seam = seams.div_ceil(2) as u64;
+            round.blocked.seam += seams.div_ceil(2) as u64;
         }
     }
 
@@ -368,8 +369,8 @@ impl<'a> Run<'a> {
         let mut found = None;
         candidates.clear();
         let of = self.of;
-        self.with_gpu(|follower, _, weights| {
-            found = Some(follower.propose(of, gate, weights, &mut candidates)?);
+        self.with_gpu(|follower, _, carried| {
+            found = Some(follower.propose(of, gate, &mut carried.weights, &mut candidates)?);
             Ok(())
         });
         let pairs = match (found, &mut self.triangles) {
@@ -380,7 +381,8 @@ impl<'a> Run<'a> {
             }
             (None, _) => {
                 candidates.clear();
-                let round = Round { joins: self.joins.pairs(), gate, weights: &mut self.prepared.carried.weights };
+                let Carried { weights, wedges, .. } = &mut self.prepared.carried;
+                let round = Round { joins: self.joins.pairs(), gate, weights, wedges: wedges.as_ref() };
                 self.evaluation.run(&self.host, round, &mut candidates)?
             }
         };

@@ -2,6 +2,7 @@
 
 use crate::backend::{Buffer, Queue, Row};
 use crate::error::Result;
+use crate::kernel::attribute_costs::AttributeRows;
 use crate::kernel::face_normals::FaceNormals;
 use crate::kernel::find_threshold::threshold;
 use crate::kernel::plane_costs::{self, PlaneBlock, PlaneRows};
@@ -12,9 +13,11 @@ use crate::kernel::volume_costs::{self, BORDER_FACTOR, VolumeBlock, VolumeRows};
 use crate::kernel::volume_sums::VolumeSums;
 use crate::kernel::weigh_keys::{weigh_keys, weighed_key};
 
+use super::attribute_rows::AttributeBuffers;
 use super::gate::Gate;
 use super::listing::Listing;
 use super::surface::{LARGE_VERTICES, Surface};
+use super::wedges::Wedges;
 use super::weigh::RoundWeights;
 use super::{Metric, Options};
 
@@ -25,6 +28,7 @@ pub struct Evaluation {
     placement: u32,
     border_weight: f32,
     volume: Option<Volume>,
+    attributes: Option<AttributeBuffers>,
     weights: Option<RoundWeights>,
     listing: Listing,
     is_first: bool,
@@ -46,11 +50,18 @@ pub struct Round<'a> {
     pub gate: Gate,
     /// Those that the host carries; or they become those that are found for the round.
     pub weights: &'a mut Vec<f32>,
+    pub wedges: Option<&'a Wedges>,
 }
 
 impl Evaluation {
     /// For a surface.
-    pub fn new(queue: Queue, surface: &Surface, options: &Options, has_border: bool) -> Result<Self> {
+    pub fn new(
+        queue: Queue,
+        surface: &Surface,
+        options: &Options,
+        has_border: bool,
+        wedges: Option<&Wedges>,
+    ) -> Result<Self> {
         let volume = match options.metric {
             Metric::Volume => Some(Volume {
                 normals: queue.buffer(0)?,
@@ -63,6 +74,7 @@ impl Evaluation {
             placement: options.placement.code(),
             border_weight: BORDER_FACTOR * options.border_weight,
             volume,
+            attributes: AttributeBuffers::new(&queue, wedges)?,
             weights: RoundWeights::new(&queue, surface, options, has_border)?,
             queue,
             listing: Listing::default(),
@@ -75,15 +87,16 @@ impl Evaluation {
     pub fn run(
         &mut self,
         surface: &Surface,
-        Round { joins, gate, weights }: Round<'_>,
+        Round { joins, gate, weights, wedges }: Round<'_>,
         candidates: &mut Vec<Candidate>,
     ) -> Result<usize> {
-        self.sums(surface)?;
+        self.sums(surface, wedges)?;
         if let Some(round_weights) = &mut self.weights {
             round_weights.begin(&mut self.queue, surface, weights)?;
         }
         let costs = Costs {
             volume: self.volume.as_ref(),
+            attributes: self.attributes.as_ref(),
             weights: self.weights.as_ref(),
             placement: self.placement,
             border_weight: self.border_weight,
@@ -111,7 +124,7 @@ impl Evaluation {
     }
 
     /// Sums what the metric needs of the surface as it is.
-    fn sums(&mut self, surface: &Surface) -> Result<()> {
+    fn sums(&mut self, surface: &Surface, wedges: Option<&Wedges>) -> Result<()> {
         let Surface { positions, faces, ring_starts, ring_faces, .. } = surface;
         let (queue, Some(Volume { normals, sums, borders })) = (&mut self.queue, &mut self.volume) else {
             return Ok(());
@@ -120,7 +133,12 @@ impl Evaluation {
         grow(queue, sums, surface.vertex_count)?;
         let (vertex_count, face_count) = (surface.vertex_count as u32, surface.face_count as u32);
         queue.run(FaceNormals { positions, faces, face_count, normals })?;
-        queue.run(VolumeSums { positions, faces, ring_starts, ring_faces, normals, vertex_count, sums, borders })
+        queue.run(VolumeSums { positions, faces, ring_starts, ring_faces, normals, vertex_count, sums, borders })?;
+        if let (Some(attributes), Some(wedges)) = (&mut self.attributes, wedges) {
+            attributes.send(queue, wedges)?;
+            attributes.sum(queue, surface, normals)?;
+        }
+        Ok(())
     }
 }
 
@@ -132,6 +150,7 @@ pub fn quadrics<'a>(surface: &'a Surface, weights: Option<&'a RoundWeights>) -> 
 /// What the host costs pairs by.
 struct Costs<'a> {
     volume: Option<&'a Volume>,
+    attributes: Option<&'a AttributeBuffers>,
     weights: Option<&'a RoundWeights>,
     placement: u32,
     border_weight: f32,
@@ -147,6 +166,12 @@ impl Costs<'_> {
         match (self.volume, quadrics(surface, self.weights)) {
             (Some(Volume { normals, sums, borders }), _) => {
                 let params = volume_costs::Params::new(self.placement, self.border_weight);
+                if let Some(attributes) = self.attributes {
+                    let rows =
+                        AttributeRows::on_host(positions, faces, normals, sums, borders, attributes.rows(), params);
+                    let apart = VolumeRows::on_host(positions, faces, normals, sums, borders, params);
+                    return self.list_with(listing, surface, joins, rows, apart);
+                }
                 let rows = VolumeRows::on_host(positions, faces, normals, sums, borders, params);
                 let weights = self.weights.map(|weights| weights.weights().host());
                 let mut histogram = listing.list(*vertex_count, &stars, || {
@@ -177,6 +202,39 @@ impl Costs<'_> {
             }
             (None, None) => Vec::new(),
         }
+    }
+}
+
+impl Costs<'_> {
+    /// Lists and costs pairs by geometry and attributes; those `apart` by geometry alone, for their wedges may stay two.
+    fn list_with(
+        &self,
+        listing: &mut Listing,
+        surface: &Surface,
+        joins: &[[u32; 2]],
+        rows: AttributeRows<'_>,
+        apart: VolumeRows<'_>,
+    ) -> Vec<u32> {
+        let Surface { positions, faces, ring_starts, ring_faces, vertex_count, face_count, .. } = surface;
+        let stars = Stars::on_host(positions, faces, ring_starts, ring_faces);
+        let weights = self.weights.map(|weights| weights.weights().host());
+        let mut histogram = listing.list(*vertex_count, &stars, || {
+            let mut keys_of = rows.costing();
+            move |pairs: &[Edge], keys: &mut [u32]| {
+                keys_of(pairs, keys);
+                if let Some(weights) = weights {
+                    weigh_keys(pairs, faces.host(), weights, keys);
+                }
+            }
+        });
+        let key = |pair: [u32; 2]| {
+            let key = apart.key_apart(pair);
+            weights.map_or(key, |weights| weighed_key(key, weights[pair[0] as usize], weights[pair[1] as usize]))
+        };
+        let has_hub = |pair: [u32; 2]| pair.into_iter().any(|v| stars.positions[v as usize].flags & HUB != 0);
+        let past = 3 * *face_count as u32;
+        listing.list_apart(joins, past, &mut histogram, |pair| (!has_hub(pair)).then(|| key(pair)));
+        histogram
     }
 }
 

@@ -8,11 +8,12 @@ use crate::kernel::weigh_quadrics::weighed;
 use crate::math::DVec3;
 use crate::mesh::limits::min_cos;
 
+use super::blend::Blend;
 use super::filter::{Rejection, ShapeLimits, link_condition, shapes_hold};
 use super::patch::{Patch, Placed};
 use super::placement::Quadric;
+use super::sides::Sides;
 use super::star::Star;
-use super::texture::TextureFilter;
 use super::{Metric, Options, Placement};
 
 /// Least height of a changed face over its length. Thinner faces have normals of rounding noise, which the next
@@ -73,6 +74,8 @@ pub struct Accepted {
     pub faces_removed: usize,
     /// Sides opposite to the new vertex of faces that cancel each other out: see [`Star::cancel`]. Only where parts join.
     pub cancelled: Vec<[u32; 2]>,
+    /// The end that the new vertex stands at.
+    pub end: Option<usize>,
 }
 
 /// Examines candidates, with scratch that outlives each.
@@ -80,7 +83,8 @@ pub struct Accepted {
 pub struct Examiner {
     pub rules: Rules,
     star: Star,
-    pub texture: TextureFilter,
+    pub sides: Sides,
+    pub blend: Blend,
     /// Whether a pair that became dear may wait for another round.
     may_wait: bool,
 }
@@ -88,7 +92,7 @@ pub struct Examiner {
 impl Examiner {
     /// Of a round in which a pair that became dear waits for another or, if it may not, is contracted.
     pub fn new(rules: Rules, may_wait: bool) -> Self {
-        Self { rules, star: Star::default(), texture: TextureFilter::default(), may_wait }
+        Self { rules, star: Star::default(), sides: Sides::default(), blend: Blend::default(), may_wait }
     }
 
     /// The contraction of `u` and `w`, both free and in the patch, which cost `cost` as the round began.
@@ -119,20 +123,30 @@ impl Examiner {
         let on_border = (pu.flags | pw.flags) & BORDER != 0;
         let weights = patch.weights([u, w]);
         let quadric = self.quadric([u, w], on_border, [qu, qw], weights);
-        let x = match (pu.flags & LOCKED, pw.flags & LOCKED, self.rules.placement) {
-            (0, 0, Placement::Optimal) => quadric.least(h, self.rules.regularization),
-            (0, 0, Placement::Segment) => quadric.least_between(h),
-            (0, 0, Placement::EndpointOrMiddle) => quadric.least_of(&[-h, h, DVec3::ZERO]),
-            (0, 0, Placement::Endpoint) => quadric.least_of(&[-h, h]),
-            (0, _, _) => h,
+        self.sides.gather(patch, &[u, w], middle);
+        self.sides.find(patch, [u, w])?;
+        let mut with_means = quadric;
+        self.sides.add_to(patch, &mut with_means);
+        let with_least = self.sides.with_least(&with_means);
+        let at_end = |end: usize| with_means.value(if end == 0 { -h } else { h }) + self.sides.at_end(end, h);
+        let x = match ([pu.flags & LOCKED, pw.flags & LOCKED], self.sides.fixed, self.rules.placement) {
+            ([0, 0], None, Placement::Optimal) => with_least.least(h, self.rules.regularization),
+            ([0, 0], None, Placement::Segment) => with_least.least_between(h),
+            ([0, 0], None, Placement::EndpointOrMiddle) => with_least.least_of(&[-h, h, DVec3::ZERO]),
+            ([0, 0], None, Placement::Endpoint) if at_end(1) < at_end(0) => h,
+            ([0, 0], None, Placement::Endpoint) => -h,
+            ([0, _], None, _) | (_, Some(1), _) => h,
             _ => -h,
         };
+        // An end that the vertex stands at keeps its own attributes.
+        let end = if x == h { Some(1) } else { (x == -h).then_some(0) };
+        let total = end.map_or_else(|| with_least.value(x), at_end).max(0.0);
         let value = quadric.value(x).max(0.0);
         // Accumulated quadrics are the ends' own: no neighbor changes their cost.
         let weight = weights.map_or(1.0, |[first, second]| f64::from(first.max(second)));
         if self.may_wait
             && self.rules.metric == Metric::Volume
-            && weight * value > OUTDATED * f64::from(cost) + NEGLIGIBLE
+            && weight * total > OUTDATED * f64::from(cost) + NEGLIGIBLE
         {
             return Err(Rejection::Outdated);
         }
@@ -154,18 +168,18 @@ impl Examiner {
         if f64::from(deviation) > self.rules.max_deviation {
             return Err(Rejection::Error);
         }
-        let mapped = self.texture.place(patch, &[u, w], at)?;
+        self.blend.place(patch, &self.sides, at.as_dvec3() - middle, end)?;
         let t = match at {
             _ if at == pu.xyz() => 0.0,
             _ if at == pw.xyz() => 1.0,
             // Strictly inside: only a placement exactly at an end takes that end's own rows.
             _ => (((x + h).dot(h) / (2.0 * h.length_squared())) as f32).clamp(f32::EPSILON, 1.0 - f32::EPSILON),
         };
-        let tears = mapped.is_some_and(|mapped| mapped.tears);
-        let flags = if self.star.shared.is_empty() { JOINED } else { 0 } | if tears { SEAM | LOCKED } else { 0 };
-        let placed = Placed { x: at, t, quadric: accumulated, drift, mapped, flags };
+        let flags =
+            if self.star.shared.is_empty() { JOINED } else { 0 } | if self.sides.tears { SEAM | LOCKED } else { 0 };
+        let placed = Placed { x: at, t, quadric: accumulated, drift, flags };
         let faces_removed = self.star.shared.len() + cancelled.len();
-        Ok(Accepted { placed, deviation, faces_removed, cancelled })
+        Ok(Accepted { placed, deviation, faces_removed, cancelled, end })
     }
 
     /// The pair's quadric about its midpoint, on the current state. Weights of the round change where the least of

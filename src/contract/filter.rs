@@ -17,7 +17,9 @@ pub enum Rejection {
     Flip,
     /// A face would become a sliver.
     Aspect,
-    /// The texture would fold or tear.
+    /// A seam would tear, or two come together.
+    Seam,
+    /// The texture would fold.
     Texture,
     /// The error limit.
     Error,
@@ -33,6 +35,7 @@ impl Blocked {
             Rejection::Link => self.link += 1,
             Rejection::Flip => self.flip += 1,
             Rejection::Aspect => self.aspect += 1,
+            Rejection::Seam => self.seam += 1,
             Rejection::Texture => self.texture += 1,
             Rejection::Error => self.error += 1,
             Rejection::Outdated => {}

@@ -9,6 +9,7 @@ use crate::error::Result;
 use crate::kernel::rows::{Candidate, Contraction, HUB_FACES, LOCKED};
 
 use super::apply::{Apply, Left};
+use super::carry::Carried;
 use super::evaluate::plane_sums;
 use super::gate::Gate;
 use super::propose::Proposal;
@@ -46,16 +47,18 @@ impl Follower {
         host: &Surface,
         (options, storage): (&Options, Option<Storage>),
         border_vertices: usize,
-        weights: &mut Vec<f32>,
+        carried: &mut Carried,
         applies: bool,
     ) -> Result<Self> {
+        let (weights, wedges) = (&mut carried.weights, carried.wedges.as_ref());
         let mut surface = Surface::copy(&mut queue, host, options.metric == Metric::Plane)?;
         plane_sums(&mut queue, &mut surface, options)?;
         start_weights(&mut queue, &surface, options, border_vertices > 0, weights)?;
         weigh_start(&mut queue, &mut surface, weights)?;
         quantize(&mut queue, &mut surface, storage)?;
         let triangles = Triangles::new(&queue, &surface, options)?;
-        let proposal = Proposal::new(&queue, &surface, options, border_vertices)?;
+        let mut proposal = Proposal::new(&queue, &surface, options, border_vertices, wedges)?;
+        proposal.take_wedges(&mut queue, wedges)?;
         let apply = applies.then(|| Apply::new(&queue, &surface)).transpose()?;
         let has_locked = host.positions.host().par_iter().any(|position| position.flags & LOCKED != 0);
         let longest_ring = longest_ring(host);
@@ -96,7 +99,7 @@ impl Follower {
     pub fn follow(&mut self, contractions: &[Contraction], left: Left, next: Candidates, gate: Gate) -> Result<()> {
         self.begun = None;
         self.apply(contractions, left)?;
-        if self.apply.is_none() || self.proposal.needs_weights() {
+        if self.apply.is_none() || self.proposal.needs_weights() || self.proposal.needs_wedges() {
             return self.queue.submit();
         }
         self.begin(next, gate, &[])
@@ -124,7 +127,7 @@ impl Follower {
     }
 
     /// Takes what the host's compaction left, unless it is here already, and starts the next round, if it is not begun.
-    pub fn catch_up(&mut self, host: &Surface, weights: &[f32], of: Candidates, gate: Gate) -> Result<()> {
+    pub fn catch_up(&mut self, host: &Surface, carried: &Carried, of: Candidates, gate: Gate) -> Result<()> {
         self.longest_ring = longest_ring(host);
         if self.apply.is_none() {
             self.surface.send(&mut self.queue, host)?;
@@ -132,7 +135,8 @@ impl Follower {
         if self.begun.is_some() {
             return Ok(());
         }
-        self.begin(of, gate, weights)
+        self.proposal.take_wedges(&mut self.queue, carried.wedges.as_ref())?;
+        self.begin(of, gate, &carried.weights)
     }
 
     /// Time spent moving bytes so far.

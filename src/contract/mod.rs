@@ -11,8 +11,10 @@
 //!   characteristic, borders and parts are kept. [`crate::mesh::validate()`] checks a result.
 
 mod apply;
+mod attribute_rows;
+mod attributes;
+mod blend;
 mod carry;
-mod charts;
 mod commit;
 mod compact;
 mod deal;
@@ -28,6 +30,7 @@ mod follower;
 mod gate;
 mod history;
 mod join;
+mod layout;
 mod levels;
 mod listing;
 mod patch;
@@ -40,13 +43,15 @@ mod record;
 mod restore;
 mod scan;
 mod select;
+mod sides;
 mod snapshot;
 mod star;
 mod surface;
-mod texture;
 mod triangle;
 mod triangles;
+mod unwedge;
 mod uv_kernel;
+mod wedges;
 mod weigh;
 mod weighting;
 
@@ -56,10 +61,11 @@ use crate::backend::Device;
 use crate::error::{Error, Result};
 use crate::kernel::pair_quadric::{ANYWHERE, AT_ENDS, AT_THREE, ON_SEGMENT};
 use crate::mesh::limits::{MAX_FLIP_RAD, check_max_flip};
-use crate::mesh::{Mesh, shapes};
+use crate::mesh::{Mesh, shapes, vertex_normals};
 use crate::polish::Flips;
 use crate::simplify::{Budget, OnProgress, Outcome};
 
+pub use attributes::{AttributeWeights, Attributes, Dropped, Normals};
 pub use features::feature_degrees;
 pub use quadrics::{PlaneWeight, QuadricFormat, QuadricFrame, QuadricRecord, Quadrics};
 pub use quantize::{InitialQuadrics, initial_quadrics};
@@ -122,17 +128,6 @@ impl Placement {
     }
 }
 
-/// What becomes of texture coordinates \[Wu12\].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Texture {
-    /// They follow the surface: those of a new vertex are those of the nearest point of the surface before, and no face
-    /// turns over in the texture. Vertices on seams stay; others may contract onto them.
-    Keep,
-    /// They are left out, and with them what seams hold.
-    #[default]
-    Drop,
-}
-
 /// Options of pair contraction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
@@ -168,10 +163,10 @@ pub struct Options {
     pub flips: Flips,
     /// Drop components whose bounding box's diagonal is below this fraction of the mesh's first.
     pub prune: f64,
-    /// What becomes of texture coordinates. A log does not hold them: with one they can only be dropped.
-    pub texture: Texture,
+    /// What becomes of normals, colors, texture coordinates and other attributes.
+    pub attributes: Attributes,
     /// Whether to keep a log of the contractions: [`Outcome::log`]. Not together with a fit, whose moves are no
-    /// contractions.
+    /// contractions. It holds one normal and one color a vertex; what else there is, is dropped.
     pub log: bool,
 }
 
@@ -192,7 +187,7 @@ impl Default for Options {
             fit: 0,
             flips: Flips::default(),
             prune: 0.0,
-            texture: Texture::default(),
+            attributes: Attributes::default(),
             log: false,
         }
     }
@@ -247,6 +242,7 @@ impl Options {
     }
 
     fn check(&self) -> Result<()> {
+        self.attributes.check()?;
         self.quadrics.check(self.metric == Metric::Plane)?;
         let positive = |x: f32| x >= 0.0 && x.is_finite();
         if !positive(self.border_weight) || self.border_weight > 1e6 {
@@ -317,5 +313,11 @@ pub fn run(
     options.check()?;
     options.weighting.check(mesh.positions.len())?;
     options.check_locked(mesh.positions.len())?;
-    device.install(|| driver::run(mesh, options, budgets, device, progress))
+    device.install(|| {
+        let mut outcomes = driver::run(mesh, options, budgets, device, progress)?;
+        if options.attributes.recomputes(mesh) {
+            outcomes.iter_mut().for_each(|outcome| outcome.mesh.normals = Some(vertex_normals(&outcome.mesh)));
+        }
+        Ok(outcomes)
+    })
 }

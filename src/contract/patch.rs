@@ -10,11 +10,11 @@
 use crate::kernel::contract_faces::renamed;
 use crate::kernel::contract_vertices::{GONE, KEEPS};
 use crate::kernel::rows::{Contraction, Face, PlaneQuadric, Position};
-use crate::math::{Vec2, Vec3};
+use crate::math::Vec3;
 
 use super::carry::{Carried, CarriedRows};
 use super::surface::Surface;
-use super::texture::Mapped;
+use super::wedges::WedgeRows;
 
 /// Faces and rings as the round began.
 #[derive(Debug, Clone, Copy)]
@@ -52,8 +52,6 @@ pub struct Placed {
     pub t: f32,
     pub quadric: PlaneQuadric,
     pub drift: f32,
-    /// For the texture, where there is one.
-    pub mapped: Option<Mapped>,
     /// Flags of the new vertex beside those of the ends.
     pub flags: u32,
 }
@@ -167,14 +165,14 @@ impl<'a> Patch<'a> {
         self.carried.weights(pair.map(|vertex| self.local(vertex)))
     }
 
-    /// Whether corners have texture coordinates.
-    pub fn is_textured(&self) -> bool {
-        self.carried.charts.is_some()
+    /// The wedges of the patch, where there are any.
+    pub fn wedges(&self) -> Option<&WedgeRows<'a>> {
+        self.carried.wedges.as_ref()
     }
 
-    /// The texture coordinates of a face's corner, which was `vertex` of the patch as the round began; zero without any.
-    pub fn uv(&self, face: u32, corner: usize, vertex: u32) -> Vec2 {
-        self.carried.charts.as_ref().map_or(Vec2::ZERO, |rows| rows.uv(face, corner, self.local(vertex)))
+    /// The wedges of the patch, to change.
+    pub fn wedges_mut(&mut self) -> Option<&mut WedgeRows<'a>> {
+        self.carried.wedges.as_mut()
     }
 
     /// Writes an accepted contraction.
@@ -189,9 +187,6 @@ impl<'a> Patch<'a> {
         }
         let ends = [self.local(u), self.local(w)];
         self.carried.contract(kept, ends, placed.t, placed.drift);
-        if let (Some(charts), Some(mapped)) = (&mut self.carried.charts, placed.mapped) {
-            ends.into_iter().zip(mapped.uv).for_each(|(end, uv)| charts.place(end, uv));
-        }
         self.roles[kept] = KEEPS | gone;
         self.roles[vanished] = GONE | keep;
         Contraction { keep, gone, x, y, z, flags }

@@ -139,6 +139,30 @@ impl Quadric {
         self.c += p.dot(mp);
     }
 
+    /// Adds `weight`·(g·x + e)².
+    #[inline(always)]
+    pub fn add_linear(&mut self, g: DVec3, e: f64, weight: f64) {
+        let m = g * weight;
+        let outer = Sym3 { xx: m.x * g.x, xy: m.x * g.y, xz: m.x * g.z, yy: m.y * g.y, yz: m.y * g.z, zz: m.z * g.z };
+        self.a = self.a.plus(outer);
+        self.b -= m * e;
+        self.c += weight * e * e;
+    }
+
+    /// The quadric less another's terms, on its own constraint.
+    pub fn minus(&self, other: &Self) -> Self {
+        let (a, b) = (self.a, other.a);
+        let a = Sym3 {
+            xx: a.xx - b.xx,
+            xy: a.xy - b.xy,
+            xz: a.xz - b.xz,
+            yy: a.yy - b.yy,
+            yz: a.yz - b.yz,
+            zz: a.zz - b.zz,
+        };
+        Self { a, b: self.b - other.b, c: self.c - other.c, ..*self }
+    }
+
     /// Gives up the volume constraint.
     pub fn free_volume(&mut self) {
         (self.n, self.d) = (DVec3::ZERO, 0.0);

@@ -5,21 +5,23 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::kernel::contract_vertices::VERTEX;
-use crate::kernel::rows::{BORDER, Face, JOINED, LOCKED, Position, SEAM, with_hub};
-use crate::math::{DVec3, Vec3};
+use crate::kernel::rows::{BORDER, Face, JOINED, LOCKED, Position, with_hub};
+use crate::math::DVec3;
 use crate::mesh::adjacency::{EdgeUse, Rings};
 use crate::mesh::arrange::{self, Arranged, NO_FACE_LEFT};
 use crate::mesh::fan::Fan;
 use crate::mesh::frame::Frame;
-use crate::mesh::orient::{Oriented, TURNED, turn_to_agree};
+use crate::mesh::orient::{Oriented, turn_to_agree};
 use crate::mesh::prune::prune;
 use crate::mesh::weld::{Welded, joined_attributes};
 use crate::mesh::{self, FACE_COLORS_DROPPED, Mesh};
 
-use super::carry::Carried;
-use super::charts::Charts;
+use super::attributes::Attributes;
+use super::carry::{Carried, MOVED_FROM};
+use super::layout::Layout;
 use super::surface::Start;
-use super::{Metric, Options, Texture};
+use super::wedges::{Creases, Wedges};
+use super::{Metric, Options};
 
 /// Vertices that a thread places at a time.
 const ROWS: usize = 1 << 12;
@@ -59,12 +61,8 @@ impl Prepared {
 /// [`Error::Mesh`] for an invalid mesh or one that has no face left after welding.
 pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     arrange::check(mesh, options.weld)?;
-    let textured = mesh.texcoords.is_some();
-    if textured && options.texture == Texture::Keep && options.log {
-        return Err(Error::Parameter("a log holds no texture coordinates: drop them, or leave out the log".into()));
-    }
     let clock = std::time::Instant::now();
-    let (arranged, attributes, warnings) = arranged(mesh, options)?;
+    let (arranged, warnings) = arranged(mesh, options)?;
     let weld_secs = clock.elapsed().as_secs_f64();
 
     let Arranged { vertex_source, mut faces, face_source, rings, lowest, bounds, .. } = arranged;
@@ -75,46 +73,29 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
         positions: Vec::new(),
         faces: Vec::new(),
         rings,
-        carried: Carried {
-            origin: vertex_source,
-            normals: attributes.0,
-            colors: attributes.1,
-            charts: None,
-            drift: Vec::new(),
-            weights,
-            face_origin: face_source,
-        },
-        lowest: lowest.filter(|_| options.log),
+        carried: Carried { origin: vertex_source, wedges: None, drift: Vec::new(), weights, face_origin: face_source },
+        lowest,
         border_vertices: 0,
         warnings,
         weld_secs,
     };
     let Oriented { fans, warning, .. } = turn_to_agree(&mut faces, &mut prepared.carried.face_origin, &prepared.rings);
     prepared.warnings.extend(warning);
-    let seams = prepared.chart(mesh, &faces, options.texture);
-    prepared.place(
-        &mesh.positions,
-        &faces,
-        &fans,
-        [held.as_deref(), Some(&seams)].map(Option::unwrap_or_default),
-        options,
-    );
+    prepared.find_wedges(mesh, &faces, options)?;
+    prepared.lowest = prepared.lowest.filter(|_| options.log);
+    prepared.place(&mesh.positions, &faces, &fans, held.as_deref().unwrap_or_default(), options);
     prepared.faces = faces.into_iter().map(|[a, b, c]| Face { a, b, c }).collect();
     Ok(prepared)
 }
 
-type Attributes = (Option<Vec<Vec3>>, Option<Vec<[f32; 4]>>);
-
-/// Welds, prunes and sorts `mesh`; also returns the kept vertices' normals and colors, and warnings.
-fn arranged(mesh: &Mesh, options: &Options) -> Result<(Arranged, Attributes, Vec<String>)> {
+/// Welds, prunes and sorts `mesh`; also returns warnings.
+fn arranged(mesh: &Mesh, options: &Options) -> Result<(Arranged, Vec<String>)> {
     let mut arranged;
-    let attributes;
     let mut pruned = 0;
     if options.prune > 0.0 {
         let mut welded = weld(mesh, options.weld);
         pruned = prune(&mut welded, options.prune);
         arranged = Arranged::new(&welded.mesh, None);
-        attributes = joined_attributes(&welded.mesh, None, &arranged.vertex_source);
         let onto =
             |sources: &mut [u32], before: &[u32]| sources.iter_mut().for_each(|row| *row = before[*row as usize]);
         onto(&mut arranged.vertex_source, &welded.vertex_source);
@@ -124,7 +105,6 @@ fn arranged(mesh: &Mesh, options: &Options) -> Result<(Arranged, Attributes, Vec
         arranged.lowest = Some(welded.lowest);
     } else {
         arranged = Arranged::new(mesh, options.weld);
-        attributes = joined_attributes(mesh, arranged.lowest.as_ref(), &arranged.vertex_source);
     }
     if arranged.faces.is_empty() {
         let reason = if pruned > 0 { "every part is below the prune limit: give a smaller one" } else { NO_FACE_LEFT };
@@ -135,36 +115,44 @@ fn arranged(mesh: &Mesh, options: &Options) -> Result<(Arranged, Attributes, Vec
         return Err(Error::Limit(format!("{count} vertices, more than the {VERTEX} that a run can number")));
     }
     let parts = (pruned > 0).then(|| format!("{pruned} small parts dropped"));
-    let drops = mesh.texcoords.is_some() && options.texture == Texture::Drop;
-    let dropped = drops.then(|| "texture coordinates are dropped: the option 'texture' keeps them".into());
+    let dropped = (options.log && holds_more_than_a_log(mesh, &options.attributes)).then(|| {
+        "a log holds one normal and one color a vertex: texture coordinates, creases, materials and channels are dropped".into()
+    });
     let face_colors = mesh.face_colors.is_some().then(|| FACE_COLORS_DROPPED.into());
     let warnings = arranged.warnings().chain(parts).chain(dropped).chain(face_colors).collect();
-    Ok((arranged, attributes, warnings))
+    Ok((arranged, warnings))
 }
 
 impl Prepared {
-    /// Takes up the texture coordinates that are kept; returns which vertices are on their seams, or nothing.
-    fn chart(&mut self, mesh: &Mesh, faces: &[[u32; 3]], texture: Texture) -> Vec<bool> {
-        let Some(texcoords) = mesh.texcoords.as_ref().filter(|_| texture == Texture::Keep) else { return Vec::new() };
-        let corners = |&origin: &u32| {
-            let [a, b, c] = texcoords[(origin & !TURNED) as usize];
-            if origin & TURNED == 0 { [a, b, c] } else { [a, c, b] }
-        };
-        let corners = self.carried.face_origin.par_iter().with_min_len(ROWS).map(corners).collect();
-        let (charts, seams) = Charts::new(faces, &self.rings, corners);
-        self.carried.charts = Some(charts);
-        seams
+    /// Finds the wedges of the attributes that are kept.
+    fn find_wedges(&mut self, mesh: &Mesh, faces: &[[u32; 3]], options: &Options) -> Result<()> {
+        let is_smooth = options.log || options.attributes.smooth;
+        let layout = Layout::new(mesh, &options.attributes, options.metric, self.frame, is_smooth);
+        let Some(layout) = layout else { return Ok(()) };
+        if 3 * mesh.faces.len() > MOVED_FROM as usize {
+            let count = mesh.faces.len();
+            return Err(Error::Limit(format!(
+                "{count} faces, more than those whose corners a run can number: drop attributes"
+            )));
+        }
+        let find = |layout, creases| Wedges::new(mesh, layout, &self.rings, &self.carried.face_origin, faces, creases);
+        if is_smooth {
+            let own = joined_attributes(mesh, self.lowest.as_ref(), &self.carried.origin);
+            let wedges = Wedges::smooth(layout, &self.rings, &self.carried.face_origin, faces, own);
+            self.carried.wedges = Some(wedges);
+            return Ok(());
+        }
+        let mut wedges = find(layout, Creases::All);
+        if wedges.has_facets() {
+            wedges = find(wedges.layout, Creases::Sharp);
+            self.warnings.push("normals are those of facets: only creases of more than 30° are kept".into());
+        }
+        self.carried.wedges = Some(wedges);
+        Ok(())
     }
 
     /// Fills in the rows of the vertices, with their flags. Those `held` are numbered as in the input.
-    fn place(
-        &mut self,
-        input: &[DVec3],
-        faces: &[[u32; 3]],
-        fans: &[Fan],
-        [held, seams]: [&[bool]; 2],
-        options: &Options,
-    ) {
+    fn place(&mut self, input: &[DVec3], faces: &[[u32; 3]], fans: &[Fan], held: &[bool], options: &Options) {
         let Self { frame, rings, carried, .. } = &*self;
         let row = |uses: &mut Vec<EdgeUse>, (vertex, (&origin, &fan)): (usize, (&u32, &Fan))| {
             let on_border = match fan {
@@ -176,12 +164,15 @@ impl Prepared {
             let is_held = held.get(origin as usize).is_some_and(|&is_held| is_held);
             let locked = (is_complex && !options.joins()) || (on_border && options.lock_border) || is_held;
             let joined = is_complex && options.joins();
-            let on_seam = seams.get(vertex).is_some_and(|&on_seam| on_seam);
+            let ring = rings.ring(vertex as u32);
+            let seam = carried.wedges.as_ref();
+            let seam = seam.map_or(0, |wedges| wedges.seam_flags(vertex as u32, faces, ring, on_border || is_complex));
+            let seam = if seam != 0 && options.attributes.lock_seams { seam | LOCKED } else { seam };
             let flags = if on_border { BORDER } else { 0 }
                 | if locked { LOCKED } else { 0 }
                 | if joined { JOINED } else { 0 }
-                | if on_seam { SEAM | LOCKED } else { 0 };
-            let hub = with_hub(flags, rings.ring(vertex as u32).len() as u32);
+                | seam;
+            let hub = with_hub(flags, ring.len() as u32);
             Position::new(frame.to_rows(input[origin as usize]), hub)
         };
         let rows: Vec<Position> =
@@ -196,6 +187,14 @@ impl Prepared {
         }
         self.positions = rows;
     }
+}
+
+/// Whether a mesh carries what a log does not hold, and it is to be kept.
+fn holds_more_than_a_log(mesh: &Mesh, options: &Attributes) -> bool {
+    let dropped = &options.dropped;
+    (mesh.texcoords.is_some() && !dropped.texcoords)
+        || (mesh.materials.is_some() && !dropped.materials)
+        || (!mesh.channels.is_empty() && !dropped.channels)
 }
 
 /// Whether each input vertex, or any that is joined into it, is locked.
@@ -279,19 +278,15 @@ mod tests {
     }
 
     #[test]
-    fn dropped_texture_coordinates_are_told() {
-        let dropped = |mesh: &Mesh, options: &Options| {
-            let prepared = prepare(mesh, options).expect("a valid mesh");
-            prepared.warnings.iter().any(|warning| warning.starts_with("texture coordinates are dropped"))
-        };
+    fn what_is_left_out_is_told() {
+        let told = |mesh: &Mesh, options: &Options| prepare(mesh, options).expect("a valid mesh").warnings;
         let mut mesh = shapes::plane(3, 2);
-        assert!(!dropped(&mesh, &Options::default()));
         mesh.texcoords = Some(vec![[Vec2::ZERO; 3]; mesh.faces.len()]);
-        assert!(dropped(&mesh, &Options::default()));
-        assert!(dropped(&mesh, &Options { weld: None, ..Options::default() }));
+        assert_eq!(told(&mesh, &Options::default()), [""; 0]);
+        let with_log = told(&mesh, &Options { log: true, ..Options::default() });
+        assert!(with_log[0].starts_with("a log holds one normal"));
         mesh.face_colors = Some(vec![[0.5; 4]; mesh.faces.len()]);
-        let told = |mesh| prepare(mesh, &Options::default()).expect("a valid mesh").warnings;
-        assert!(told(&mesh).iter().any(|warning| warning == FACE_COLORS_DROPPED));
+        assert!(told(&mesh, &Options::default()).iter().any(|warning| warning == FACE_COLORS_DROPPED));
     }
 
     #[test]

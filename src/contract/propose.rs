@@ -5,6 +5,7 @@
 
 use crate::backend::{Buffer, Queue};
 use crate::error::{Error, Result};
+use crate::kernel::attribute_costs::{AttributeCosts, WedgeBuffers};
 use crate::kernel::cost_histogram::{BUCKETS, CostHistogram};
 use crate::kernel::count_candidates::{CountCandidates, GATE_BLOCK};
 use crate::kernel::count_pairs::CountPairs;
@@ -19,10 +20,12 @@ use crate::kernel::volume_costs::{BORDER_FACTOR, VolumeCosts};
 use crate::kernel::volume_sums::VolumeSums;
 use crate::kernel::weigh_keys::WeighKeys;
 
+use super::attribute_rows::AttributeBuffers;
 use super::evaluate::quadrics;
 use super::gate::Gate;
 use super::scan::Scan;
 use super::surface::Surface;
+use super::wedges::Wedges;
 use super::weigh::RoundWeights;
 use super::{Metric, Options};
 
@@ -39,6 +42,7 @@ pub struct Proposal {
     /// Vertices on the border at the start. Contractions make no more of them.
     border_vertices: usize,
     volume: Option<Volume>,
+    attributes: Option<AttributeBuffers>,
     weights: Option<RoundWeights>,
     pairs: Buffer<Edge>,
     keys: Buffer<u32>,
@@ -60,7 +64,13 @@ struct Volume {
 
 impl Proposal {
     /// Buffers for a surface before its first round.
-    pub fn new(queue: &Queue, surface: &Surface, options: &Options, border_vertices: usize) -> Result<Self> {
+    pub fn new(
+        queue: &Queue,
+        surface: &Surface,
+        options: &Options,
+        border_vertices: usize,
+        wedges: Option<&Wedges>,
+    ) -> Result<Self> {
         let (vertices, faces) = (surface.vertex_count, surface.face_count);
         let volume = || -> Result<Volume> {
             Ok(Volume {
@@ -76,6 +86,7 @@ impl Proposal {
             border_weight: BORDER_FACTOR * options.border_weight,
             border_vertices,
             volume: (options.metric == Metric::Volume).then(volume).transpose()?,
+            attributes: AttributeBuffers::new(queue, wedges)?,
             weights: RoundWeights::new(queue, surface, options, border_vertices > 0)?,
             pairs: queue.buffer(pairs)?,
             keys: queue.buffer(pairs)?,
@@ -85,6 +96,19 @@ impl Proposal {
             scan: Scan::new(queue, blocks + 1)?,
             candidates: queue.buffer(pairs)?,
         })
+    }
+
+    /// Takes the wedges of a round from the host.
+    pub fn take_wedges(&mut self, queue: &mut Queue, wedges: Option<&Wedges>) -> Result<()> {
+        match (&mut self.attributes, wedges) {
+            (Some(attributes), Some(wedges)) => attributes.send(queue, wedges),
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether a round waits for the wedges that the host carries.
+    pub fn needs_wedges(&self) -> bool {
+        self.attributes.is_some()
     }
 
     /// Whether a round needs the weights that the host carries.
@@ -183,18 +207,41 @@ impl Proposal {
                     sums,
                     borders,
                 })?;
-                queue.run(VolumeCosts {
-                    positions,
-                    faces,
-                    normals,
-                    sums,
-                    borders,
-                    pairs,
-                    pair_count,
-                    border_weight,
-                    placement,
-                    keys,
-                })?;
+                if let Some(attributes) = &mut self.attributes {
+                    attributes.sum(queue, surface, normals)?;
+                    let WedgeBuffers { corners, values, gradients, wedge_sums, slopes, costed } = attributes.rows();
+                    queue.run(AttributeCosts {
+                        positions,
+                        faces,
+                        normals,
+                        sums,
+                        borders,
+                        corners,
+                        values,
+                        gradients,
+                        wedge_sums,
+                        slopes,
+                        pairs,
+                        pair_count,
+                        border_weight,
+                        placement,
+                        costed: costed as u32,
+                        keys,
+                    })?;
+                } else {
+                    queue.run(VolumeCosts {
+                        positions,
+                        faces,
+                        normals,
+                        sums,
+                        borders,
+                        pairs,
+                        pair_count,
+                        border_weight,
+                        placement,
+                        keys,
+                    })?;
+                }
                 match weights.map(RoundWeights::weights) {
                     Some(weights) => queue.run(WeighKeys { faces, pairs, weights, pair_count, keys }),
                     None => Ok(()),

@@ -40,8 +40,7 @@ impl<'a> Recorder<'a> {
             before[keep as usize] = kept;
             let position = model_position(self.input, self.frame, origin, Position { x, y, z, flags });
             let contraction = progressive::Contraction { keep: kept, gone: lost, position };
-            let normal = carried.normals.as_ref().map(|rows| rows[keep as usize]);
-            let color = carried.colors.as_ref().map(|rows| rows[keep as usize]);
+            let (normal, color) = carried.wedges.as_ref().map_or((None, None), |wedges| wedges.of_vertex(keep));
             self.log.push(contraction, normal, color);
             while let Some(face) = cancelled.next_if(|cancelled| cancelled.keep == keep) {
                 self.log.cancel(carried.face_origin[face.face as usize] & !TURNED);

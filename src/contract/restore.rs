@@ -5,14 +5,14 @@ use rayon::prelude::*;
 use crate::kernel::contract_faces::renamed;
 use crate::kernel::rows::{Face, Position};
 use crate::math::DVec3;
+use crate::mesh::Mesh;
 use crate::mesh::frame::Frame;
 use crate::mesh::orient::TURNED;
-use crate::mesh::{Mesh, take};
 use crate::simplify::MOVED;
 
 use super::carry::{Carried, MOVED_FROM};
-use super::charts::Charts;
 use super::join::referenced;
+use super::unwedge::Split;
 
 /// Rows that a thread moves at a time.
 const ROWS: usize = 1 << 12;
@@ -29,45 +29,52 @@ pub struct Placed<'a> {
 
 /// The mesh of what lives of a surface and what it carries, and the input vertex at the position of each vertex, or [`MOVED`].
 ///
-/// Vertices that lost all their faces, where parts met back to back, are left out. A vertex takes the place of the input
-/// vertex that it stands at or began as, a face that of its own: what nothing happened to comes back as it was.
+/// Vertices that lost all their faces, where parts met back to back, are left out; one whose corners disagree in what vertices
+/// carry becomes several. A vertex takes the place of the input vertex that it stands at or began as, a face that of its own:
+/// what nothing happened to comes back as it was.
 pub fn restore(input: &Mesh, frame: Frame, placed: Placed<'_>, carried: &Carried) -> (Mesh, Vec<u32>) {
     let Placed { positions, origin, faces, roles } = placed;
-    let Carried { normals, colors, charts, face_origin, .. } = carried;
+    let face_origin = &carried.face_origin;
     let now = |face: &Face| {
         let [a, b, c] = face.corners().map(|v| renamed(v, roles[v as usize]));
         Face { a, b, c }
     };
     let faces_now: Vec<Face> = faces.par_iter().with_min_len(ROWS).map(now).collect();
-    let has_face = referenced(faces_now.iter().filter(|face| face.is_live()), positions.len());
-    let vertex_order = by_origin(origin, MOVED_FROM, input.positions.len(), |v| has_face[v]);
-    let mut new_vertex = vec![0; origin.len()];
-    (0..).zip(&vertex_order).for_each(|(new, &old)| new_vertex[old as usize] = new);
-
-    let at = |&v: &u32| model_position(input, frame, origin[v as usize], positions[v as usize]);
-    let corners = |&f: &u32| {
-        let [a, b, c] = faces_now[f as usize].corners().map(|v| new_vertex[v as usize]);
+    let face_order = by_origin(face_origin, TURNED, input.faces.len(), |f| faces_now[f].is_live());
+    let at = |v: u32| model_position(input, frame, origin[v as usize], positions[v as usize]);
+    let in_order = |f: u32, [a, b, c]: [u32; 3]| {
         if face_origin[f as usize] & TURNED == 0 { [a, b, c] } else { [a, c, b] }
     };
-    let face_order = by_origin(face_origin, TURNED, input.faces.len(), |f| faces_now[f].is_live());
-    let texcoords = |charts: &Charts| {
-        let row = |&f: &u32| {
-            let [a, b, c] = charts.of_face(f as usize, faces[f as usize]);
-            if face_origin[f as usize] & TURNED == 0 { [a, b, c] } else { [a, c, b] }
+    let Some(wedges) = &carried.wedges else {
+        let has_face = referenced(faces_now.iter().filter(|face| face.is_live()), positions.len());
+        let vertex_order = by_origin(origin, MOVED_FROM, input.positions.len(), |v| has_face[v]);
+        let mut new_vertex = vec![0; origin.len()];
+        (0..).zip(&vertex_order).for_each(|(new, &old)| new_vertex[old as usize] = new);
+        let corners = |&f: &u32| in_order(f, faces_now[f as usize].corners().map(|v| new_vertex[v as usize]));
+        let mesh = Mesh {
+            positions: vertex_order.par_iter().with_min_len(ROWS).map(|&v| at(v)).collect(),
+            faces: face_order.par_iter().with_min_len(ROWS).map(corners).collect(),
+            ..Mesh::default()
         };
-        face_order.par_iter().with_min_len(ROWS).map(row).collect()
+        let stays = |&v: &u32| if origin[v as usize] & MOVED_FROM == 0 { origin[v as usize] } else { MOVED };
+        return (mesh, vertex_order.iter().map(stays).collect());
     };
-    let mesh = Mesh {
-        positions: vertex_order.par_iter().with_min_len(ROWS).map(at).collect(),
+    let split = Split::new(input, wedges, &faces_now, &face_order, origin);
+    let corners = |&f: &u32| in_order(f, split.corners(f as usize));
+    let texcoords = |&f: &u32| {
+        let [a, b, c] = split.texcoords(f as usize);
+        if face_origin[f as usize] & TURNED == 0 { [a, b, c] } else { [a, c, b] }
+    };
+    let of_face: Vec<u32> = face_order.iter().map(|&f| face_origin[f as usize] & !TURNED).collect();
+    let mut mesh = Mesh {
+        positions: split.vertices().map(at).collect(),
         faces: face_order.par_iter().with_min_len(ROWS).map(corners).collect(),
-        normals: normals.as_ref().map(|rows| take(rows, &vertex_order)),
-        colors: colors.as_ref().map(|rows| take(rows, &vertex_order)),
-        texcoords: charts.as_ref().map(texcoords),
-        face_colors: None,
+        texcoords: split.has_texcoords().then(|| face_order.par_iter().with_min_len(ROWS).map(texcoords).collect()),
+        materials: input.materials.as_ref().filter(|_| wedges.layout.has_materials).map(|rows| rows.take(&of_face)),
         ..Mesh::default()
     };
-    let origin = take(origin, &vertex_order);
-    (mesh, origin.into_iter().map(|origin| if origin & MOVED_FROM == 0 { origin } else { MOVED }).collect())
+    split.fill(&mut mesh);
+    (mesh, split.origins().map(|origin| origin.unwrap_or(MOVED)).collect())
 }
 
 /// Where a vertex of this origin and row lies in model units: what stands at an input vertex, exactly there.
@@ -89,13 +96,11 @@ fn by_origin(origins: &[u32], flag: u32, count: usize, is_live: impl Fn(usize) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::Vec3;
 
     #[test]
     fn the_order_and_the_winding_of_the_input_come_back() {
         let corners = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [4.0, 4.0, 0.0]].map(DVec3::from);
-        let mut input = Mesh::new(corners.to_vec(), vec![[0, 1, 2], [1, 2, 3]]);
-        input.normals = Some(vec![Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X]);
+        let input = Mesh::new(corners.to_vec(), vec![[0, 1, 2], [1, 2, 3]]);
         let frame = Frame::new(&input.faces, |v| corners[v as usize], input.bounds());
         // Stored as 3, 2, 0, 1, of which the input's 3 has moved; the input's face 1 came first, turned over.
         let moved = Position::new(frame.to_rows(DVec3::splat(2.0)), 0);
@@ -103,9 +108,7 @@ mod tests {
         let faces = [Face { a: 3, b: 0, c: 1 }, Face { a: 2, b: 3, c: 1 }];
         let carried = Carried {
             origin: Vec::new(),
-            normals: Some(vec![Vec3::NEG_X, Vec3::Z, Vec3::X, Vec3::Y]),
-            colors: None,
-            charts: None,
+            wedges: None,
             drift: Vec::new(),
             weights: Vec::new(),
             face_origin: vec![1 | TURNED, 0],

@@ -110,9 +110,8 @@ impl Surface {
     /// [`Surface::compact`] on the host, with what goes along.
     pub fn compact_on_host(&mut self, queue: &Queue, carried: &mut Carried, faces_left: usize) -> Result<()> {
         let (old_count, vertices) = (self.vertex_count, ..self.vertex_count);
-        if let Some(charts) = &mut carried.charts {
-            let faces = &self.faces.host()[..self.face_count];
-            charts.settle(faces, self.roles.host(), self.positions.host());
+        if let Some(wedges) = &mut carried.wedges {
+            wedges.settle(&self.faces.host()[..self.face_count], self.roles.host());
         }
         let new_vertex = &mut self.new_vertex.host_mut()[..=old_count];
         let roles = &mut self.roles.host_mut()[vertices];
@@ -125,6 +124,9 @@ impl Surface {
         let faces = &self.faces.host()[..faces_left];
         let (starts, rings) = (&mut self.ring_starts.host_mut()[..=self.vertex_count], self.ring_faces.host_mut());
         group_into(faces_left, |face| faces[face].corners(), starts, |total| &mut rings[..total]);
+        if let Some(wedges) = &mut carried.wedges {
+            wedges.compact(faces, starts, rings);
+        }
 
         if self.spare.is_none() {
             let quadrics = self.quadrics.is_some().then(|| queue.buffer(self.vertex_count)).transpose()?;

@@ -12,7 +12,7 @@
 //! then on what the first leaves. Shapes count only at the end.
 
 use crate::kernel::contract_quadrics::contracted;
-use crate::kernel::rows::{Contraction, LOCKED};
+use crate::kernel::rows::{Contraction, LOCKED, SEAM};
 use crate::math::{DVec3, Vec3};
 use crate::spatial::triangle::closest_point;
 
@@ -30,6 +30,9 @@ pub struct AcceptedTriangle {
     pub ends: [u32; 3],
     /// What either contraction writes.
     pub placed: [Placed; 2],
+    /// The corners in the order in which their sides were found, and which of them the new vertex stands at.
+    pub corners: [u32; 3],
+    pub end: Option<usize>,
     /// The faces that either removes.
     pub faces_removed: [usize; 2],
     pub deviation: f32,
@@ -138,7 +141,7 @@ impl Examiner {
         ends.iter().zip(points).for_each(|(&v, p)| quadric.add_plane_quadric(patch.quadric(v), p));
         let [a, b, c] = points;
         let radius_sq = points.iter().fold(0.0, |greatest: f64, p| greatest.max(p.length_squared()));
-        let mut held = points.iter().zip(flags).filter(|(_, flags)| flags & LOCKED != 0);
+        let mut held = points.iter().zip(flags).filter(|(_, flags)| flags & (LOCKED | SEAM) != 0);
         let place = match (held.next(), held.next(), self.rules.placement) {
             (Some((&p, _)), None, _) => p,
             (Some(_), Some(_), _) => return Err(Rejection::Link),
@@ -164,12 +167,14 @@ impl Examiner {
         if f64::from(deviation) > self.rules.max_deviation {
             return Err(Rejection::Error);
         }
-        let ends = [ends[0], ends[x], ends[y]];
-        let mapped = self.texture.place(patch, &ends, at)?;
+        self.sides.gather(patch, &ends, center);
+        self.sides.find_whole(patch, ends)?;
+        self.blend.place(patch, &self.sides, moved, corner)?;
+        let (corners, ends) = (ends, [ends[0], ends[x], ends[y]]);
         let [first, second] = shares(at, [positions[0], positions[x], positions[y]]);
         let placed = [(first, between), (second, all)];
-        let placed = placed.map(|(t, quadric)| Placed { x: at, t, quadric, drift: f32::INFINITY, mapped, flags: 0 });
-        Ok(AcceptedTriangle { ends, placed, faces_removed, deviation })
+        let placed = placed.map(|(t, quadric)| Placed { x: at, t, quadric, drift: f32::INFINITY, flags: 0 });
+        Ok(AcceptedTriangle { ends, placed, corners, end: corner, faces_removed, deviation })
     }
 }
 

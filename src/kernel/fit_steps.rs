@@ -8,7 +8,7 @@
 use rayon::prelude::*;
 
 use super::pair_quadric::{CONSTANTS, NO_WEIGHT, PairQuadric, half_exponent, least, scale_down, scaled};
-use super::rows::{BORDER, Face, FaceFit, HUB, LOCKED, Position};
+use super::rows::{BORDER, Face, FaceFit, HUB, LOCKED, Position, SEAM};
 use super::split::CHUNK;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
@@ -139,7 +139,7 @@ impl Kernel for FitSteps<'_> {
         let steps = positions.par_iter().zip(self.offsets.host()).enumerate().with_min_len(CHUNK / 16);
         let rows: Vec<[Vec3; 2]> = steps
             .map(|(vertex, (position, &before))| {
-                if position.flags & (BORDER | LOCKED | HUB) != 0 {
+                if position.flags & (BORDER | LOCKED | SEAM | HUB) != 0 {
                     return [Vec3::ZERO; 2];
                 }
                 let offset = self.stepped(vertex as u32, regularization);

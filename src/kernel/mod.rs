@@ -5,6 +5,8 @@
 //! [`crate::math::exact`], so that twin and shader agree bit for bit.
 
 pub mod angle_defects;
+pub mod attribute_costs;
+pub mod attribute_sums;
 pub mod block_maxima;
 pub mod block_sums;
 pub mod border_curvatures;
@@ -31,6 +33,7 @@ pub mod eigen;
 pub mod encode_quadrics;
 pub mod exact_probe;
 pub mod face_corners;
+pub mod face_gradients;
 pub mod face_normals;
 pub mod feature_weights;
 pub mod find_threshold;

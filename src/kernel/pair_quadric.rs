@@ -2,7 +2,7 @@
 //! `shaders/shared/pair_quadric.wgsl`.
 
 use super::pairs::NO_FACE;
-use super::rows::{BORDER, HUB, LOCKED};
+use super::rows::{BORDER, HUB, LOCKED, SEAM};
 use crate::backend::Constant;
 use crate::math::Vec3;
 use crate::math::exact::{
@@ -15,6 +15,8 @@ pub const REACH: f32 = 4.0;
 pub const CONSTRAINT: f32 = 1e-3;
 /// Costs below this share of the trace are rounding noise and count as 0.
 pub const NOISE: f32 = 1e-18;
+/// What the best numbers of attributes save is a difference of like sums: this share of its trace is left to hold a placement.
+pub const ROUNDING: f32 = 1e-6;
 /// Traces below this are of faces without area.
 pub const NO_AREA: f32 = 1e-30;
 /// Weights below this are of faces whose costs would underflow.
@@ -38,6 +40,7 @@ pub const CONSTANTS: &[(&str, Constant)] = &[
     ("REACH", Constant::F32(REACH)),
     ("CONSTRAINT", Constant::F32(CONSTRAINT)),
     ("NOISE", Constant::F32(NOISE)),
+    ("ROUNDING", Constant::F32(ROUNDING)),
     ("NO_AREA", Constant::F32(NO_AREA)),
     ("NO_WEIGHT", Constant::F32(NO_WEIGHT)),
     ("GREATEST", Constant::F32(GREATEST)),
@@ -50,6 +53,7 @@ pub const CONSTANTS: &[(&str, Constant)] = &[
     ("HUB", Constant::U32(HUB)),
     ("BORDER", Constant::U32(BORDER)),
     ("LOCKED", Constant::U32(LOCKED)),
+    ("SEAM", Constant::U32(SEAM)),
 ];
 
 /// xᵀA x − 2 b·x + c about the midpoint, and the plane n·x = d on which the volume is kept (none when n is 0).
@@ -79,6 +83,12 @@ pub struct Freedom {
     /// Pulls the placement to the midpoint, as a share of the trace: bounds it on flats and creases, where the least is
     /// a plane or a line.
     pub regularization: f32,
+}
+
+/// Whether an end of these flags stays beside another of those: one on a seam may only move along it.
+#[inline(always)]
+pub fn stays(own: u32, other: u32) -> bool {
+    own & LOCKED != 0 || own & !other & SEAM != 0
 }
 
 /// The quadric's value.

@@ -8,11 +8,11 @@ use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::pair_quadric::{
-    CONSTANTS, Freedom, NO_WEIGHT, PairQuadric, cost_key, half_exponent, pair_cost, scale_down, scale_up, scaled,
+    CONSTANTS, Freedom, NO_WEIGHT, PairQuadric, cost_key, half_exponent, pair_cost, scale_down, scale_up, scaled, stays,
 };
 use super::pairs::half_edge_ends;
 use super::plane_quadric::{moved, sum_moved};
-use super::rows::{Edge, Face, LOCKED, PlaneQuadric, Position};
+use super::rows::{Edge, Face, PlaneQuadric, Position};
 use super::split::CHUNK;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
@@ -126,8 +126,8 @@ impl<'a> PlaneRows<'a> {
 fn plane_key(pair: &Pair, params: Params) -> u32 {
     let h = scale3(sub3(pair.pw.xyz(), pair.pu.xyz()), 0.5);
     let freedom = Freedom {
-        first_locked: pair.pu.flags & LOCKED != 0,
-        second_locked: pair.pw.flags & LOCKED != 0,
+        first_locked: stays(pair.pu.flags, pair.pw.flags),
+        second_locked: stays(pair.pw.flags, pair.pu.flags),
         placement: params.placement,
         regularization: params.regularization,
     };

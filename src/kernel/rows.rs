@@ -14,7 +14,7 @@ pub const LOCKED: u32 = 2;
 pub const HUB: u32 = 4;
 /// Parts met in a vertex: pairs there may change the topology. Only the host looks at it.
 pub const JOINED: u32 = 8;
-/// A vertex is on a seam of the texture, and locked for it. Only the host looks at it.
+/// A vertex is on a seam of the attributes: it may only move along the seam. Where it may not even do that, it is locked.
 pub const SEAM: u32 = 16;
 /// Faces around a vertex past which it is a hub: work at a vertex grows with its ring, and a ring of thousands shrinks by
 /// the pairs on its rim. Real meshes stay below 100.
@@ -164,6 +164,39 @@ pub struct VolumeSum {
     pub nx: f32,
     pub ny: f32,
     pub nz: f32,
+}
+
+/// The gradient of an attribute over a face, times √|n|; or the sum of |n| times it over the faces of a wedge.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "the entries of a vector")]
+pub struct Gradient {
+    pub x: f32,
+    pub y: f32,
+    pub z: f32,
+}
+
+impl Gradient {
+    /// The vector.
+    #[inline(always)]
+    pub fn xyz(self) -> Vec3 {
+        Vec3::new(self.x, self.y, self.z)
+    }
+}
+
+/// Sums over the faces of a wedge: of |n| g gᵀ over all attributes, and of |n|.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "the entries of a symmetric matrix")]
+pub struct AttributeSum {
+    pub xx: f32,
+    pub xy: f32,
+    pub xz: f32,
+    pub yy: f32,
+    pub yz: f32,
+    pub zz: f32,
+    /// Σ |n|.
+    pub weight: f32,
 }
 
 /// What border edges e at a vertex add: Σ |e|²·I − e eᵀ, the squared distance to their lines times |e|².
@@ -338,6 +371,7 @@ macro_rules! matrix {
 }
 matrix!(VolumeSum);
 matrix!(BorderSum);
+matrix!(AttributeSum);
 matrix!(PlaneQuadric);
 matrix!(CellSum);
 
@@ -363,6 +397,8 @@ row!(Contraction { keep, gone: u32; x, y, z: f32; flags: u32 });
 row!(Normal { x, y, z, root: f32 });
 row!(Corners { cot_a, cot_b, cot_c, area_a, area_b, area_c: f32 });
 row!(VolumeSum { xx, xy, xz, yy, yz, zz, nx, ny, nz: f32 });
+row!(Gradient { x, y, z: f32 });
+row!(AttributeSum { xx, xy, xz, yy, yz, zz, weight: f32 });
 row!(BorderSum { xx, xy, xz, yy, yz, zz: f32 });
 row!(PlaneQuadric { xx, xy, xz, yy, yz, zz, bx, by, bz, c, weight: f32 });
 row!(QuadricBound { weight, offset_sq: f32 });

@@ -14,7 +14,7 @@ use super::pair_quadric::{
 use super::pairs::NO_FACE;
 use super::plane_costs::PLANE_REGULARIZATION;
 use super::plane_quadric::{moved, sum_moved};
-use super::rows::{Edge, Face, HUB, LOCKED, PlaneQuadric, Position};
+use super::rows::{Edge, Face, HUB, LOCKED, PlaneQuadric, Position, SEAM};
 use super::split::CHUNK;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
@@ -91,7 +91,7 @@ fn triangle_cost([first, second, third]: [Corner; 3], params: Params) -> f32 {
         return 0.0;
     }
     let half = half_exponent(t);
-    let locked = [first, second, third].map(|corner| corner.position.flags & LOCKED != 0);
+    let locked = [first, second, third].map(|corner| corner.position.flags & (LOCKED | SEAM) != 0);
     let cost = best_cost(scaled(q, scale_down(half)), [a, b, c], locked, params);
     mul(mul(cost, scale_up(half)), scale_up(half))
 }
@@ -100,8 +100,9 @@ fn triangle_cost([first, second, third]: [Corner; 3], params: Params) -> f32 {
 #[inline(always)]
 fn triangle_key(corners: [Corner; 3], params: Params) -> u32 {
     let [a, b, c] = corners.map(|corner| corner.position.flags);
-    let stays = ((a & b) | (b & c) | (c & a)) & LOCKED;
-    if stays != 0 || (a | b | c) & HUB != 0 {
+    let held = LOCKED | SEAM;
+    let staying = u32::from(a & held != 0) + u32::from(b & held != 0) + u32::from(c & held != 0);
+    if staying > 1 || (a | b | c) & HUB != 0 {
         return NO_KEY;
     }
     cost_key(triangle_cost(corners, params))

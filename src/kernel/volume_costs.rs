@@ -11,10 +11,10 @@ use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::pair_quadric::{
-    CONSTANTS, Freedom, NO_WEIGHT, cost_key, end_matrices, half_exponent, pair_cost, scale_down, scale_up,
+    CONSTANTS, Freedom, NO_WEIGHT, cost_key, end_matrices, half_exponent, pair_cost, scale_down, scale_up, stays,
 };
 use super::pairs::{NO_FACE, half_edge_ends};
-use super::rows::{BORDER, BorderSum, Edge, Face, LOCKED, Normal, Position, VolumeSum};
+use super::rows::{BORDER, BorderSum, Edge, Face, Normal, Position, VolumeSum};
 use super::split::CHUNK;
 use super::volume_sums::border_term;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, Switch, params};
@@ -57,8 +57,8 @@ pub struct VolumeCosts<'a> {
 params! {
     /// The uniform block.
     pub struct Params {
-        placement: u32,
-        border_weight: f32,
+        pub(super) placement: u32,
+        pub(super) border_weight: f32,
         regularization: f32,
     }
 }
@@ -70,20 +70,33 @@ impl Params {
     }
 }
 
-/// What both ends and the shared faces sum to.
+/// What both ends and the shared faces sum to. In WGSL: `shaders/shared/volume_ends.wgsl`.
 #[derive(Debug, Clone, Copy)]
-pub struct Ends {
-    first: Sym3,
-    second: Sym3,
-    mutual: Sym3,
-    first_normal: Vec3,
-    second_normal: Vec3,
-    mutual_normal: Vec3,
+pub(super) struct Ends {
+    pub first: Sym3,
+    pub second: Sym3,
+    pub mutual: Sym3,
+    pub first_normal: Vec3,
+    pub second_normal: Vec3,
+    pub mutual_normal: Vec3,
+}
+
+/// What two ends and the faces that they share sum to.
+#[inline(always)]
+pub(super) fn volume_ends(first: VolumeSum, second: VolumeSum, left: Normal, right: Normal) -> Ends {
+    Ends {
+        first: first.matrix(),
+        second: second.matrix(),
+        mutual: sym_add(outer(left.weighted()), outer(right.weighted())),
+        first_normal: first.normal(),
+        second_normal: second.normal(),
+        mutual_normal: add3(left.doubled_area(), right.doubled_area()),
+    }
 }
 
 /// Adds the border terms and drops the volume constraint.
 #[inline(always)]
-fn with_border(ends: Ends, first: BorderSum, second: BorderSum, mutual: Sym3, weight: f32) -> Ends {
+pub(super) fn with_border(ends: Ends, first: BorderSum, second: BorderSum, mutual: Sym3, weight: f32) -> Ends {
     Ends {
         first: sym_add(ends.first, sym_scale(first.matrix(), weight)),
         second: sym_add(ends.second, sym_scale(second.matrix(), weight)),
@@ -206,14 +219,7 @@ fn pair_between(f: u32, g: u32, [u, w]: [u32; 2], rows: &VolumeRows<'_>) -> Pair
 /// What the ends of a pair sum to.
 #[inline(always)]
 fn ends_of(pair: &Pair) -> Ends {
-    Ends {
-        first: pair.sum_u.matrix(),
-        second: pair.sum_w.matrix(),
-        mutual: sym_add(outer(pair.left.weighted()), outer(pair.right.weighted())),
-        first_normal: pair.sum_u.normal(),
-        second_normal: pair.sum_w.normal(),
-        mutual_normal: add3(pair.left.doubled_area(), pair.right.doubled_area()),
-    }
+    volume_ends(pair.sum_u, pair.sum_w, pair.left, pair.right)
 }
 
 /// The key of a pair whose ends sum to `ends`.
@@ -221,8 +227,8 @@ fn ends_of(pair: &Pair) -> Ends {
 fn ends_key(ends: Ends, pair: &Pair, params: Params) -> u32 {
     let h = scale3(sub3(pair.pw.xyz(), pair.pu.xyz()), 0.5);
     let freedom = Freedom {
-        first_locked: pair.pu.flags & LOCKED != 0,
-        second_locked: pair.pw.flags & LOCKED != 0,
+        first_locked: stays(pair.pu.flags, pair.pw.flags),
+        second_locked: stays(pair.pw.flags, pair.pu.flags),
         placement: params.placement,
         regularization: params.regularization,
     };
@@ -264,6 +270,7 @@ impl Kernel for VolumeCosts<'_> {
         include_str!("../../shaders/shared/border_term.wgsl"),
         include_str!("../../shaders/shared/half_edges.wgsl"),
         include_str!("../../shaders/shared/pair_quadric.wgsl"),
+        include_str!("../../shaders/shared/volume_ends.wgsl"),
     ];
     type Params = Params;
     const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;

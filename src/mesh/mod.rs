@@ -21,6 +21,7 @@ pub(crate) mod frame;
 pub(crate) mod key_table;
 pub(crate) mod limits;
 mod near;
+pub mod normals;
 pub mod orient;
 mod polygons;
 pub mod prune;
@@ -33,6 +34,7 @@ pub mod weld;
 
 pub use adjacency::Rings;
 pub use channel::{Channel, ChannelKind, Materials};
+pub use normals::vertex_normals;
 pub use orient::orient;
 pub use polygons::Polygons;
 pub use prune::prune;

@@ -30,7 +30,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use crate::backend::Device;
-use crate::contract::{self, Texture, Weighting};
+use crate::contract::{self, Attributes, Weighting};
 use crate::error::{Error, Result};
 use crate::formats::{Scratch, Stream};
 use crate::mesh::arrange::NO_FACE_LEFT;
@@ -124,7 +124,6 @@ fn options_of(method: &Method) -> Result<&contract::Options> {
         (options.join_within > 0.0, "joining parts by distance"),
         (matches!(options.weighting, Weighting::Given(_)), "weights that are given"),
         (options.locked.is_some(), "locks that are given"),
-        (options.texture == Texture::Keep, "keeping texture coordinates"),
         (options.log, "a log"),
     ];
     match refused.into_iter().find(|(is_given, _)| *is_given) {
@@ -177,7 +176,13 @@ fn run(
     let (low, high) = survey.bounds;
     let diagonal = Mesh::new(vec![low, high], Vec::new()).diagonal();
     let max_deviation = budget.max_deviation(diagonal)?;
-    let in_parts = contract::Options { fit: 0, flips: Flips::default(), prune: 0.0, ..method.clone() };
+    let in_parts = contract::Options {
+        fit: 0,
+        flips: Flips::default(),
+        prune: 0.0,
+        attributes: Attributes { smooth: true, ..method.attributes.clone() },
+        ..method.clone()
+    };
 
     let mut notes = Notes::default();
     let [texcoords, face_colors] = input.leaves_out();

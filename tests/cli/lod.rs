@@ -211,7 +211,6 @@ fn wrong_uses_are_refused_before_the_work() {
         ("lod in.obj x.stl --shared-vertices", "STL has no vertices to share"),
         ("lod in.obj x.obj --shared-vertices --placement optimal", "needs contraction with --placement endpoint"),
         ("lod in.obj x.obj --shared-vertices --method removal", "needs contraction with --placement endpoint"),
-        ("lod textured.obj x.obj --shared-vertices --texture keep", "--shared-vertices and --texture keep"),
     ] {
         dir.run(line).fails(2, &[part]);
     }

@@ -140,7 +140,6 @@ fn what_parts_cannot_do_is_refused_before_the_work() {
     for (options, reason) in [
         ("-f 3k --memory-limit 120MiB --measure", "--measure needs the whole mesh in memory"),
         ("-f 3k --memory-limit 120MiB --method cluster", "only contraction works in parts"),
-        ("-f 3k --memory-limit 120MiB --texture keep", "keeping texture coordinates needs the whole mesh in memory"),
         ("-f 3k --memory-limit 90MiB", "need at least"),
         ("-f 200k --memory-limit 120MiB", "need at least"),
     ] {

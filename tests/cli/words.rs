@@ -213,17 +213,17 @@ fn clustering_tells_its_cells() {
 }
 
 #[test]
-fn textures_are_kept_where_asked_for() {
+fn textures_are_kept_unless_dropped() {
     let dir = Dir::new();
     dir.file("in.obj", TEXTURED);
     let coordinates = |options: &str| {
         let ran = dir.run(&format!("simplify in.obj out.obj -f 7 -g cpu -w --json {options}")).succeeds();
         let text = fs::read_to_string(dir.path("out.obj")).expect("text");
-        (text.lines().any(|line| line.starts_with("vt ")), ran.err.contains("'texture' keeps them"))
+        (text.lines().any(|line| line.starts_with("vt ")), ran.err.contains("texture coordinates"))
     };
-    assert_eq!(coordinates("--texture keep"), (true, false));
-    assert_eq!(coordinates(""), (false, true));
-    assert_eq!(coordinates("--texture drop"), (false, true));
+    assert_eq!(coordinates(""), (true, false));
+    assert_eq!(coordinates("--drop uv"), (false, false));
+    assert_eq!(coordinates("--write-log a.log"), (false, true));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use coarsen::Mesh;
 use coarsen::math::{DVec3, Vec2, Vec3};
 use coarsen::mesh::shapes;
+use coarsen::mesh::{Channel, ChannelKind, Materials};
 
 use crate::support::deviation::Random;
 use crate::support::shapes::{bumpy, cube, grid, sphere, torus};
@@ -102,6 +103,20 @@ pub fn mesh(random: &mut Random) -> Mesh {
     if below(random, 3) == 0 {
         mesh.texcoords = Some(texcoords(random, &mesh));
         mesh.face_colors = Some((0..mesh.faces.len()).map(|f| [(f % 7) as f32 / 7.0; 4]).collect());
+    }
+    if below(random, 4) == 0 {
+        let (vertices, faces) = (mesh.positions.len(), mesh.faces.len());
+        let mut channel = |name: &str, kind, width: usize| {
+            let numbers = [0.0, 1.0, -1.0, f32::NAN, f32::INFINITY, 1e38, 1e-40, 0.3];
+            let values = (0..vertices * width).map(|_| pick(random, &numbers)).collect();
+            mesh.channels.push(Channel { name: name.into(), kind, width, values });
+        };
+        channel("heat", ChannelKind::Linear, 1);
+        channel("TEXCOORD_1", ChannelKind::Texcoords, 2);
+        channel("TANGENT", ChannelKind::Tangent, 4);
+        channel("JOINTS_0", ChannelKind::Joints, 8);
+        let of_face = (0..faces).map(|_| below(random, 3) as u32).collect();
+        mesh.materials = Some(Materials { of_face, names: vec!["a".into(), "b".into(), String::new()] });
     }
     mesh
 }

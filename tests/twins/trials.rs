@@ -1,5 +1,6 @@
 //! The one list of kernels: for each a run on hostile inputs, whose outputs must not depend on the device.
 
+mod attributes;
 mod cells;
 mod costs;
 mod features;
@@ -69,6 +70,7 @@ pub fn trials() -> impl Iterator<Item = Trial> {
     arithmetic
         .into_iter()
         .chain(surface::TRIALS)
+        .chain(attributes::TRIALS)
         .chain(costs::TRIALS)
         .chain(features::TRIALS)
         .chain(formats::TRIALS)

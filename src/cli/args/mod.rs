@@ -2,6 +2,7 @@
 //!
 //! Parsing touches no file. A doc comment's first line is the short help, all of it the long help.
 
+mod attributes;
 mod batch;
 mod bench;
 mod compare;
@@ -18,6 +19,7 @@ use std::ffi::OsString;
 use clap::{Args, Command, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 
+pub use attributes::{Attributes, Dropped, Normals};
 pub use batch::{Batch, Each, Levels as BatchLevels};
 pub use bench::{Bench, Job as BenchJob};
 pub use compare::{Compare, Up};
@@ -28,7 +30,7 @@ pub use replay::Replay;
 pub use sample::Sample;
 pub use simplify::{
     Candidates, Device, FlipBy, Method, Metric, Placement, Progress, QuadricFormat, QuadricFrame, Representative,
-    Shape, Simplify, Target, Texture, Writing,
+    Shape, Simplify, Target, Writing,
 };
 pub use weights::{FeatureMode, FeatureUpdate, Weights};
 

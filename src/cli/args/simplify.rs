@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{RegionFiles, Regions, Removal, Weights};
+use super::{Attributes, RegionFiles, Regions, Removal, Weights};
 use crate::cli::values::{self, Weld};
 
 /// Reduce the faces of a mesh
@@ -235,19 +235,14 @@ pub struct Shape {
     #[arg(long, value_name = "D", default_value = "0", value_parser = values::weld)]
     pub weld: Weld,
 
-    /// Texture coordinates: keep or drop
-    ///
-    /// Whether texture coordinates stay: with 'keep' they follow the surface and no face turns over in the texture; vertices
-    /// on its seams stay where they are, which may end a run above its target. With 'drop' they are left out. Without the
-    /// option they are dropped. Not together with --write-log, for a log does not hold them.
-    #[arg(long, value_name = "WHAT", value_enum, hide_possible_values = true)]
-    pub texture: Option<Texture>,
-
     /// Drop parts smaller than this of the diagonal
     ///
     /// Drops connected parts whose bounding box's diagonal is below this fraction of the whole mesh's, before the run.
     #[arg(long, value_name = "R|P%", value_parser = values::fraction)]
     pub prune: Option<f64>,
+
+    #[command(flatten)]
+    pub attributes: Attributes,
 }
 
 #[derive(Debug, Args)]
@@ -427,14 +422,6 @@ pub enum QuadricFrame {
     Normalized,
     /// In the model's own
     Raw,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Texture {
-    /// They follow the surface
-    Keep,
-    /// They are left out
-    Drop,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

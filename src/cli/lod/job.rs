@@ -126,7 +126,7 @@ impl Job {
             }
         }
         let shared = Shared {
-            shape: &shape(args, &mut problems),
+            shape: &shape(args),
             removal: &args.removal,
             regions: &args.regions,
             weights: &args.weights,
@@ -153,12 +153,11 @@ impl Job {
 }
 
 /// The options of shape, with what levels of one list of vertices need.
-fn shape(args: &args::Lod, problems: &mut Problems) -> args::Shape {
+fn shape(args: &args::Lod) -> args::Shape {
     let mut shape = args.shape.clone();
     if args.levels.shared_vertices {
-        if shape.texture == Some(args::Texture::Keep) {
-            problems.add("--shared-vertices and --texture keep contradict each other: coordinates are of corners");
-        }
+        // Coordinates are of corners, not of vertices.
+        shape.attributes.drop.push(args::Dropped::Uv);
         if matches!(shape.method, args::Method::Contract | args::Method::Feature | args::Method::Average) {
             shape.placement = shape.placement.or(Some(args::Placement::Endpoint));
         }

@@ -1,0 +1,36 @@
+// How the attributes change over every face, times √|n|. Twin: src/kernel/face_gradients.rs
+
+struct EdgeFactors { first: vec3f, second: vec3f }
+
+// What the differences of a number along the edges from the first corner are multiplied by.
+fn edge_factors(a: vec3f, b: vec3f, c: vec3f, normal: Normal) -> EdgeFactors {
+    let e1 = sub3(b, a);
+    let e2 = sub3(c, a);
+    let weight = mul(normal.root, normal.root);
+    let sides_sq = add(dot3(e1, e1), dot3(e2, e2));
+    if weight <= mul(LEAST_HEIGHT, sides_sq) {
+        return EdgeFactors(vec3f(0.0, 0.0, 0.0), vec3f(0.0, 0.0, 0.0));
+    }
+    let inverse = divide(1.0, weight);
+    let n = weighted(normal);
+    return EdgeFactors(scale3(cross3(e2, n), inverse), scale3(cross3(n, e1), inverse));
+}
+
+fn gradient(factors: EdgeFactors, a: f32, b: f32, c: f32) -> Gradient {
+    let g = flush3(add3(scale3(factors.first, sub(b, a)), scale3(factors.second, sub(c, a))), LEAST_FACTOR);
+    return Gradient(g.x, g.y, g.z);
+}
+
+fn run(i: u32) {
+    let face = load_faces(i);
+    let factors = edge_factors(
+        xyz(load_positions(face.a)), xyz(load_positions(face.b)), xyz(load_positions(face.c)), load_normals(i),
+    );
+    let corners = load_corners(i);
+    for (var j = 0u; j < params.costed; j++) {
+        let a = load_values(corners.a * params.costed + j);
+        let b = load_values(corners.b * params.costed + j);
+        let c = load_values(corners.c * params.costed + j);
+        store_gradients(i * params.costed + j, gradient(factors, a, b, c));
+    }
+}

@@ -1,0 +1,63 @@
+//! The options of attributes.
+
+use clap::{Args, ValueEnum};
+
+use crate::cli::values;
+
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Attributes")]
+pub struct Attributes {
+    /// What attributes count: normal=1,uv=0.5,color=1
+    ///
+    /// What a difference in an attribute counts against a distance, as NAME=WEIGHT, by commas; 0 for one that is carried
+    /// along and decides nothing. 'normal': a difference of 1, about a radian, is a thousandth of the diagonal. 'uv': a slip of the
+    /// texture along the surface counts as half of its length. 'color': a difference of 1, from black to full red, is a
+    /// fiftieth of the diagonal. A further channel by its name, which counts 0 unless it is given: its whole range is a
+    /// fiftieth of the diagonal. For --metric volume; 'plane' carries attributes along.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::weight_of)]
+    pub attribute_weights: Vec<(String, f32)>,
+
+    /// Normals: keep, recompute or drop
+    ///
+    /// With 'keep' they are carried, and creases, where the faces of a vertex disagree in them, are kept. With 'recompute'
+    /// those of the result are the means of its faces, by angle, and creases hold nothing. With 'drop' there are none.
+    #[arg(long, value_name = "WHAT", value_enum, default_value_t = Normals::Keep, hide_possible_values = true)]
+    pub normals: Normals,
+
+    /// Leave out: normal, uv, color, material, other
+    ///
+    /// Leaves attributes out, and what their seams hold; several by commas.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_enum, hide_possible_values = true)]
+    pub drop: Vec<Dropped>,
+
+    /// Keep vertices on seams where they are
+    ///
+    /// Keeps the vertices of seams of the texture, of creases and of borders between materials where they are. Without it
+    /// they move along these lines, both sides together.
+    #[arg(long)]
+    pub lock_seams: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Normals {
+    /// They follow the surface
+    Keep,
+    /// They are found anew
+    Recompute,
+    /// There are none
+    Drop,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Dropped {
+    /// Normals
+    Normal,
+    /// Texture coordinates
+    Uv,
+    /// Colors of vertices
+    Color,
+    /// Materials
+    Material,
+    /// Further channels
+    Other,
+}

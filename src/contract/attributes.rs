@@ -1,0 +1,112 @@
+//! What becomes of attributes in a run: which are kept, and what they count against distances.
+
+use std::sync::Arc;
+
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+
+/// Greatest weight of an attribute.
+const MOST_WEIGHT: f32 = 1e6;
+
+/// What a difference in an attribute counts against a distance; 0 for one that is carried along and decides nothing.
+///
+/// By the [`Volume`](super::Metric::Volume) metric alone. The other accumulates quadrics of planes, and attributes are carried.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AttributeWeights {
+    /// Normals: a difference of 1, about a radian, counts as a distance of this share of a thousandth of the diagonal.
+    pub normal: f32,
+    /// Texture coordinates: a slip of the texture along the surface counts as this share of its length.
+    pub texcoord: f32,
+    /// Colors: a difference of 1, from black to full red, counts as a distance of this share of a fiftieth of the diagonal.
+    pub color: f32,
+    /// Further channels by name: the whole range of a channel counts as a distance of this share of a fiftieth of the
+    /// diagonal; texture coordinates and tangents as those above.
+    pub channels: Arc<[(String, f32)]>,
+}
+
+impl Default for AttributeWeights {
+    fn default() -> Self {
+        Self { normal: 1.0, texcoord: 0.5, color: 1.0, channels: Arc::new([]) }
+    }
+}
+
+impl AttributeWeights {
+    /// Attributes are carried and decide nothing.
+    pub fn none() -> Self {
+        Self { normal: 0.0, texcoord: 0.0, color: 0.0, channels: Arc::new([]) }
+    }
+
+    /// The weight of the channel of this name, if it was given.
+    pub(super) fn of_channel(&self, name: &str) -> Option<f32> {
+        self.channels.iter().find(|(known, _)| known == name).map(|(_, weight)| *weight)
+    }
+}
+
+/// Attributes that are left out.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Dropped {
+    /// Normals.
+    pub normals: bool,
+    /// Colors of vertices.
+    pub colors: bool,
+    /// Texture coordinates, of all sets.
+    pub texcoords: bool,
+    /// Materials, and what their borders hold.
+    pub materials: bool,
+    /// Every channel that is no set of texture coordinates.
+    pub channels: bool,
+}
+
+/// What becomes of normals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Normals {
+    /// They are carried, and creases, where the faces of a vertex disagree in them, are kept as seams are.
+    #[default]
+    Keep,
+    /// They are left out while the surface is simplified; those of the result are the means of its faces:
+    /// [`vertex_normals`](crate::mesh::vertex_normals).
+    Recompute,
+}
+
+/// What becomes of what vertices, corners and faces carry.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Attributes {
+    /// What they count.
+    pub weights: AttributeWeights,
+    /// What becomes of normals.
+    pub normals: Normals,
+    /// What is left out.
+    pub dropped: Dropped,
+    /// Whether vertices on seams, creases and borders between materials stay where they are.
+    pub lock_seams: bool,
+    /// Whether a vertex has one normal and one color, the means of what its corners have, and nothing tears: what a log holds,
+    /// and what parts of a mesh can be put together by. Texture coordinates, materials and channels are left out then.
+    pub smooth: bool,
+}
+
+impl Attributes {
+    /// Positions alone.
+    pub fn drop_all() -> Self {
+        let dropped = Dropped { normals: true, colors: true, texcoords: true, materials: true, channels: true };
+        Self { dropped, ..Self::default() }
+    }
+
+    /// Whether the result's normals are found from its faces.
+    pub(super) fn recomputes(&self, mesh: &Mesh) -> bool {
+        self.normals == Normals::Recompute && mesh.normals.is_some() && !self.dropped.normals
+    }
+
+    pub(super) fn check(&self) -> Result<()> {
+        let AttributeWeights { normal, texcoord, color, channels } = &self.weights;
+        let own = [("normal", *normal), ("uv", *texcoord), ("color", *color)];
+        let channels = channels.iter().map(|(name, weight)| (name.as_str(), *weight));
+        for (name, weight) in own.into_iter().chain(channels) {
+            if !(0.0..=MOST_WEIGHT).contains(&weight) {
+                return Err(Error::Parameter(format!(
+                    "the weight of '{name}' is {weight}, not in 0 … {MOST_WEIGHT:e}"
+                )));
+            }
+        }
+        Ok(())
+    }
+}

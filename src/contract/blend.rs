@@ -1,0 +1,253 @@
+//! The rows of new wedges: the best numbers at their place, or those of the nearest point of the surface before, and no
+//! face that turns over in the texture \[Wu12\].
+//!
+//! The faces of a side cover a region of the texture, whose rim is the polygon of the far edges of those that survive. The
+//! new wedge takes its best place there; where not all of the rim is seen from it, the nearest place from which it is. On a
+//! border or a seam the polygon is open: only edges of faces count. Faces without an area in the texture demand nothing but
+//! to get none of the other sign.
+
+use crate::math::{DVec2, DVec3, Vec3};
+use crate::spatial::triangle::closest_point;
+
+use super::filter::Rejection;
+use super::layout::{Kind, Layer, Origin};
+use super::patch::Patch;
+use super::sides::{CornerFace, Sides};
+use super::uv_kernel::{Kernel, orientation};
+use super::wedges::WedgeRows;
+
+/// How much of a kernel is left for a place that has to be moved into it.
+const SHRUNK: f64 = 0.95;
+
+/// Rows of new wedges, with scratch that outlives each.
+#[derive(Debug, Default)]
+pub struct Blend {
+    /// One for each side.
+    rows: Vec<f32>,
+    nearest: Vec<f32>,
+    kernel: Kernel,
+}
+
+impl Blend {
+    /// The row of a side, of `width` numbers.
+    pub fn row(&self, side: usize, width: usize) -> &[f32] {
+        &self.rows[side * width..][..width]
+    }
+
+    /// Finds the rows for a vertex at `x` about the middle; those of the end `at_end`, where it stands at one.
+    ///
+    /// # Errors
+    /// [`Rejection::Texture`] where a face would turn over in the texture.
+    pub fn place(
+        &mut self,
+        patch: &Patch<'_>,
+        sides: &Sides,
+        x: DVec3,
+        at_end: Option<usize>,
+    ) -> Result<(), Rejection> {
+        let Some(wedges) = patch.wedges() else { return Ok(()) };
+        let layout = wedges.layout;
+        self.rows.resize(sides.sides.len() * layout.width, 0.0);
+        self.nearest.resize(self.rows.len(), 0.0);
+        for side in 0..sides.sides.len() {
+            let row = &mut self.rows[side * layout.width..][..layout.width];
+            if let Some(end) = at_end {
+                row.copy_from_slice(wedges.row(sides.sides[side].wedges[end]));
+                continue;
+            }
+            nearest_row(wedges, sides, side, x, row);
+            self.nearest[side * layout.width..][..layout.width].copy_from_slice(row);
+            if !sides.apart {
+                row.iter_mut().zip(sides.least(side, x)).for_each(|(number, least)| *number = least);
+            }
+            layout.of_kind(Kind::Texcoords).for_each(|layer| stay_in_square(wedges, sides, side, layer, row));
+            layout.layers.iter().for_each(|layer| restrict(layer, layer.of_mut(row)));
+        }
+        if at_end.is_none() && sides.sides.len() == 2 {
+            self.mend(wedges, sides);
+        }
+        for side in 0..sides.sides.len() {
+            for layer in layout.of_kind(Kind::Texcoords) {
+                self.unfold(wedges, sides, side, layer, at_end.is_some())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Has the wedges of the ends become one on each side, with the rows that were found.
+    pub fn write(&self, patch: &mut Patch<'_>, sides: &Sides, ends: &[u32], at_end: Option<usize>) {
+        let Some(wedges) = patch.wedges_mut() else { return };
+        let width = wedges.layout.width;
+        let kept = (0..ends.len()).min_by_key(|&end| ends[end]).unwrap_or(0);
+        for (number, side) in sides.sides.iter().enumerate() {
+            let (row, from) = (self.row(number, width), at_end.map(|end| side.wedges[end]));
+            // Where a seam ends both sides have one wedge there, and with it become one.
+            let met = sides.sides[..number]
+                .iter()
+                .find(|other| (0..ends.len()).any(|end| other.wedges[end] == side.wedges[end]));
+            let onto = met.unwrap_or(side).wedges[kept];
+            let own = &side.wedges[..ends.len()];
+            own.iter().for_each(|&wedge| wedges.write(wedge, row, from));
+            own.iter().filter(|&&wedge| wedge != onto).for_each(|&wedge| wedges.join(wedge, onto));
+        }
+    }
+
+    /// What was the same on both sides of a seam at both of its ends stays the same.
+    fn mend(&mut self, wedges: &WedgeRows<'_>, sides: &Sides) {
+        let layout = wedges.layout;
+        let (first, second) = self.rows.split_at_mut(layout.width);
+        let shares = [0, 1].map(|side| sides.weight(side));
+        let share = if shares[0] + shares[1] > 0.0 { (shares[1] / (shares[0] + shares[1])) as f32 } else { 0.5 };
+        for layer in &layout.layers {
+            let agrees = |end: usize| {
+                let [a, b] = [0, 1].map(|side| layer.of(wedges.row(sides.sides[side].wedges[end])));
+                a == b
+            };
+            if layer.origin != Origin::Texcoords && agrees(0) && agrees(1) {
+                let (a, b) = (layer.of_mut(first), layer.of_mut(second));
+                if layer.kind != Kind::Joints {
+                    a.iter_mut().zip(&*b).for_each(|(a, b)| *a += (b - *a) * share);
+                }
+                restrict(layer, a);
+                b.copy_from_slice(a);
+            }
+        }
+    }
+
+    /// Moves the place in a texture to where no surviving face of the side turns over; an end's stays.
+    fn unfold(
+        &mut self,
+        wedges: &WedgeRows<'_>,
+        sides: &Sides,
+        side: usize,
+        layer: &Layer,
+        stays: bool,
+    ) -> Result<(), Rejection> {
+        let width = wedges.layout.width;
+        let place = |row: &[f32]| match layer.of(row) {
+            &[u, v, ..] => DVec2::new(f64::from(u), f64::from(v)),
+            _ => DVec2::ZERO,
+        };
+        let mapped = |face: &CornerFace| face.wedges.map(|wedge| place(wedges.row(wedge)));
+        let faces = || of_side(sides, side).map(|face| (face.dies, mapped(face)));
+        let area = |[a, b, c]: [DVec2; 3]| orientation(a, b, c);
+        let has = |sign: f64| faces().any(|(_, uv)| area(uv) * sign > 0.0);
+        let sign = match (has(1.0), has(-1.0)) {
+            (true, true) => return Err(Rejection::Texture),
+            (false, true) => -1.0,
+            _ => 1.0,
+        };
+        let holds = |at: DVec2| {
+            faces().filter(|(dies, _)| !dies).all(|(_, uv)| {
+                let after = sign * orientation(at, uv[1], uv[2]);
+                after > 0.0 || (after >= 0.0 && area(uv) == 0.0)
+            })
+        };
+        let best = place(&self.rows[side * width..]);
+        if faces().all(|(_, uv)| area(uv) == 0.0) || holds(best) {
+            return Ok(());
+        }
+        if stays {
+            return Err(Rejection::Texture);
+        }
+        let nearest = place(&self.nearest[side * width..]);
+        let found = if holds(nearest) {
+            nearest
+        } else {
+            let corners = || faces().flat_map(|(_, uv)| uv);
+            let low = corners().fold(DVec2::INFINITY, DVec2::min);
+            let high = corners().fold(DVec2::NEG_INFINITY, DVec2::max);
+            self.kernel.start(low, high);
+            for [_, a, b] in faces().filter(|(dies, _)| !dies).map(|(_, uv)| uv) {
+                if sign > 0.0 { self.kernel.clip(a, b) } else { self.kernel.clip(b, a) }
+            }
+            self.kernel.nearest(best, SHRUNK).map(rounded).filter(|&at| holds(at)).ok_or(Rejection::Texture)?
+        };
+        layer.of_mut(&mut self.rows[side * width..][..width]).copy_from_slice(&found.as_vec2().to_array());
+        Ok(())
+    }
+}
+
+/// Keeps the place in a texture within its square, where all of the side is within it: past the edge may be anything.
+fn stay_in_square(wedges: &WedgeRows<'_>, sides: &Sides, side: usize, layer: &Layer, row: &mut [f32]) {
+    let square = 0.0..=layer.scale;
+    let mut corners = of_side(sides, side).flat_map(|face| face.wedges);
+    if corners.all(|wedge| layer.of(wedges.row(wedge)).iter().all(|x| square.contains(x))) {
+        layer.of_mut(row).iter_mut().for_each(|x| *x = x.clamp(0.0, layer.scale));
+    }
+}
+
+/// A place as rows hold it.
+fn rounded(at: DVec2) -> DVec2 {
+    at.as_vec2().as_dvec2()
+}
+
+/// The faces of a side.
+fn of_side(sides: &Sides, side: usize) -> impl Iterator<Item = &CornerFace> {
+    let wedges = sides.sides[side].wedges;
+    sides.faces.iter().filter(move |face| face.wedges[0] == wedges[face.end])
+}
+
+/// The row at the point of a side's faces that is nearest to `x`, the first of equals.
+fn nearest_row(wedges: &WedgeRows<'_>, sides: &Sides, side: usize, x: DVec3, row: &mut [f32]) {
+    let found = of_side(sides, side).map(|face| (closest_point(x, face.points), face));
+    let Some((nearest, face)) = found.min_by(|(a, _), (b, _)| a.distance_sq.total_cmp(&b.distance_sq)) else { return };
+    let weights = nearest.weights.map(|weight| weight as f32);
+    let rows = face.wedges.map(|wedge| wedges.row(wedge));
+    for layer in &wedges.layout.layers {
+        between(layer, rows.map(|row| layer.of(row)), weights, layer.of_mut(row));
+    }
+}
+
+/// The numbers of a layer between three corners.
+fn between(layer: &Layer, rows: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
+    if layer.kind == Kind::Joints {
+        return joints_between(rows, weights, out);
+    }
+    for (i, out) in out.iter_mut().enumerate() {
+        *out = rows[0][i] * weights[0] + rows[1][i] * weights[1] + rows[2][i] * weights[2];
+    }
+    if layer.kind == Kind::Tangent {
+        let nearest = (0..3).fold(0, |best, k| if weights[k] > weights[best] { k } else { best });
+        out[3] = rows[nearest][3];
+    }
+    restrict(layer, out);
+}
+
+/// Joints with their weights added up, the greatest of them, whose sum is 1.
+fn joints_between(rows: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
+    let count = out.len() / 2;
+    let mut joints: Vec<(f32, f32)> = Vec::with_capacity(3 * count);
+    for (row, weight) in rows.into_iter().zip(weights) {
+        for (&joint, &share) in row[..count].iter().zip(&row[count..]) {
+            match joints.iter_mut().find(|(known, _)| *known == joint) {
+                Some((_, sum)) => *sum += share * weight,
+                None => joints.push((joint, share * weight)),
+            }
+        }
+    }
+    // By joint where they count the same, so that no order of faces shows.
+    joints.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.total_cmp(&b.0)));
+    joints.resize(count, (0.0, 0.0));
+    let sum: f32 = joints.iter().map(|(_, weight)| weight).sum();
+    for (i, (joint, weight)) in joints.into_iter().enumerate() {
+        let share = if sum > 0.0 { weight / sum } else { 0.0 };
+        (out[i], out[count + i]) = (if share > 0.0 { joint } else { 0.0 }, share);
+    }
+}
+
+/// Brings numbers back to what their kind allows.
+fn restrict(layer: &Layer, numbers: &mut [f32]) {
+    match layer.kind {
+        Kind::Normal | Kind::Tangent => {
+            let sign = numbers.get(3).map(|sign| if *sign < 0.0 { -layer.scale } else { layer.scale });
+            let unit = Vec3::from_slice(numbers).normalize_or_zero() * layer.scale;
+            numbers[..3].copy_from_slice(&unit.to_array());
+            if let Some(sign) = sign {
+                numbers[3] = sign;
+            }
+        }
+        Kind::Color => numbers.iter_mut().for_each(|x| *x = x.clamp(0.0, layer.scale)),
+        Kind::Texcoords | Kind::Linear | Kind::Joints => {}
+    }
+}

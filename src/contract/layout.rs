@@ -1,0 +1,202 @@
+//! Which numbers of a wedge's row mean what, and what they are multiplied by.
+//!
+//! A row is in units of the normalized frame: a difference between two rows stands beside a distance. Numbers that decide
+//! where vertices go come first, as far as the kernels have room for them; those that are carried alone follow.
+
+use crate::kernel::attribute_costs::MOST_COSTED;
+use crate::math::Vec3;
+use crate::mesh::frame::Frame;
+use crate::mesh::{ChannelKind, Mesh};
+
+use super::Metric;
+use super::attributes::{Attributes, Normals};
+
+/// What a difference of 1 in a normal counts as, of the diagonal, times its weight.
+const NORMAL_UNIT: f64 = 1e-3;
+/// The same of a color, and of the range of a scalar.
+const COLOR_UNIT: f64 = 2e-2;
+
+/// How the numbers of a layer become those of a new vertex.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// At unit length, or zero.
+    Normal,
+    /// Within 0 and 1.
+    Color,
+    /// A pair in which no face turns over.
+    Texcoords,
+    /// A unit vector and a sign.
+    Tangent,
+    /// As they are.
+    Linear,
+    /// As many joints as weights.
+    Joints,
+}
+
+/// Where the numbers of a layer come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    Normals,
+    Colors,
+    Texcoords,
+    Channel(usize),
+}
+
+/// An attribute in a row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Layer {
+    pub origin: Origin,
+    pub kind: Kind,
+    /// Where it stands in the row.
+    pub first: usize,
+    pub width: usize,
+    /// What stored numbers are multiplied by.
+    pub scale: f32,
+}
+
+impl Layer {
+    /// Its part of a row.
+    pub fn of<'a>(&self, row: &'a [f32]) -> &'a [f32] {
+        &row[self.first..self.first + self.width]
+    }
+
+    /// Its part of a row, to change.
+    pub fn of_mut<'a>(&self, row: &'a mut [f32]) -> &'a mut [f32] {
+        &mut row[self.first..self.first + self.width]
+    }
+}
+
+/// The layers of a row.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Layout {
+    pub layers: Vec<Layer>,
+    /// Numbers of a row that decide.
+    pub costed: usize,
+    /// Numbers of a row.
+    pub width: usize,
+    /// Whether borders between materials are seams.
+    pub has_materials: bool,
+    /// Whether a vertex has one wedge.
+    pub is_smooth: bool,
+}
+
+impl Layout {
+    /// For what `mesh` carries and these options keep; `None` when that is nothing. `is_smooth` leaves out what a log cannot
+    /// hold, all but one normal and one color a vertex, and these decide nothing.
+    pub fn new(mesh: &Mesh, options: &Attributes, metric: Metric, frame: Frame, is_smooth: bool) -> Option<Self> {
+        let Attributes { weights, normals, dropped, .. } = options;
+        let diagonal = frame.length_to_rows(mesh.diagonal());
+        let counts = if metric == Metric::Volume && !is_smooth { 1.0 } else { 0.0 };
+        let unit = |share: f64, weight: f32| (share * diagonal * f64::from(weight)) as f32 * counts;
+        let mut all: Vec<(Layer, bool)> = Vec::new();
+        let mut add = |origin: Origin, kind: Kind, width: usize, factor: f32| {
+            let is_costed = factor > 0.0 && factor.is_finite() && kind != Kind::Joints && width <= 4;
+            let scale = if is_costed { factor } else { 1.0 };
+            all.push((Layer { origin, kind, first: 0, width, scale }, is_costed));
+        };
+        if mesh.normals.is_some() && !dropped.normals && *normals == Normals::Keep {
+            add(Origin::Normals, Kind::Normal, 3, unit(NORMAL_UNIT, weights.normal));
+        }
+        if let Some(rows) = &mesh.texcoords
+            && !dropped.texcoords
+            && !is_smooth
+        {
+            let corners = |f: usize| rows[f].map(|uv| [uv.x, uv.y]);
+            let factor = length_of_texture(mesh, frame, corners) as f32 * weights.texcoord * counts;
+            add(Origin::Texcoords, Kind::Texcoords, 2, factor);
+        }
+        if mesh.colors.is_some() && !dropped.colors {
+            add(Origin::Colors, Kind::Color, 4, unit(COLOR_UNIT, weights.color));
+        }
+        for (number, channel) in mesh.channels.iter().enumerate().filter(|_| !is_smooth) {
+            let origin = Origin::Channel(number);
+            let given = weights.of_channel(&channel.name);
+            match channel.kind {
+                ChannelKind::Texcoords if !dropped.texcoords => {
+                    let corners = |f: usize| mesh.faces[f].map(|v| [0, 1].map(|i| channel.row(v as usize)[i]));
+                    let factor =
+                        length_of_texture(mesh, frame, corners) as f32 * given.unwrap_or(weights.texcoord) * counts;
+                    add(origin, Kind::Texcoords, 2, factor);
+                }
+                ChannelKind::Texcoords => {}
+                _ if dropped.channels => {}
+                ChannelKind::Tangent => add(origin, Kind::Tangent, 4, unit(NORMAL_UNIT, given.unwrap_or(0.0))),
+                ChannelKind::Joints => add(origin, Kind::Joints, channel.width, 0.0),
+                ChannelKind::Linear => {
+                    let finite = || channel.values.iter().copied().filter(|x| x.is_finite());
+                    let range = finite().fold(f32::NEG_INFINITY, f32::max) - finite().fold(f32::INFINITY, f32::min);
+                    let factor = unit(COLOR_UNIT, given.unwrap_or(0.0)) / range;
+                    add(origin, Kind::Linear, channel.width, if range > 0.0 { factor } else { 0.0 });
+                }
+            }
+        }
+        let has_materials = mesh.materials.is_some() && !dropped.materials && !is_smooth;
+        (!all.is_empty() || has_materials).then(|| Self { is_smooth, ..Self::arranged(all, has_materials) })
+    }
+
+    /// Puts what is costed first, as far as the kernels have room, and the others after it.
+    fn arranged(all: Vec<(Layer, bool)>, has_materials: bool) -> Self {
+        let mut layout = Self { has_materials, ..Self::default() };
+        let mut used = 0;
+        let mut carried = Vec::new();
+        for (layer, is_costed) in all {
+            if is_costed && used + layer.width <= MOST_COSTED {
+                layout.layers.push(Layer { first: used, ..layer });
+                used += layer.width;
+            } else {
+                carried.push(Layer { scale: 1.0, ..layer });
+            }
+        }
+        (layout.costed, layout.width) = (used, used);
+        for layer in carried {
+            layout.layers.push(Layer { first: layout.width, ..layer });
+            layout.width += layer.width;
+        }
+        layout
+    }
+
+    /// Writes the row of a corner of `mesh`; what is not finite is zero.
+    pub fn read(&self, mesh: &Mesh, face: usize, corner: usize, row: &mut [f32]) {
+        row.fill(0.0);
+        let vertex = mesh.faces[face][corner] as usize;
+        for layer in &self.layers {
+            let out = layer.of_mut(row);
+            match layer.origin {
+                Origin::Normals => {
+                    let normal = mesh.normals.as_ref().map_or(Vec3::ZERO, |rows| rows[vertex]);
+                    out.copy_from_slice(&normal.to_array());
+                }
+                Origin::Colors => out.copy_from_slice(&mesh.colors.as_ref().map_or([0.0; 4], |rows| rows[vertex])),
+                Origin::Texcoords => {
+                    out.copy_from_slice(
+                        &mesh.texcoords.as_ref().map_or([0.0; 2], |rows| rows[face][corner].to_array()),
+                    );
+                }
+                Origin::Channel(number) => out.copy_from_slice(mesh.channels[number].row(vertex)),
+            }
+            for x in out {
+                *x = if x.is_finite() { *x * layer.scale } else { 0.0 };
+            }
+        }
+    }
+
+    /// The layers of a kind.
+    pub fn of_kind(&self, kind: Kind) -> impl Iterator<Item = &Layer> {
+        self.layers.iter().filter(move |layer| layer.kind == kind)
+    }
+}
+
+/// The length along the surface of a unit of the texture, in the normalized frame: the root of area over area. 0 for a
+/// texture without area.
+fn length_of_texture(mesh: &Mesh, frame: Frame, corners: impl Fn(usize) -> [[f32; 2]; 3]) -> f64 {
+    let (mut area, mut in_texture) = (0.0, 0.0);
+    for (f, &face) in mesh.faces.iter().enumerate() {
+        let [a, b, c] = corners(f).map(|uv| uv.map(f64::from));
+        let twice = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+        if twice.is_finite() && twice != 0.0 {
+            in_texture += twice.abs();
+            area += mesh.cross(face).length();
+        }
+    }
+    if in_texture > 0.0 { frame.length_to_rows((area / in_texture).sqrt()) } else { 0.0 }
+}

@@ -1,0 +1,287 @@
+//! The attributes around a pair: which wedges become one on either side of it, and what that costs.
+//!
+//! Off the seams a pair has one side, with all of its faces; along a seam it has two, and on each the wedges of both ends
+//! become one. In a face an attribute is a linear function of the place, of gradient g; the cost of a side is the integral
+//! over its faces of the squared difference between these functions and the new wedge's number s \[HO99\]:
+//! Σ |n| (g·x + e − s)², least where s is the weighted mean of g·x + e.
+
+use crate::kernel::attribute_costs::MOST_COSTED;
+use crate::kernel::rows::{LOCKED, SEAM};
+use crate::math::DVec3;
+
+use super::filter::Rejection;
+use super::layout::Kind;
+use super::patch::Patch;
+use super::placement::Quadric;
+use super::wedges::WedgeRows;
+
+/// Most ends of a contraction.
+pub const ENDS: usize = 3;
+
+/// Least height of a face over its length for its attributes to have a gradient.
+const MIN_HEIGHT: f64 = 1e-4;
+
+/// A live face at one of the ends, each told by the first of its ends.
+#[derive(Debug, Clone, Copy)]
+pub struct CornerFace {
+    /// Which of the ends told it.
+    pub end: usize,
+    /// That end and the corners after it, as they are now.
+    pub corners: [u32; 3],
+    /// The wedges of these as the round began, whose rows are current.
+    pub wedges: [u32; 3],
+    /// What the wedges are now.
+    pub ids: [u32; 3],
+    /// About the middle of the ends.
+    pub points: [DVec3; 3],
+    /// Whether it has another end.
+    pub dies: bool,
+}
+
+impl CornerFace {
+    /// The wedge that the face had at one of its corners as the round began.
+    fn wedge_at(&self, vertex: u32) -> Option<u32> {
+        self.corners.iter().position(|&v| v == vertex).map(|k| self.wedges[k])
+    }
+}
+
+/// One number of a side about the middle of the pair.
+#[derive(Debug, Clone, Copy, Default)]
+struct Term {
+    /// Half the difference of the ends' numbers, and their mean.
+    half: f64,
+    mean: f64,
+    /// Σ |n| g and Σ |n| e, of numbers less the mean.
+    g: DVec3,
+    e: f64,
+}
+
+/// The wedges of the ends that become one.
+#[derive(Debug, Clone)]
+pub struct Side {
+    /// Of every end; for a pair the first's again in the last place.
+    pub wedges: [u32; ENDS],
+    /// Σ |n|.
+    weight: f64,
+    terms: [Term; MOST_COSTED],
+}
+
+impl Side {
+    /// Of these wedges, the first two of which are a pair's.
+    fn between(wedges: [u32; ENDS], rows: &WedgeRows<'_>) -> Self {
+        let mut side = Self { wedges, weight: 0.0, terms: [Term::default(); MOST_COSTED] };
+        let [first, second] = [0, 1].map(|end| &rows.row(wedges[end])[..rows.layout.costed]);
+        for ((term, &a), &b) in side.terms.iter_mut().zip(first).zip(second) {
+            let (a, b) = (f64::from(a), f64::from(b));
+            (term.half, term.mean) = ((b - a) * 0.5, (a + b) * 0.5);
+        }
+        side
+    }
+}
+
+/// The sides of a pair.
+#[derive(Debug, Default)]
+pub struct Sides {
+    pub faces: Vec<CornerFace>,
+    pub sides: Vec<Side>,
+    /// The end whose wedges stay as they are, and whose place is that of the new vertex.
+    pub fixed: Option<usize>,
+    /// Whether the new vertex has the wedges of both ends side by side: they share no face that could tell which are one.
+    pub tears: bool,
+    /// Whether the ends share no face: they cost what the geometry does.
+    pub apart: bool,
+    costed: usize,
+    /// The terms that the least numbers save.
+    saved: Quadric,
+}
+
+impl Sides {
+    /// Gathers the live faces of `ends`, which are free: all of them lie in the patch.
+    pub fn gather(&mut self, patch: &Patch<'_>, ends: &[u32], middle: DVec3) {
+        self.faces.clear();
+        self.sides.clear();
+        (self.fixed, self.tears, self.apart) = (None, false, false);
+        let Some(rows) = patch.wedges() else { return };
+        self.costed = rows.layout.costed;
+        for (end, &vertex) in ends.iter().enumerate() {
+            for &f in patch.connectivity.ring(vertex) {
+                let corners = patch.connectivity.faces[f as usize].corners();
+                let first = corners.iter().position(|&v| v == vertex).unwrap_or(0);
+                let around = [first, (first + 1) % 3, (first + 2) % 3];
+                let now = around.map(|k| patch.current(corners[k]).unwrap_or(vertex));
+                if now[1] == now[2] || now[1..].iter().any(|v| ends[..end].contains(v)) {
+                    continue;
+                }
+                let wedges = around.map(|k| rows.wedge(f, k));
+                let points = now.map(|v| patch.position(v).xyz().as_dvec3() - middle);
+                let dies = now[1..].iter().any(|v| ends.contains(v));
+                self.faces.push(CornerFace {
+                    end,
+                    corners: now,
+                    wedges,
+                    ids: wedges.map(|w| rows.now(w)),
+                    points,
+                    dies,
+                });
+            }
+        }
+    }
+
+    /// Finds the sides of a pair.
+    ///
+    /// # Errors
+    /// [`Rejection::Seam`] where a seam would tear, or two come together.
+    pub fn find(&mut self, patch: &Patch<'_>, pair: [u32; 2]) -> Result<(), Rejection> {
+        let Some(rows) = patch.wedges() else { return Ok(()) };
+        let flags = pair.map(|v| patch.position(v).flags);
+        let on_seam = flags.map(|flags| flags & SEAM != 0);
+        let dying = || self.faces.iter().filter(|face| face.dies);
+        for face in dying() {
+            let [first, second] = pair.map(|end| face.wedge_at(end).unwrap_or(0));
+            if self.sides.iter().all(|side| side.wedges[..2] != [first, second]) {
+                self.sides.push(Side::between([first, second, first], rows));
+            }
+        }
+        match self.sides.len() {
+            0 => return self.find_apart(patch, pair, on_seam == [false, false]),
+            1 | 2 => {}
+            _ => return Err(Rejection::Seam),
+        }
+        if on_seam == [true, true] {
+            if self.sides.len() < 2 || dying().any(|face| self.closes(face, pair)) {
+                return Err(Rejection::Seam);
+            }
+        }
+        // Along a seam the wedges of either end are two, but where it ends.
+        let meets = |end: usize| self.sides.len() == 2 && self.sides[0].wedges[end] == self.sides[1].wedges[end];
+        let stays = |end: usize| flags[end] & LOCKED != 0 || meets(end) || (on_seam[end] && !on_seam[1 - end]);
+        self.fixed = match [stays(0), stays(1)] {
+            [true, true] => return Err(Rejection::Seam),
+            [true, false] => Some(0),
+            [false, true] => Some(1),
+            [false, false] => None,
+        };
+        Ok(())
+    }
+
+    /// The one side of a pair without an edge, where nothing but a texture or a material could tear.
+    fn find_apart(&mut self, patch: &Patch<'_>, pair: [u32; 2], is_whole: bool) -> Result<(), Rejection> {
+        self.apart = true;
+        let Some(rows) = patch.wedges() else { return Ok(()) };
+        let wedge = |end: usize| self.faces.iter().find(|face| face.corners[0] == pair[end]).map(|face| face.wedges[0]);
+        let holds = rows.layout.has_materials || rows.layout.of_kind(Kind::Texcoords).next().is_some();
+        match (wedge(0), wedge(1)) {
+            (Some(first), Some(second)) if is_whole && !holds => {
+                self.sides.push(Side::between([first, second, first], rows));
+                Ok(())
+            }
+            _ => {
+                self.tears = true;
+                Ok(())
+            }
+        }
+    }
+
+    /// The one side of a triangle, of whose corners one at most is on a seam.
+    ///
+    /// # Errors
+    /// [`Rejection::Seam`] where its faces disagree, or two of its corners have to stay.
+    pub fn find_whole(&mut self, patch: &Patch<'_>, ends: [u32; ENDS]) -> Result<(), Rejection> {
+        let Some(rows) = patch.wedges() else { return Ok(()) };
+        let mut wedges = [None; ENDS];
+        for face in self.faces.iter().filter(|face| face.dies) {
+            for (own, end) in wedges.iter_mut().zip(ends) {
+                if let Some(wedge) = face.wedge_at(end)
+                    && *own.get_or_insert(wedge) != wedge
+                {
+                    return Err(Rejection::Seam);
+                }
+            }
+        }
+        let [Some(a), Some(b), Some(c)] = wedges else { return Err(Rejection::Seam) };
+        let mut held = (0..ENDS).filter(|&end| patch.position(ends[end]).flags & (SEAM | LOCKED) != 0);
+        self.fixed = held.next();
+        if held.next().is_some() {
+            return Err(Rejection::Seam);
+        }
+        self.sides.push(Side::between([a, b, c], rows));
+        Ok(())
+    }
+
+    /// Whether the edges of a face that dies, from both ends to its third corner, are seams: its side has no other face there.
+    fn closes(&self, face: &CornerFace, pair: [u32; 2]) -> bool {
+        let Some(k) = (0..3).find(|&k| !pair.contains(&face.corners[k])) else { return true };
+        let tip = face.corners[k];
+        pair.iter().all(|&end| {
+            let at = |face: &CornerFace, v: u32| face.corners.iter().position(|&w| w == v).map(|k| face.ids[k]);
+            let own = [at(face, end), at(face, tip)];
+            let mut others = self.faces.iter().filter(|other| !other.dies && other.corners.contains(&end));
+            others.any(|other| other.corners.contains(&tip) && [at(other, end), at(other, tip)] != own)
+        })
+    }
+
+    /// Adds what the attributes cost to the quadric of a pair about its middle, as if the numbers of the new wedges were the
+    /// means of the ends'; what better ones save is told by [`Sides::with_least`].
+    pub fn add_to(&mut self, patch: &Patch<'_>, quadric: &mut Quadric) {
+        self.saved = Quadric::default();
+        let (Some(rows), costed) = (patch.wedges(), self.costed) else { return };
+        if costed == 0 || self.apart {
+            return;
+        }
+        for face in &self.faces {
+            let Some(side) = self.sides.iter_mut().find(|side| face.wedges[0] == side.wedges[face.end]) else {
+                continue;
+            };
+            let [p0, p1, p2] = face.points;
+            let (e1, e2) = (p1 - p0, p2 - p0);
+            let n = e1.cross(e2);
+            let (weight, sides_sq) = (n.length(), e1.length_squared() + e2.length_squared());
+            side.weight += weight;
+            let is_flat = weight <= MIN_HEIGHT * sides_sq;
+            let [c1, c2] =
+                if is_flat { [DVec3::ZERO; 2] } else { [e2.cross(n), n.cross(e1)].map(|c| c / (weight * weight)) };
+            let [at, next, last] = face.wedges.map(|wedge| &rows.row(wedge)[..costed]);
+            for (term, ((&v0, &v1), &v2)) in side.terms.iter_mut().zip(at.iter().zip(next).zip(last)) {
+                let [v0, v1, v2] = [v0, v1, v2].map(f64::from);
+                let g = c1 * (v1 - v0) + c2 * (v2 - v0);
+                let e = if face.dies { 0.0 } else { v0 - g.dot(p0) - term.mean };
+                term.g += g * weight;
+                term.e += e * weight;
+                quadric.add_linear(g, e, weight);
+            }
+        }
+        for side in self.sides.iter().filter(|side| side.weight > 0.0) {
+            for term in &side.terms[..costed] {
+                self.saved.add_linear(term.g / side.weight, term.e / side.weight, side.weight);
+            }
+        }
+    }
+
+    /// The quadric with the numbers of the new wedges that are best at every place.
+    pub fn with_least(&self, quadric: &Quadric) -> Quadric {
+        quadric.minus(&self.saved)
+    }
+
+    /// What the numbers of an end cost at its place more than the means of both ends'; `h` is half the pair.
+    pub fn at_end(&self, end: usize, h: DVec3) -> f64 {
+        let (x, sign) = if end == 0 { (-h, -1.0) } else { (h, 1.0) };
+        let terms = self.sides.iter().flat_map(|side| side.terms[..self.costed].iter().map(|term| (side.weight, term)));
+        let value = |(weight, term): (f64, &Term)| {
+            let s = sign * term.half;
+            s * (s * weight - 2.0 * (term.g.dot(x) + term.e))
+        };
+        terms.map(value).sum()
+    }
+
+    /// The best numbers of a side at a place.
+    pub fn least(&self, side: usize, x: DVec3) -> impl Iterator<Item = f32> {
+        let side = &self.sides[side];
+        let weight = if side.weight > 0.0 { 1.0 / side.weight } else { 0.0 };
+        side.terms[..self.costed].iter().map(move |term| (term.mean + (term.g.dot(x) + term.e) * weight) as f32)
+    }
+
+    /// The share of a side in the area around a pair.
+    pub fn weight(&self, side: usize) -> f64 {
+        self.sides[side].weight
+    }
+}

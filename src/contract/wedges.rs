@@ -1,0 +1,454 @@
+//! Attributes on their way through a run: a row of numbers for every wedge, the corners of a vertex that share them \[HO99\].
+//!
+//! ```text
+//!   \  a | b  /      a vertex on a seam: its corners to the left are one wedge, those to the right another;
+//! ---\---v---/---    off the seams all corners of a vertex are one
+//! ```
+//!
+//! A seam is an edge whose faces disagree in the wedge at one of its ends: a cut in the texture, a crease in the normals, a
+//! border between materials. A vertex where two edges of a seam meet, two wedges, may move along it, both wedges together; any
+//! other vertex on a seam stays.
+//!
+//! # Invariants
+//! - Between rounds the wedges of a vertex stand together, in the order of the vertices and, of one, of its ring; each has a
+//!   corner.
+//! - Within a round faces keep the wedges that they had as it began. A contraction writes the rows of all wedges that become
+//!   one, so that the row of a corner is current whatever became of its vertex; `roles` tell which are one by now.
+
+use rayon::prelude::*;
+
+use crate::kernel::contract_faces::renamed;
+use crate::kernel::rows::{Face, LOCKED, SEAM};
+use crate::kernel::split::CHUNK;
+use crate::math::Vec3;
+use crate::mesh::orient::TURNED;
+use crate::mesh::{Mesh, Rings};
+
+use super::carry::MOVED_FROM;
+use super::compact::close_gaps;
+use super::layout::{Kind, Layer, Layout, Origin};
+
+/// A wedge that is still itself.
+const OWN: u32 = u32::MAX;
+
+/// Where normals of a vertex break.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Creases {
+    /// Where they are not the same.
+    All,
+    /// Where they turn by more than [`LEAST_CREASE`].
+    Sharp,
+}
+
+/// The cosine of the least angle that is a crease of facets: 30°.
+const LEAST_CREASE: f32 = 0.866;
+/// The share of vertices with more than two wedges from which normals are those of facets.
+const FACETS: f64 = 0.5;
+
+impl Creases {
+    /// Whether corners with these numbers of a layer are of one wedge.
+    fn agree(self, layer: &Layer, a: &[f32], b: &[f32]) -> bool {
+        let is_same = || a.iter().map(|x| x.to_bits()).eq(b.iter().map(|x| x.to_bits()));
+        if self != Self::Sharp || layer.kind != Kind::Normal {
+            return is_same();
+        }
+        let [a, b] = [a, b].map(Vec3::from_slice);
+        a.dot(b) > LEAST_CREASE * a.length() * b.length() || is_same()
+    }
+}
+
+/// The wedges of all live corners.
+#[derive(Debug)]
+pub struct Wedges {
+    pub layout: Layout,
+    /// The wedge of every corner of every face.
+    corners: Vec<[u32; 3]>,
+    /// Where those of each vertex begin, and the end.
+    starts: Vec<u32>,
+    /// `layout.width` numbers each.
+    rows: Vec<f32>,
+    /// The corner of the input that each has the numbers of, 3·face + corner; or, with [`MOVED_FROM`], had at the start.
+    origin: Vec<u32>,
+    /// What each became in this round.
+    roles: Vec<u32>,
+}
+
+/// The corner of the input's face that the `k`-th corner of a face of this origin is.
+fn input_corner(face_origin: u32, k: usize) -> (usize, usize) {
+    let face = (face_origin & !TURNED) as usize;
+    (face, if face_origin & TURNED == 0 { k } else { (3 - k) % 3 })
+}
+
+/// Wedges of some consecutive vertices, as they are found.
+#[derive(Default)]
+struct Found {
+    /// How many each vertex has.
+    counts: Vec<u32>,
+    origin: Vec<u32>,
+    rows: Vec<f32>,
+}
+
+impl Found {
+    /// Counts a corner to a wedge, which becomes the sum of both if its normal is another.
+    fn join(&mut self, layout: &Layout, wedge: usize, row: &[f32]) {
+        let sum = &mut self.rows[wedge * layout.width..][..layout.width];
+        for layer in layout.of_kind(Kind::Normal) {
+            let (sum, normal) = (layer.of_mut(sum), layer.of(row));
+            if self.origin[wedge] & MOVED_FROM != 0 || sum != normal {
+                self.origin[wedge] |= MOVED_FROM;
+                sum.iter_mut().zip(normal).for_each(|(sum, x)| *sum += x);
+            }
+        }
+    }
+
+    /// Brings the sums from a wedge on to unit length.
+    fn finish(&mut self, layout: &Layout, first: usize) {
+        for wedge in (first..self.origin.len()).filter(|&wedge| self.origin[wedge] & MOVED_FROM != 0) {
+            let row = &mut self.rows[wedge * layout.width..][..layout.width];
+            for layer in layout.of_kind(Kind::Normal) {
+                let unit = Vec3::from_slice(layer.of(row)).normalize_or_zero() * layer.scale;
+                layer.of_mut(row).copy_from_slice(&unit.to_array());
+            }
+        }
+    }
+}
+
+impl Wedges {
+    /// The wedges of faces that came from those of `mesh`.
+    pub fn new(
+        mesh: &Mesh,
+        layout: Layout,
+        rings: &Rings,
+        face_origin: &[u32],
+        faces: &[[u32; 3]],
+        creases: Creases,
+    ) -> Self {
+        let width = layout.width;
+        let material = |face: usize| match &mesh.materials {
+            Some(materials) if layout.has_materials => materials.of_face[face],
+            _ => 0,
+        };
+        let matches = |row: &[f32], face: usize, other: &[f32], other_origin: u32| {
+            let agrees = layout.layers.iter().all(|layer| creases.agree(layer, layer.of(row), layer.of(other)));
+            agrees && material(face) == material((other_origin & !MOVED_FROM) as usize / 3)
+        };
+        let vertices = rings.vertex_count();
+        let tasks = vertices.div_ceil(CHUNK);
+        let find = |task: usize| {
+            let mut found = Found::default();
+            let mut row = vec![0.0; width];
+            for vertex in task * CHUNK..vertices.min((task + 1) * CHUNK) {
+                let first = found.origin.len();
+                for &f in rings.ring(vertex as u32) {
+                    let k = faces[f as usize].iter().position(|&v| v as usize == vertex).unwrap_or(0);
+                    let (face, corner) = input_corner(face_origin[f as usize], k);
+                    layout.read(mesh, face, corner, &mut row);
+                    let known = (first..found.origin.len())
+                        .find(|&wedge| matches(&row, face, &found.rows[wedge * width..][..width], found.origin[wedge]));
+                    match known {
+                        Some(wedge) => found.join(&layout, wedge, &row),
+                        None => {
+                            found.rows.extend_from_slice(&row);
+                            found.origin.push((3 * face + corner) as u32);
+                        }
+                    }
+                }
+                found.finish(&layout, first);
+                found.counts.push((found.origin.len() - first) as u32);
+            }
+            found
+        };
+        let found: Vec<Found> = (0..tasks).into_par_iter().map(find).collect();
+        let mut starts = Vec::with_capacity(vertices + 1);
+        let mut end = 0;
+        starts.push(0);
+        for &count in found.iter().flat_map(|found| &found.counts) {
+            end += count;
+            starts.push(end);
+        }
+        let origin: Vec<u32> = found.iter().flat_map(|found| &found.origin).copied().collect();
+        let rows: Vec<f32> = found.into_iter().flat_map(|found| found.rows).collect();
+        let corner = |row: &mut Vec<f32>, (f, face): (usize, &[u32; 3])| {
+            std::array::from_fn(|k| {
+                let own = starts[face[k] as usize]..starts[face[k] as usize + 1];
+                if own.len() == 1 {
+                    return own.start;
+                }
+                let (face, corner) = input_corner(face_origin[f], k);
+                layout.read(mesh, face, corner, row);
+                let is_this = |&wedge: &u32| {
+                    let wedge = wedge as usize;
+                    matches(row, face, &rows[wedge * width..][..width], origin[wedge])
+                };
+                own.clone().find(is_this).unwrap_or(own.start)
+            })
+        };
+        let numbered = faces.par_iter().enumerate().map(|(f, face)| (f, face)).with_min_len(CHUNK);
+        let corners = numbered.map_init(|| vec![0.0; width], |row, face| corner(row, face)).collect();
+        let roles = vec![OWN; origin.len()];
+        Self { layout, corners, starts, rows, origin, roles }
+    }
+
+    /// One wedge a vertex, with the given normals and colors.
+    pub fn smooth(
+        layout: Layout,
+        rings: &Rings,
+        face_origin: &[u32],
+        faces: &[[u32; 3]],
+        (normals, colors): (Option<Vec<Vec3>>, Option<Vec<[f32; 4]>>),
+    ) -> Self {
+        let vertices = rings.vertex_count();
+        let mut rows = vec![0.0; vertices * layout.width];
+        for (vertex, row) in rows.chunks_mut(layout.width.max(1)).enumerate() {
+            for layer in &layout.layers {
+                let out = layer.of_mut(row);
+                match layer.origin {
+                    Origin::Normals => {
+                        out.copy_from_slice(&normals.as_ref().map_or([0.0; 3], |rows| rows[vertex].to_array()))
+                    }
+                    _ => out.copy_from_slice(&colors.as_ref().map_or([0.0; 4], |rows| rows[vertex])),
+                }
+            }
+        }
+        // Joined vertices have the means of their members, which are at no corner of the input.
+        let origin = |vertex: u32| {
+            let corner = rings.ring(vertex).first().map_or((0, 0), |&f| {
+                let k = faces[f as usize].iter().position(|&v| v == vertex).unwrap_or(0);
+                input_corner(face_origin[f as usize], k)
+            });
+            (3 * corner.0 + corner.1) as u32 | MOVED_FROM
+        };
+        let origin: Vec<u32> = (0..vertices as u32).map(origin).collect();
+        let roles = vec![OWN; vertices];
+        Self { layout, corners: faces.to_vec(), starts: (0..=vertices as u32).collect(), rows, origin, roles }
+    }
+
+    /// Whether most vertices have many wedges, and normals are among what they disagree in: every face has its own, and no
+    /// vertex could go anywhere.
+    pub fn has_facets(&self) -> bool {
+        let many = self.starts.par_windows(2).filter(|ends| ends[1] - ends[0] > 2).count();
+        self.layout.of_kind(Kind::Normal).next().is_some() && many as f64 > FACETS * (self.starts.len() - 1) as f64
+    }
+
+    /// The flags of a vertex that lies on a seam: [`SEAM`], and [`LOCKED`] where it may not move along it.
+    pub fn seam_flags(&self, vertex: u32, faces: &[[u32; 3]], ring: &[u32], on_border: bool) -> u32 {
+        let count = self.starts[vertex as usize + 1] - self.starts[vertex as usize];
+        // The far ends of its edges, with the wedges at both.
+        let spoke = |&f: &u32| {
+            let (face, wedges) = (faces[f as usize], self.corners[f as usize]);
+            let k = face.iter().position(|&v| v == vertex).unwrap_or(0);
+            [(k + 1) % 3, (k + 2) % 3].map(|far| (face[far], wedges[k], wedges[far]))
+        };
+        let mut spokes: Vec<(u32, u32, u32)> = ring.iter().flat_map(spoke).collect();
+        spokes.sort_unstable();
+        let tears = |uses: &&[(u32, u32, u32)]| uses.iter().any(|with| *with != uses[0]);
+        let seams = spokes.chunk_by(|a, b| a.0 == b.0).filter(tears).count();
+        match (seams, count) {
+            (0, 0 | 1) => 0,
+            (2, 2) if !on_border => SEAM,
+            _ => SEAM | LOCKED,
+        }
+    }
+
+    /// The rows of all, to read and to change.
+    pub fn rows(&mut self) -> WedgeRows<'_> {
+        let Self { layout, corners, starts, rows, origin, roles } = self;
+        WedgeRows { layout, corners, starts, vertex: 0, first: 0, rows, origin, roles }
+    }
+
+    /// Before a round's compaction: corners take the wedges that theirs have become, and faces that died go.
+    pub fn settle(&mut self, faces: &[Face], vertex_roles: &[u32]) {
+        let roles = &self.roles;
+        let counts = self.corners.par_chunks_mut(CHUNK).zip(faces.par_chunks(CHUNK)).map(|(rows, faces)| {
+            let mut live = 0;
+            for (i, face) in faces.iter().enumerate() {
+                let [a, b, c] = face.corners().map(|v| renamed(v, vertex_roles[v as usize]));
+                rows[live] = rows[i].map(|wedge| now(wedge, roles));
+                live += usize::from(Face { a, b, c }.is_live());
+            }
+            live
+        });
+        let counts: Vec<usize> = counts.collect();
+        let left = close_gaps(&mut self.corners, &counts);
+        self.corners.truncate(left);
+    }
+
+    /// After a round's compaction: numbers the wedges that have corners by vertices and rings.
+    pub fn compact(&mut self, faces: &[Face], ring_starts: &[u32], ring_faces: &[u32]) {
+        let (vertices, width) = (ring_starts.len() - 1, self.layout.width);
+        let old = &self.corners;
+        // Those of a vertex, in the order of its ring.
+        let tell = |vertex: usize, list: &mut Vec<u32>| {
+            let first = list.len();
+            for &f in &ring_faces[ring_starts[vertex] as usize..ring_starts[vertex + 1] as usize] {
+                let wedge = old[f as usize][corner_at(faces[f as usize], vertex as u32)];
+                if !list[first..].contains(&wedge) {
+                    list.push(wedge);
+                }
+            }
+            (list.len() - first) as u32
+        };
+        let find = |task: usize| {
+            let mut list = Vec::new();
+            let own = task * CHUNK..vertices.min((task + 1) * CHUNK);
+            let counts: Vec<u32> = own.map(|vertex| tell(vertex, &mut list)).collect();
+            (counts, list)
+        };
+        let found: Vec<(Vec<u32>, Vec<u32>)> = (0..vertices.div_ceil(CHUNK)).into_par_iter().map(find).collect();
+        self.starts.clear();
+        self.starts.push(0);
+        let mut end = 0;
+        for &count in found.iter().flat_map(|(counts, _)| counts) {
+            end += count;
+            self.starts.push(end);
+        }
+        let kept: Vec<u32> = found.into_iter().flat_map(|(_, list)| list).collect();
+        let starts = &self.starts;
+        self.corners[..faces.len()].par_iter_mut().zip(faces).with_min_len(CHUNK).for_each(|(row, face)| {
+            for (wedge, v) in row.iter_mut().zip(face.corners()) {
+                let own = starts[v as usize] as usize..starts[v as usize + 1] as usize;
+                let place = kept[own.clone()].iter().position(|old| old == wedge).unwrap_or(0);
+                *wedge = (own.start + place) as u32;
+            }
+        });
+        let mut rows = vec![0.0; kept.len() * width];
+        if width > 0 {
+            rows.par_chunks_mut(width).zip(&kept).with_min_len(CHUNK).for_each(|(row, &wedge)| {
+                row.copy_from_slice(&self.rows[wedge as usize * width..][..width]);
+            });
+        }
+        self.rows = rows;
+        self.origin = crate::mesh::take(&self.origin, &kept);
+        self.roles.clear();
+        self.roles.resize(kept.len(), OWN);
+    }
+
+    /// What kernels read: the wedges of all corners, and where those of each vertex begin.
+    pub fn connectivity(&self) -> (&[[u32; 3]], &[u32]) {
+        (&self.corners, &self.starts)
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.origin.len()
+    }
+
+    /// Writes the numbers that decide, of all wedges one after the other.
+    pub fn costed(&self, out: &mut [f32]) {
+        let Layout { costed, width, .. } = self.layout;
+        if costed > 0 {
+            let rows = out.par_chunks_mut(costed).zip(self.rows.par_chunks(width));
+            rows.with_min_len(CHUNK).for_each(|(out, row)| out.copy_from_slice(&row[..costed]));
+        }
+    }
+
+    /// The wedge that a face's corner has by now, and its row.
+    pub fn at(&self, face: usize, corner: usize) -> (u32, &[f32]) {
+        let (wedge, width) = (self.corners[face][corner], self.layout.width);
+        (now(wedge, &self.roles), &self.rows[wedge as usize * width..][..width])
+    }
+
+    /// The corner of the input that a wedge has the numbers of, or began with, and whether they have changed.
+    pub fn input_corner(&self, wedge: u32) -> (usize, usize, bool) {
+        let origin = self.origin[wedge as usize];
+        let corner = (origin & !MOVED_FROM) as usize;
+        (corner / 3, corner % 3, origin & MOVED_FROM != 0)
+    }
+
+    /// The normal and the color of a vertex with one wedge, for a log.
+    pub fn of_vertex(&self, vertex: u32) -> (Option<Vec3>, Option<[f32; 4]>) {
+        let wedge = self.starts[vertex as usize] as usize;
+        let row = &self.rows[wedge * self.layout.width..][..self.layout.width];
+        let stored = |origin: Origin| {
+            let layer = self.layout.layers.iter().find(|layer| layer.origin == origin)?;
+            Some(layer.of(row).iter().map(|x| x / layer.scale).collect::<Vec<f32>>())
+        };
+        let color = stored(Origin::Colors).map(|color| [color[0], color[1], color[2], color[3]]);
+        (stored(Origin::Normals).map(|normal| Vec3::from_slice(&normal)), color)
+    }
+}
+
+/// What a wedge has become in this round.
+fn now(wedge: u32, roles: &[u32]) -> u32 {
+    match roles[wedge as usize] {
+        OWN => wedge,
+        other => other,
+    }
+}
+
+/// Which corner of a face a vertex is.
+fn corner_at(face: Face, vertex: u32) -> usize {
+    usize::from(face.b == vertex) + 2 * usize::from(face.c == vertex)
+}
+
+/// The wedges of consecutive vertices, and the corners of all faces.
+#[derive(Debug)]
+pub struct WedgeRows<'a> {
+    pub layout: &'a Layout,
+    corners: &'a [[u32; 3]],
+    starts: &'a [u32],
+    /// The first vertex, and its first wedge.
+    vertex: usize,
+    first: u32,
+    rows: &'a mut [f32],
+    origin: &'a mut [u32],
+    roles: &'a mut [u32],
+}
+
+impl<'a> WedgeRows<'a> {
+    /// Those of the first `size` vertices, and the others.
+    pub fn split_at(self, size: usize) -> (Self, Self) {
+        let Self { layout, corners, starts, vertex, first, rows, origin, roles } = self;
+        let next = starts[vertex + size];
+        let wedges = (next - first) as usize;
+        let (rows, other_rows) = rows.split_at_mut(wedges * layout.width);
+        let (origin, other_origin) = origin.split_at_mut(wedges);
+        let (roles, other_roles) = roles.split_at_mut(wedges);
+        let others = Self {
+            layout,
+            corners,
+            starts,
+            vertex: vertex + size,
+            first: next,
+            rows: other_rows,
+            origin: other_origin,
+            roles: other_roles,
+        };
+        (Self { layout, corners, starts, vertex, first, rows, origin, roles }, others)
+    }
+
+    fn local(&self, wedge: u32) -> usize {
+        (wedge - self.first) as usize
+    }
+
+    /// The wedge that a face's corner had as the round began.
+    pub fn wedge(&self, face: u32, corner: usize) -> u32 {
+        self.corners[face as usize][corner]
+    }
+
+    /// What it is now.
+    pub fn now(&self, wedge: u32) -> u32 {
+        match self.roles[self.local(wedge)] {
+            OWN => wedge,
+            other => other,
+        }
+    }
+
+    /// Its row, as it is now.
+    pub fn row(&self, wedge: u32) -> &[f32] {
+        &self.rows[self.local(wedge) * self.layout.width..][..self.layout.width]
+    }
+
+    /// Gives a wedge a row, and the origin of `from` if the row is its own.
+    pub fn write(&mut self, wedge: u32, row: &[f32], from: Option<u32>) {
+        let (place, width) = (self.local(wedge), self.layout.width);
+        self.rows[place * width..][..width].copy_from_slice(row);
+        self.origin[place] = from.map_or(self.origin[place] | MOVED_FROM, |from| self.origin[self.local(from)]);
+    }
+
+    /// Has a wedge become another.
+    pub fn join(&mut self, gone: u32, kept: u32) {
+        let place = self.local(gone);
+        self.roles[place] = kept;
+    }
+}

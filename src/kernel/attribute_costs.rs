@@ -1,0 +1,638 @@
+//! The cost of every pair by the `volume` metric and the attributes. Twin: `shaders/attribute_costs.wgsl`, line for line.
+//!
+//! # Reference
+//! \[HO99\], per current face: with the gradient g of an attribute, its number s at the new vertex and e what the face has at
+//! the pair's midpoint, Σ |n| (g·x + e − s)², least where s is the weighted mean of g·x + e. Departs: memoryless as the
+//! geometry is, so that a wedge's own place and numbers make its terms zero, and sums a wedge make a pair cost O(1).
+//! About the midpoint, with half the difference q of the ends' numbers: e = g·h − q on the faces of the first end,
+//! q − g·h on those of the second, and 0 on those that they share.
+
+use bytemuck::{Pod, Zeroable};
+use rayon::prelude::*;
+
+use super::pair_quadric::{
+    AT_ENDS, CONSTANTS, Freedom, NO_WEIGHT, NOISE, PairQuadric, ROUNDING, cost_key, end_matrices, half_exponent,
+    pair_cost, scale_down, scale_up, stays, value,
+};
+use super::pairs::{NO_FACE, half_edge_corners};
+use super::rows::{AttributeSum, BORDER, BorderSum, Edge, Face, Gradient, Normal, Position, VolumeSum};
+use super::split::CHUNK;
+use super::volume_costs::{Ends, Params as Policies, VOLUME_REGULARIZATION, volume_ends, with_border};
+use super::volume_sums::border_term;
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, Switch, params};
+use crate::math::Vec3;
+use crate::math::exact::{
+    Sym3, add, add3, divide, dot3, mul, outer, scale3, sub, sub3, sym_add, sym_scale, sym_sub, trace,
+};
+use crate::math::lanes::{self, Columns, LANES, Pass};
+
+/// Most numbers of a wedge that decide.
+pub const MOST_COSTED: usize = 16;
+/// One invocation a pair.
+pub struct AttributeCosts<'a> {
+    /// V positions.
+    pub positions: &'a Buffer<Position>,
+    /// F faces.
+    pub faces: &'a Buffer<Face>,
+    /// F normals.
+    pub normals: &'a Buffer<Normal>,
+    /// V sums of the metric.
+    pub sums: &'a Buffer<VolumeSum>,
+    /// V border terms where the mesh has a border.
+    pub borders: &'a Buffer<BorderSum>,
+    /// The wedges of the corners of F faces.
+    pub corners: &'a Buffer<Face>,
+    /// `costed` numbers for each wedge.
+    pub values: &'a Buffer<f32>,
+    /// `costed` gradients for each face.
+    pub gradients: &'a Buffer<Gradient>,
+    /// A sum for each wedge.
+    pub wedge_sums: &'a Buffer<AttributeSum>,
+    /// `costed` sums of |n| g for each wedge.
+    pub slopes: &'a Buffer<Gradient>,
+    /// P pairs.
+    pub pairs: &'a Buffer<Edge>,
+    /// P.
+    pub pair_count: u32,
+    /// Weight of the border term against the volume term, times |a−b|².
+    pub border_weight: f32,
+    /// Where placements may be: one of the constants of [`super::pair_quadric`].
+    pub placement: u32,
+    /// Numbers of a wedge.
+    pub costed: u32,
+    /// Writes P keys: the costs' bits, which order as the costs do.
+    pub keys: &'a mut Buffer<u32>,
+}
+
+params! {
+    /// The uniform block.
+    pub struct Params {
+        placement: u32,
+        border_weight: f32,
+        regularization: f32,
+        costed: u32,
+    }
+}
+
+/// What the attributes add about the midpoint.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+struct Joint {
+    /// Outer products of the shared faces, counted at both ends.
+    mutual: Sym3,
+    /// With the means of the ends' numbers.
+    b: Vec3,
+    c: f32,
+    /// What the least numbers save.
+    saved: Sym3,
+    saved_b: Vec3,
+    saved_c: f32,
+    /// What the numbers of either end cost at its place more than the means.
+    at_first: f32,
+    at_second: f32,
+}
+
+/// The weights of a side: of the wedges of both ends, and of its faces; one over the last.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+struct SideWeights {
+    first: f32,
+    second: f32,
+    all: f32,
+    inverse: f32,
+}
+
+#[inline(always)]
+fn side_weights(first: f32, second: f32, left_root: f32, right_root: f32) -> SideWeights {
+    let all = sub(sub(add(first, second), mul(left_root, left_root)), mul(right_root, right_root));
+    let inverse = if all > NO_WEIGHT { divide(1.0, all) } else { 0.0 };
+    SideWeights { first, second, all, inverse }
+}
+
+/// One number of a side: the sums of |n| g of both wedges, √|n| g of the shared faces, half the ends' difference.
+#[derive(Debug, Clone, Copy)]
+struct Term {
+    first: Vec3,
+    second: Vec3,
+    left: Vec3,
+    right: Vec3,
+    left_root: f32,
+    right_root: f32,
+    half: f32,
+}
+
+#[inline(always)]
+fn with_term(joint: Joint, term: Term, weights: SideWeights, h: Vec3) -> Joint {
+    let q = term.half;
+    let shared = add3(scale3(term.left, term.left_root), scale3(term.right, term.right_root));
+    let g = sub3(add3(term.first, term.second), shared);
+    let first_h = dot3(term.first, h);
+    let second_h = dot3(term.second, h);
+    let e = sub(sub(first_h, mul(q, weights.first)), sub(second_h, mul(q, weights.second)));
+    let q_sq = mul(q, q);
+    let both = mul(q_sq, add(weights.first, weights.second));
+    let across = mul(mul(2.0, q), add(first_h, second_h));
+    let scaled = scale3(g, weights.inverse);
+    let gh = dot3(g, h);
+    let own = mul(q_sq, weights.all);
+    let twice = mul(2.0, q);
+    Joint {
+        mutual: sym_add(joint.mutual, sym_add(outer(term.left), outer(term.right))),
+        b: add3(joint.b, scale3(sub3(term.first, term.second), q)),
+        c: add(joint.c, sub(both, across)),
+        saved: sym_add(joint.saved, sym_scale(outer(g), weights.inverse)),
+        saved_b: add3(joint.saved_b, scale3(scaled, e)),
+        saved_c: add(joint.saved_c, mul(mul(e, e), weights.inverse)),
+        at_first: add(joint.at_first, add(mul(twice, sub(e, gh)), own)),
+        at_second: add(joint.at_second, sub(own, mul(twice, add(gh, e)))),
+    }
+}
+
+/// Half the exponent that takes the trace of both ends to about 1.
+#[inline(always)]
+fn ends_half_exponent(ends: Ends) -> u32 {
+    half_exponent(trace(sym_add(ends.first, ends.second)))
+}
+
+/// The cost of a pair from −h to h; the attributes are scaled by the square of `s`, the geometry is not yet.
+#[inline(always)]
+fn joint_cost(ends: Ends, joint: Joint, half: u32, h: Vec3, freedom: Freedom) -> f32 {
+    let s = scale_down(half);
+    let s_sq = mul(s, s);
+    let first = sym_scale(ends.first, s_sq);
+    let second = sym_scale(ends.second, s_sq);
+    let mutual = sym_add(sym_scale(ends.mutual, s_sq), joint.mutual);
+    let mut q = end_matrices(first, second, mutual, h);
+    q.b = add3(q.b, joint.b);
+    q.c = add(q.c, joint.c);
+    q.n = scale3(sub3(add3(ends.first_normal, ends.second_normal), ends.mutual_normal), s_sq);
+    q.d = dot3(scale3(sub3(ends.second_normal, ends.first_normal), s_sq), h);
+    let at_first = add(value(q, scale3(h, -1.0)), joint.at_first);
+    let at_second = add(value(q, h), joint.at_second);
+
+    let pull = mul(ROUNDING, trace(joint.saved));
+    let pulled = Sym3 { xx: pull, xy: 0.0, xz: 0.0, yy: pull, yz: 0.0, zz: pull };
+    let least = PairQuadric {
+        a: sym_add(sym_sub(q.a, joint.saved), pulled),
+        b: add3(q.b, joint.saved_b),
+        c: sub(q.c, joint.saved_c),
+        n: q.n,
+        d: q.d,
+    };
+    let free = Freedom { first_locked: false, second_locked: false, ..freedom };
+    let mut cost = pair_cost(least, h, free);
+    cost = if freedom.placement == AT_ENDS { at_first.min(at_second) } else { cost };
+    cost = if freedom.first_locked { at_first } else { cost };
+    cost = if freedom.second_locked { at_second } else { cost };
+    cost = if cost > NOISE { cost } else { 0.0 };
+    mul(mul(cost, scale_up(half)), scale_up(half))
+}
+
+/// Geometry of both ends, with the outer products of the attributes of one side.
+#[inline(always)]
+fn with_side(ends: Ends, first: AttributeSum, second: AttributeSum) -> Ends {
+    Ends { first: sym_add(ends.first, first.matrix()), second: sym_add(ends.second, second.matrix()), ..ends }
+}
+
+#[inline(always)]
+fn freedom(first: u32, second: u32, params: Params) -> Freedom {
+    Freedom {
+        first_locked: stays(first, second),
+        second_locked: stays(second, first),
+        placement: params.placement,
+        regularization: params.regularization,
+    }
+}
+
+/// A pair off the border and off the seams, without its terms.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+struct Head {
+    pu: Position,
+    pw: Position,
+    sum_u: VolumeSum,
+    sum_w: VolumeSum,
+    left: Normal,
+    right: Normal,
+    first: AttributeSum,
+    second: AttributeSum,
+}
+
+/// What is known of a pair while its terms are added.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+struct State {
+    joint: Joint,
+    weights: SideWeights,
+    h: Vec3,
+    half: u32,
+    left_root: f32,
+    right_root: f32,
+}
+
+/// One number of a pair, as it is stored.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+struct Numbers {
+    first: Gradient,
+    second: Gradient,
+    left: Gradient,
+    right: Gradient,
+    at_first: f32,
+    at_second: f32,
+}
+
+/// 32-bit scalars of the rows above.
+const HEAD_WORDS: usize = size_of::<Head>() / 4;
+const STATE_WORDS: usize = size_of::<State>() / 4;
+const NUMBER_WORDS: usize = size_of::<Numbers>() / 4;
+
+/// What the ends of a pair sum to.
+#[inline(always)]
+fn head_ends(head: Head) -> Ends {
+    with_side(volume_ends(head.sum_u, head.sum_w, head.left, head.right), head.first, head.second)
+}
+
+/// Before the terms of a pair.
+struct Begin;
+
+impl Pass for Begin {
+    type Row = Head;
+    type State = ();
+    type Params = ();
+    type Next = State;
+
+    #[inline(always)]
+    fn pass(head: Head, (): (), (): ()) -> State {
+        let half = ends_half_exponent(head_ends(head));
+        let s = scale_down(half);
+        let s_sq = mul(s, s);
+        let (left_root, right_root) = (mul(head.left.root, s), mul(head.right.root, s));
+        let (first, second) = (mul(head.first.weight, s_sq), mul(head.second.weight, s_sq));
+        State {
+            joint: Joint::default(),
+            weights: side_weights(first, second, left_root, right_root),
+            h: scale3(sub3(head.pw.xyz(), head.pu.xyz()), 0.5),
+            half,
+            left_root,
+            right_root,
+        }
+    }
+}
+
+/// One term after the other.
+struct Accumulate;
+
+impl Pass for Accumulate {
+    type Row = Numbers;
+    type State = State;
+    type Params = ();
+    type Next = State;
+
+    #[inline(always)]
+    fn pass(numbers: Numbers, state: State, (): ()) -> State {
+        let s = scale_down(state.half);
+        let s_sq = mul(s, s);
+        let term = Term {
+            first: scale3(numbers.first.xyz(), s_sq),
+            second: scale3(numbers.second.xyz(), s_sq),
+            left: scale3(numbers.left.xyz(), s),
+            right: scale3(numbers.right.xyz(), s),
+            left_root: state.left_root,
+            right_root: state.right_root,
+            half: mul(sub(numbers.at_second, numbers.at_first), 0.5),
+        };
+        State { joint: with_term(state.joint, term, state.weights, state.h), ..state }
+    }
+}
+
+/// When all terms of a pair are known.
+struct Finish;
+
+impl Pass for Finish {
+    type Row = Head;
+    type State = State;
+    type Params = Params;
+    type Next = u32;
+
+    #[inline(always)]
+    fn pass(head: Head, state: State, params: Params) -> u32 {
+        let ends = head_ends(head);
+        let freedom = freedom(head.pu.flags, head.pw.flags, params);
+        let cost = joint_cost(ends, state.joint, state.half, state.h, freedom);
+        if trace(sym_add(ends.first, ends.second)) <= NO_WEIGHT { 0 } else { cost_key(cost) }
+    }
+}
+
+/// Scratch for the keys of pairs.
+struct Block {
+    heads: Columns<Head, HEAD_WORDS>,
+    numbers: Columns<Numbers, NUMBER_WORDS>,
+    states: [Columns<State, STATE_WORDS>; 2],
+    keys: Columns<u32, 1>,
+}
+
+impl Block {
+    fn new() -> Self {
+        let states = [Columns::new(), Columns::new()];
+        Self { heads: Columns::new(), numbers: Columns::new(), states, keys: Columns::new() }
+    }
+}
+
+/// What pairs are costed from, on the host.
+#[derive(Debug, Clone, Copy)]
+pub struct AttributeRows<'a> {
+    positions: &'a [Position],
+    faces: &'a [Face],
+    normals: &'a [Normal],
+    sums: &'a [VolumeSum],
+    borders: &'a [BorderSum],
+    corners: &'a [Face],
+    values: &'a [f32],
+    gradients: &'a [Gradient],
+    wedge_sums: &'a [AttributeSum],
+    slopes: &'a [Gradient],
+    params: Params,
+}
+
+/// The buffers that [`AttributeRows`] reads beside those of the `volume` metric.
+#[derive(Debug, Clone, Copy)]
+pub struct WedgeBuffers<'a> {
+    /// The wedges of the corners of F faces.
+    pub corners: &'a Buffer<Face>,
+    /// `costed` numbers for each wedge.
+    pub values: &'a Buffer<f32>,
+    /// `costed` gradients for each face.
+    pub gradients: &'a Buffer<Gradient>,
+    /// A sum for each wedge.
+    pub wedge_sums: &'a Buffer<AttributeSum>,
+    /// `costed` sums of |n| g for each wedge.
+    pub slopes: &'a Buffer<Gradient>,
+    /// Numbers of a wedge.
+    pub costed: usize,
+}
+
+/// The wedges at both ends of a pair on one of its sides, and the faces there that both share.
+#[derive(Debug, Clone, Copy)]
+struct PairSide {
+    first: u32,
+    second: u32,
+    left: u32,
+    right: u32,
+}
+
+impl<'a> AttributeRows<'a> {
+    /// In these buffers of the host.
+    pub fn on_host(
+        positions: &'a Buffer<Position>,
+        faces: &'a Buffer<Face>,
+        normals: &'a Buffer<Normal>,
+        sums: &'a Buffer<VolumeSum>,
+        borders: &'a Buffer<BorderSum>,
+        wedges: WedgeBuffers<'a>,
+        policies: Policies,
+    ) -> Self {
+        Self {
+            positions: positions.host(),
+            faces: faces.host(),
+            normals: normals.host(),
+            sums: sums.host(),
+            borders: borders.host(),
+            corners: wedges.corners.host(),
+            values: wedges.values.host(),
+            gradients: wedges.gradients.host(),
+            wedge_sums: wedges.wedge_sums.host(),
+            slopes: wedges.slopes.host(),
+            params: Params::new(policies, wedges.costed as u32),
+        }
+    }
+
+    /// The ends of a half-edge, and their wedges in its face.
+    #[inline(always)]
+    fn ends(&self, half_edge: u32) -> ([u32; 2], [u32; 2]) {
+        let [u, w, _] = half_edge_corners(half_edge, self.faces);
+        let [a, b, _] = half_edge_corners(half_edge, self.corners);
+        ([u, w], [a, b])
+    }
+
+    /// The wedges of both ends in another face.
+    #[inline(always)]
+    fn wedges_in(&self, f: u32, [u, w]: [u32; 2]) -> [u32; 2] {
+        let (face, corners) = (self.faces[f as usize].corners(), self.corners[f as usize].corners());
+        let at = |v: u32| {
+            if face[1] == v {
+                corners[1]
+            } else if face[2] == v {
+                corners[2]
+            } else {
+                corners[0]
+            }
+        };
+        [at(u), at(w)]
+    }
+
+    /// A function that writes the keys of pairs, for one thread.
+    pub fn costing(&self) -> impl FnMut(&[Edge], &mut [u32]) + Send {
+        let rows = *self;
+        let mut block = Box::new(Block::new());
+        move |pairs: &[Edge], keys: &mut [u32]| {
+            for (pairs, keys) in pairs.chunks(LANES).zip(keys.chunks_mut(LANES)) {
+                rows.keys_of(pairs, &mut block);
+                for (lane, (&pair, key)) in pairs.iter().zip(keys).enumerate() {
+                    *key = if rows.is_special(pair) { rows.key(pair) } else { block.keys.get(lane) };
+                }
+            }
+        }
+    }
+
+    /// The keys of at most as many pairs as there are lanes, off borders and seams.
+    fn keys_of(&self, pairs: &[Edge], block: &mut Block) {
+        let Block { heads, numbers, states: [state, next], keys } = block;
+        let (mut state, mut next) = (state, next);
+        pairs.iter().enumerate().for_each(|(lane, &pair)| heads.set(lane, self.head(pair)));
+        lanes::pass::<Begin, HEAD_WORDS, 0, STATE_WORDS>(heads, &Columns::new(), (), state);
+        for j in 0..self.params.costed {
+            pairs.iter().enumerate().for_each(|(lane, &pair)| numbers.set(lane, self.numbers(pair, j)));
+            lanes::pass::<Accumulate, NUMBER_WORDS, STATE_WORDS, STATE_WORDS>(numbers, state, (), next);
+            (state, next) = (next, state);
+        }
+        lanes::pass::<Finish, HEAD_WORDS, STATE_WORDS, 1>(heads, state, self.params, keys);
+    }
+
+    #[inline(always)]
+    fn head(&self, Edge { half_edge, across }: Edge) -> Head {
+        let ([u, w], [a, b]) = self.ends(half_edge);
+        Head {
+            pu: self.positions[u as usize],
+            pw: self.positions[w as usize],
+            sum_u: self.sums[u as usize],
+            sum_w: self.sums[w as usize],
+            left: self.normals[(half_edge / 3) as usize],
+            right: self.normal(across),
+            first: self.wedge_sums[a as usize],
+            second: self.wedge_sums[b as usize],
+        }
+    }
+
+    #[inline(always)]
+    fn numbers(&self, Edge { half_edge, across }: Edge, j: u32) -> Numbers {
+        let (_, [a, b]) = self.ends(half_edge);
+        let at = |row: u32| (row * self.params.costed + j) as usize;
+        Numbers {
+            first: self.slopes[at(a)],
+            second: self.slopes[at(b)],
+            left: self.gradients[at(half_edge / 3)],
+            right: if across == NO_FACE { Gradient::default() } else { self.gradients[at(across)] },
+            at_first: self.values[at(a)],
+            at_second: self.values[at(b)],
+        }
+    }
+
+    /// Whether a pair lies on a border or along a seam.
+    #[inline(always)]
+    fn is_special(&self, Edge { half_edge, across }: Edge) -> bool {
+        let ([u, w], wedges) = self.ends(half_edge);
+        let flags = self.positions[u as usize].flags | self.positions[w as usize].flags;
+        flags & BORDER != 0 || (across != NO_FACE && self.wedges_in(across, [u, w]) != wedges)
+    }
+
+    /// The key of any pair.
+    pub fn key(&self, Edge { half_edge, across }: Edge) -> u32 {
+        let ([u, w], [first, second]) = self.ends(half_edge);
+        let f = half_edge / 3;
+        if across == NO_FACE {
+            let e = sub3(self.positions[w as usize].xyz(), self.positions[u as usize].xyz());
+            let side = PairSide { first, second, left: f, right: NO_FACE };
+            return self.key_of([u, w], border_term(e), side, None);
+        }
+        let other = self.wedges_in(across, [u, w]);
+        if other == [first, second] {
+            return self.key_of([u, w], Sym3::default(), PairSide { first, second, left: f, right: across }, None);
+        }
+        let left = PairSide { first, second, left: f, right: NO_FACE };
+        let right = PairSide { first: other[0], second: other[1], left: NO_FACE, right: across };
+        self.key_of([u, w], Sym3::default(), left, Some(right))
+    }
+
+    fn normal(&self, f: u32) -> Normal {
+        if f == NO_FACE { Normal::default() } else { self.normals[f as usize] }
+    }
+
+    fn key_of(&self, [u, w]: [u32; 2], border: Sym3, side: PairSide, other: Option<PairSide>) -> u32 {
+        let (pu, pw) = (self.positions[u as usize], self.positions[w as usize]);
+        let left = self.normal(side.left);
+        let right = self.normal(other.map_or(side.right, |other| other.right));
+        let mut ends = volume_ends(self.sums[u as usize], self.sums[w as usize], left, right);
+        if (pu.flags | pw.flags) & BORDER != 0 {
+            let (first, second) = (self.borders[u as usize], self.borders[w as usize]);
+            ends = with_border(ends, first, second, border, self.params.border_weight);
+        }
+        let sum = |wedge: u32| self.wedge_sums[wedge as usize];
+        ends = with_side(ends, sum(side.first), sum(side.second));
+        if let Some(other) = other {
+            ends = with_side(ends, sum(other.first), sum(other.second));
+        }
+        if trace(sym_add(ends.first, ends.second)) <= NO_WEIGHT {
+            return 0;
+        }
+        let h = scale3(sub3(pw.xyz(), pu.xyz()), 0.5);
+        let half = ends_half_exponent(ends);
+        let mut joint = self.with_terms(Joint::default(), side, half, h);
+        if let Some(other) = other {
+            joint = self.with_terms(joint, other, half, h);
+        }
+        cost_key(joint_cost(ends, joint, half, h, freedom(pu.flags, pw.flags, self.params)))
+    }
+
+    /// Adds the terms of a side.
+    fn with_terms(&self, joint: Joint, side: PairSide, half: u32, h: Vec3) -> Joint {
+        let s = scale_down(half);
+        let s_sq = mul(s, s);
+        let left_root = mul(self.normal(side.left).root, s);
+        let right_root = mul(self.normal(side.right).root, s);
+        let weight = |wedge: u32| mul(self.wedge_sums[wedge as usize].weight, s_sq);
+        let weights = side_weights(weight(side.first), weight(side.second), left_root, right_root);
+        let costed = self.params.costed;
+        let slope = |wedge: u32, j: u32| self.slopes[(wedge * costed + j) as usize].xyz();
+        let value = |wedge: u32, j: u32| self.values[(wedge * costed + j) as usize];
+        let gradient = |f: u32, j: u32| {
+            if f == NO_FACE { Vec3::ZERO } else { self.gradients[(f * costed + j) as usize].xyz() }
+        };
+        let mut joint = joint;
+        for j in 0..costed {
+            let term = Term {
+                first: scale3(slope(side.first, j), s_sq),
+                second: scale3(slope(side.second, j), s_sq),
+                left: scale3(gradient(side.left, j), s),
+                right: scale3(gradient(side.right, j), s),
+                left_root,
+                right_root,
+                half: mul(sub(value(side.second, j), value(side.first, j)), 0.5),
+            };
+            joint = with_term(joint, term, weights, h);
+        }
+        joint
+    }
+}
+
+impl Params {
+    fn new(policies: Policies, costed: u32) -> Self {
+        let Policies { placement, border_weight, .. } = policies;
+        Self { placement, border_weight, regularization: VOLUME_REGULARIZATION, costed }
+    }
+}
+
+impl Kernel for AttributeCosts<'_> {
+    const NAME: &'static str = "attribute_costs";
+    const SOURCE: &'static str = include_str!("../../shaders/attribute_costs.wgsl");
+    const SHARED: &'static [&'static str] = &[
+        include_str!("../../shaders/shared/border_term.wgsl"),
+        include_str!("../../shaders/shared/half_edges.wgsl"),
+        include_str!("../../shaders/shared/pair_quadric.wgsl"),
+        include_str!("../../shaders/shared/volume_ends.wgsl"),
+    ];
+    type Params = Params;
+    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
+    const CONSTANTS: &'static [(&'static str, Constant)] = CONSTANTS;
+
+    fn params(&self) -> Params {
+        Params::new(Policies::new(self.placement, self.border_weight), self.costed)
+    }
+
+    fn switches(&self) -> Vec<Switch> {
+        vec![("HAS_BORDER", self.borders.len() > 1)]
+    }
+
+    fn bindings(&self) -> Vec<Binding<'_>> {
+        vec![
+            Binding::new("positions", Access::Read, self.positions),
+            Binding::new("faces", Access::Read, self.faces),
+            Binding::new("normals", Access::Read, self.normals),
+            Binding::new("sums", Access::Read, self.sums),
+            Binding::new("borders", Access::Read, self.borders),
+            Binding::new("corners", Access::Read, self.corners),
+            Binding::new("values", Access::Read, self.values),
+            Binding::new("gradients", Access::Read, self.gradients),
+            Binding::new("wedge_sums", Access::Read, self.wedge_sums),
+            Binding::new("slopes", Access::Read, self.slopes),
+            Binding::new("pairs", Access::Read, self.pairs),
+            Binding::new("keys", Access::Write, self.keys),
+        ]
+    }
+
+    fn invocations(&self) -> u32 {
+        self.pair_count
+    }
+
+    fn run_cpu(&mut self) {
+        let policies = Policies::new(self.placement, self.border_weight);
+        let Self { positions, faces, normals, sums, borders, corners, values, gradients, wedge_sums, slopes, .. } =
+            *self;
+        let wedges = WedgeBuffers { corners, values, gradients, wedge_sums, slopes, costed: self.costed as usize };
+        let rows = AttributeRows::on_host(positions, faces, normals, sums, borders, wedges, policies);
+        let pairs = &self.pairs.host()[..self.pair_count as usize];
+        let keys = &mut self.keys.host_mut()[..pairs.len()];
+        let blocks = pairs.par_chunks(CHUNK).zip(keys.par_chunks_mut(CHUNK));
+        blocks.for_each_init(|| rows.costing(), |keys_of, (pairs, keys)| keys_of(pairs, keys));
+    }
+}

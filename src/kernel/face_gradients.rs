@@ -1,0 +1,129 @@
+//! How the attributes change over every face. Twin: `shaders/face_gradients.wgsl`, line for line.
+//!
+//! # Reference
+//! \[HO99\]: an attribute is a linear function on a face, v0 + g·(p − p0), with g in its plane. With the edges e1 and e2 from
+//! p0, n = e1×e2, g = ((v1−v0) e2×n + (v2−v0) n×e1)/|n|². Written as √|n| g, whose outer product is |n| g gᵀ.
+
+use rayon::prelude::*;
+
+use super::rows::{Face, Gradient, Normal, Position};
+use super::split::CHUNK;
+use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
+use crate::math::Vec3;
+use crate::math::exact::{LEAST_FACTOR, add, add3, cross3, divide, dot3, flush3, mul, scale3, sub, sub3};
+
+/// Least |n| of a face over the squares of its edges for its attributes to have a gradient: about its height over its length.
+pub const LEAST_HEIGHT: f32 = 1e-4;
+
+/// One invocation a face.
+pub struct FaceGradients<'a> {
+    /// V positions.
+    pub positions: &'a Buffer<Position>,
+    /// F faces.
+    pub faces: &'a Buffer<Face>,
+    /// F normals.
+    pub normals: &'a Buffer<Normal>,
+    /// The wedges of the corners of F faces.
+    pub corners: &'a Buffer<Face>,
+    /// `costed` numbers for each wedge.
+    pub values: &'a Buffer<f32>,
+    /// F.
+    pub face_count: u32,
+    /// Numbers of a wedge.
+    pub costed: u32,
+    /// Writes `costed` gradients for each face.
+    pub gradients: &'a mut Buffer<Gradient>,
+}
+
+params! {
+    /// The uniform block.
+    pub struct Params {
+        costed: u32,
+    }
+}
+
+/// What the differences of a number along the edges from the first corner are multiplied by.
+#[inline(always)]
+fn edge_factors([a, b, c]: [Vec3; 3], normal: Normal) -> [Vec3; 2] {
+    let e1 = sub3(b, a);
+    let e2 = sub3(c, a);
+    let weight = mul(normal.root, normal.root);
+    let sides_sq = add(dot3(e1, e1), dot3(e2, e2));
+    if weight <= mul(LEAST_HEIGHT, sides_sq) {
+        return [Vec3::ZERO, Vec3::ZERO];
+    }
+    let inverse = divide(1.0, weight);
+    let n = normal.weighted();
+    [scale3(cross3(e2, n), inverse), scale3(cross3(n, e1), inverse)]
+}
+
+#[inline(always)]
+fn gradient([first, second]: [Vec3; 2], a: f32, b: f32, c: f32) -> Gradient {
+    let g = flush3(add3(scale3(first, sub(b, a)), scale3(second, sub(c, a))), LEAST_FACTOR);
+    Gradient { x: g.x, y: g.y, z: g.z }
+}
+
+impl Kernel for FaceGradients<'_> {
+    const NAME: &'static str = "face_gradients";
+    const SOURCE: &'static str = include_str!("../../shaders/face_gradients.wgsl");
+    type Params = Params;
+    const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
+    const CONSTANTS: &'static [(&'static str, Constant)] = &[("LEAST_HEIGHT", Constant::F32(LEAST_HEIGHT))];
+
+    fn params(&self) -> Params {
+        Params { costed: self.costed }
+    }
+
+    fn bindings(&self) -> Vec<Binding<'_>> {
+        vec![
+            Binding::new("positions", Access::Read, self.positions),
+            Binding::new("faces", Access::Read, self.faces),
+            Binding::new("normals", Access::Read, self.normals),
+            Binding::new("corners", Access::Read, self.corners),
+            Binding::new("values", Access::Read, self.values),
+            Binding::new("gradients", Access::Write, self.gradients),
+        ]
+    }
+
+    fn invocations(&self) -> u32 {
+        self.face_count
+    }
+
+    fn run_cpu(&mut self) {
+        let costed = self.costed as usize;
+        let (positions, faces, normals) = (self.positions.host(), self.faces.host(), self.normals.host());
+        let (corners, values) = (self.corners.host(), self.values.host());
+        let rows = self.gradients.host_mut()[..self.face_count as usize * costed].par_chunks_mut(costed.max(1));
+        rows.enumerate().with_min_len(CHUNK).for_each(|(f, row)| {
+            let points = faces[f].corners().map(|v| positions[v as usize].xyz());
+            let factors = edge_factors(points, normals[f]);
+            let [a, b, c] = corners[f].corners().map(|wedge| &values[wedge as usize * costed..][..costed]);
+            for (j, out) in row.iter_mut().enumerate() {
+                *out = gradient(factors, a[j], b[j], c[j]);
+            }
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_linear_function_has_its_gradient() {
+        // 2x − y over a right triangle with sides of 2 and 4: n = (0, 0, 8).
+        let points = [Vec3::new(1.0, 1.0, 0.0), Vec3::new(3.0, 1.0, 0.0), Vec3::new(1.0, 5.0, 0.0)];
+        let root = 8.0_f32.sqrt();
+        let factors = edge_factors(points, Normal { x: 0.0, y: 0.0, z: root, root });
+        let of = |p: Vec3| 2.0 * p.x - p.y;
+        let g = gradient(factors, of(points[0]), of(points[1]), of(points[2])).xyz() / root;
+        assert!((g - Vec3::new(2.0, -1.0, 0.0)).length() < 1e-6, "{g}");
+    }
+
+    #[test]
+    fn slivers_have_none() {
+        let points = [Vec3::ZERO, Vec3::X, Vec3::new(0.5, 1e-5, 0.0)];
+        let root = 1e-5_f32.sqrt();
+        assert_eq!(edge_factors(points, Normal { x: 0.0, y: 0.0, z: root, root }), [Vec3::ZERO; 2]);
+    }
+}

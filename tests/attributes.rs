@@ -1,0 +1,250 @@
+//! What vertices, corners and faces carry through contractions.
+
+#[path = "support/mod.rs"]
+mod support;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use coarsen::backend::GpuOptions;
+use coarsen::contract::{AttributeWeights, Attributes, Dropped, Normals, Options, Placement};
+use coarsen::math::{DVec3, Vec2, Vec3};
+use coarsen::mesh::{Channel, ChannelKind, Materials, shapes, weld};
+use coarsen::{Budget, Device, Mesh, Method, Outcome, StopReason, simplify};
+use support::engine::{bytes, cpu, gpu};
+use support::independent::topology;
+use support::texture::folds;
+
+fn run_on(device: &Device, mesh: &Mesh, options: &Options, budget: Budget) -> Outcome {
+    simplify(mesh, &Method::Contract(options.clone()), &budget, device, None).expect("a valid mesh")
+}
+
+fn run(mesh: &Mesh, attributes: Attributes, keep: f64) -> Outcome {
+    run_on(&cpu(2), mesh, &Options { attributes, ..Options::default() }, Budget::keep(keep))
+}
+
+/// A channel whose numbers follow from the position.
+fn channel(mesh: &Mesh, name: &str, kind: ChannelKind, of: impl Fn(DVec3) -> Vec<f32>) -> Channel {
+    let rows: Vec<Vec<f32>> = mesh.positions.iter().map(|&p| of(p)).collect();
+    Channel { name: name.into(), kind, width: rows[0].len(), values: rows.concat() }
+}
+
+/// A torus with all that there is: a texture with a seam along either way, a second one without, normals, colors, a tangent,
+/// joints, a scalar, and three materials.
+fn dressed(around: u32, across: u32) -> Mesh {
+    let mut mesh = shapes::torus(around, across);
+    let row = |face: usize| {
+        let (u, v) = ((face as u32 / 2) / across, (face as u32 / 2) % across);
+        let at = |du: u32, dv: u32| Vec2::new((u + du) as f32 / around as f32, (v + dv) as f32 / across as f32);
+        if face.is_multiple_of(2) { [at(0, 0), at(1, 0), at(1, 1)] } else { [at(0, 0), at(1, 1), at(0, 1)] }
+    };
+    mesh.texcoords = Some((0..mesh.faces.len()).map(row).collect());
+    mesh.normals = Some(coarsen::mesh::vertex_normals(&mesh));
+    mesh.colors =
+        Some(mesh.positions.iter().map(|p| [0.5 + p.x as f32 / 8.0, 0.5 - p.y as f32 / 8.0, 0.25, 1.0]).collect());
+    let channels = [
+        channel(&mesh, "heat", ChannelKind::Linear, |p| vec![(3.0 * p.z) as f32]),
+        channel(&mesh, "TEXCOORD_1", ChannelKind::Texcoords, |p| vec![p.x as f32, p.y as f32]),
+        channel(&mesh, "TANGENT", ChannelKind::Tangent, |p| {
+            let t = DVec3::new(-p.y, p.x, 0.0).normalize().as_vec3();
+            vec![t.x, t.y, t.z, -1.0]
+        }),
+        channel(&mesh, "JOINTS_0", ChannelKind::Joints, |p| {
+            let share = (0.5 + p.x / 8.0) as f32;
+            vec![3.0, 7.0, 0.0, 0.0, share, 1.0 - share, 0.0, 0.0]
+        }),
+    ];
+    mesh.channels = channels.into();
+    let middle = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions[v as usize]).sum::<DVec3>() / 3.0;
+    let of_face =
+        mesh.faces.iter().map(|face| if middle(face).x > 1.0 { 2 } else { u32::from(middle(face).y > 0.0) }).collect();
+    mesh.materials = Some(Materials { of_face, names: ["left", "right", "front"].map(String::from).into() });
+    mesh
+}
+
+#[test]
+fn what_nothing_happens_to_comes_back_as_it_was() {
+    let mesh = dressed(24, 12);
+    assert_eq!(run(&mesh, Attributes::default(), 1.0).mesh, mesh);
+    // A crease: every side of the box has vertices of its own.
+    let mesh = boxed(4);
+    assert_eq!(run(&mesh, Attributes::default(), 1.0).mesh, mesh);
+}
+
+#[test]
+fn everything_is_carried() {
+    let mesh = dressed(96, 48);
+    let outcome = run(&mesh, Attributes::default(), 0.1);
+    let result = &outcome.mesh;
+    result.check().expect("a valid result");
+    assert_eq!(outcome.stop, StopReason::FacesReached);
+    assert_eq!(folds(result), 0);
+    let found = topology(&weld(result, 0.0).mesh);
+    assert_eq!((found.components, found.border_edges, found.euler), (1, 0, 0));
+    let near = |a: f32, b: f64, what: &str| assert!((f64::from(a) - b).abs() < 0.1, "{what}: {a} for {b}");
+    let channels: BTreeMap<&str, &Channel> = result.channels.iter().map(|c| (c.name.as_str(), c)).collect();
+    for (v, p) in result.positions.iter().enumerate() {
+        near(result.colors.as_ref().expect("colors")[v][0], 0.5 + p.x / 8.0, "red");
+        near(channels["heat"].row(v)[0] / 3.0, p.z, "heat");
+        near(channels["TEXCOORD_1"].row(v)[1], p.y, "second texture");
+        let tangent = channels["TANGENT"].row(v);
+        assert!((Vec3::from_slice(tangent).length() - 1.0).abs() < 1e-5 && tangent[3] == -1.0, "{tangent:?}");
+        let joints = channels["JOINTS_0"].row(v);
+        assert!((joints[4..].iter().sum::<f32>() - 1.0).abs() < 1e-5, "{joints:?}");
+        let third = (0..4).find(|&i| joints[i] == 3.0).map_or(0.0, |i| joints[4 + i]);
+        near(third, 0.5 + p.x / 8.0, "joint");
+        assert!((result.normals.as_ref().expect("normals")[v].length() - 1.0).abs() < 1e-5);
+    }
+}
+
+/// The area that every material covers.
+fn areas(mesh: &Mesh) -> Vec<f64> {
+    let materials = mesh.materials.as_ref().expect("materials");
+    let mut areas = vec![0.0; materials.names.len()];
+    for (face, &material) in mesh.faces.iter().zip(&materials.of_face) {
+        let [a, b, c] = face.map(|v| mesh.positions[v as usize]);
+        areas[material as usize] += (b - a).cross(c - a).length() / 2.0;
+    }
+    areas
+}
+
+#[test]
+fn materials_keep_their_borders() {
+    let plain = shapes::torus(96, 48);
+    let materials = dressed(96, 48).materials;
+    let mesh = Mesh { materials, ..plain };
+    let outcome = run(&mesh, Attributes::default(), 0.1);
+    let was = areas(&mesh);
+    for (was, is) in was.iter().zip(areas(&outcome.mesh)) {
+        assert!((is - was).abs() < 0.03 * was, "{was} → {is}");
+    }
+    // Vertices are not split for materials: nothing that they carry differs.
+    let found = topology(&outcome.mesh);
+    assert_eq!((found.components, found.border_edges, found.euler), (1, 0, 0));
+    let dropped = Attributes { dropped: Dropped { materials: true, ..Dropped::default() }, ..Attributes::default() };
+    assert_eq!(run(&mesh, dropped, 0.1).mesh.materials, None);
+}
+
+/// A box of 6·n² squares, n a power of two, whose sides have vertices and normals of their own.
+fn boxed(n: u32) -> Mesh {
+    let mut mesh = Mesh { normals: Some(Vec::new()), ..Mesh::default() };
+    for axis in 0..3 {
+        for sign in [-1.0, 1.0] {
+            let normal = DVec3::AXES[axis] * sign;
+            let (e, f) = (DVec3::AXES[(axis + 1) % 3] * sign, DVec3::AXES[(axis + 2) % 3]);
+            let first = mesh.positions.len() as u32;
+            for i in 0..=n {
+                for j in 0..=n {
+                    let at = |k: u32| 2.0 * f64::from(k) / f64::from(n) - 1.0;
+                    mesh.positions.push(normal + e * at(i) + f * at(j));
+                    mesh.normals.as_mut().expect("normals").push(normal.as_vec3());
+                }
+            }
+            let v = |i: u32, j: u32| first + i * (n + 1) + j;
+            for i in 0..n {
+                for j in 0..n {
+                    mesh.faces.push([v(i, j), v(i + 1, j), v(i + 1, j + 1)]);
+                    mesh.faces.push([v(i, j), v(i + 1, j + 1), v(i, j + 1)]);
+                }
+            }
+        }
+    }
+    mesh
+}
+
+#[test]
+fn creases_contract_along_themselves() {
+    let mesh = boxed(16);
+    let outcome = simplify(&mesh, &Method::Contract(Options::default()), &Budget::faces(12), &cpu(2), None)
+        .expect("a valid mesh");
+    assert_eq!((outcome.mesh.faces.len(), outcome.mesh.positions.len()), (12, 24));
+    for (face, normals) in outcome.mesh.faces.iter().zip(outcome.mesh.faces.iter()) {
+        let [a, b, c] = face.map(|v| outcome.mesh.positions[v as usize]);
+        let own = (b - a).cross(c - a).normalize().as_vec3();
+        let stored = normals.map(|v| outcome.mesh.normals.as_ref().expect("normals")[v as usize]);
+        assert!(stored.iter().all(|n| n.distance(own) < 1e-6), "{stored:?} on a face with {own}");
+    }
+}
+
+/// A sphere whose every face has the vertices and the normal of its own: creases everywhere would hold all of it.
+#[test]
+fn facets_do_not_hold_a_surface() {
+    let sphere = shapes::icosphere(4);
+    let positions: Vec<DVec3> = sphere.faces.iter().flatten().map(|&v| sphere.positions[v as usize]).collect();
+    let faces: Vec<[u32; 3]> = (0..sphere.faces.len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+    let normal = |face: &[u32; 3]| {
+        let [a, b, c] = face.map(|v| positions[v as usize]);
+        [(b - a).cross(c - a).normalize().as_vec3(); 3]
+    };
+    let normals = Some(faces.iter().flat_map(normal).collect());
+    let mesh = Mesh { normals, ..Mesh::new(positions, faces) };
+    let outcome = run(&mesh, Attributes::default(), 0.1);
+    assert_eq!((outcome.stop, outcome.mesh.faces.len()), (StopReason::FacesReached, mesh.faces.len() / 10));
+    assert!(outcome.warnings.iter().any(|warning| warning.contains("facets")), "{:?}", outcome.warnings);
+    for (p, n) in outcome.mesh.positions.iter().zip(outcome.mesh.normals.iter().flatten()) {
+        assert!(n.as_dvec3().dot(p.normalize()) > 0.95, "{n} at {p}");
+    }
+}
+
+#[test]
+fn colors_decide_on_a_flat() {
+    // A dark disk on a bright plane: without weights its rim is lost.
+    let mut mesh = shapes::plane(64, 64);
+    let is_dark = |p: DVec3| (p - DVec3::new(30.0, 34.0, 0.0)).length() < 17.0;
+    let color = |p: &DVec3| if is_dark(*p) { [0.1, 0.1, 0.1, 1.0] } else { [0.9, 0.9, 0.8, 1.0] };
+    mesh.colors = Some(mesh.positions.iter().map(color).collect());
+    let wrong = |weight: f32| {
+        let weights = AttributeWeights { color: weight, ..AttributeWeights::default() };
+        let outcome = run(&mesh, Attributes { weights, ..Attributes::default() }, 0.05);
+        let found =
+            coarsen::metrics::compare(&mesh, &outcome.mesh, &Default::default(), &cpu(2)).expect("valid meshes");
+        found.deviation.forward.colors.expect("colors").rgb.mean
+    };
+    let (with, without) = (wrong(1.0), wrong(0.0));
+    assert!(with < 0.3 * without && with < 0.02, "{with} with weights, {without} without");
+}
+
+#[test]
+fn normals_are_found_anew_where_asked_for() {
+    let mut mesh = dressed(48, 24);
+    mesh.normals.iter_mut().flatten().for_each(|n| *n = -*n);
+    let outcome = run(&mesh, Attributes { normals: Normals::Recompute, ..Attributes::default() }, 0.3);
+    let expected = coarsen::mesh::vertex_normals(&outcome.mesh);
+    assert_eq!(outcome.mesh.normals, Some(expected));
+}
+
+#[test]
+fn all_can_be_dropped() {
+    let outcome = run(&dressed(48, 24), Attributes::drop_all(), 0.3);
+    let plain = run(&shapes::torus(48, 24), Attributes::default(), 0.3);
+    assert_eq!(outcome.mesh, plain.mesh);
+}
+
+#[test]
+fn ends_keep_their_own() {
+    let mesh = boxed(16);
+    let options = Options { placement: Placement::Endpoint, ..Options::default() };
+    let outcome = run_on(&cpu(2), &mesh, &options, Budget::keep(0.2));
+    let normals = (mesh.normals.as_ref().expect("normals"), outcome.mesh.normals.as_ref().expect("normals"));
+    for (v, &origin) in outcome.vertex_origin.iter().enumerate() {
+        assert_eq!(outcome.mesh.positions[v], mesh.positions[origin as usize]);
+        assert_eq!(normals.1[v], normals.0[origin as usize]);
+    }
+    let distinct: BTreeSet<u32> = outcome.vertex_origin.iter().copied().collect();
+    assert_eq!(distinct.len(), outcome.mesh.positions.len());
+}
+
+#[test]
+fn threads_and_devices_give_the_same_bytes() {
+    let mesh = dressed(120, 60);
+    let weights = AttributeWeights { channels: [("heat".to_owned(), 1.0)].into(), ..AttributeWeights::default() };
+    for attributes in [Attributes::default(), Attributes { weights, ..Attributes::default() }] {
+        let options = Options { attributes, ..Options::default() };
+        let reference = run_on(&cpu(1), &mesh, &options, Budget::keep(0.1));
+        let devices = [2, 5].map(cpu).into_iter().chain(gpu(&GpuOptions::default()));
+        for device in devices {
+            let outcome = run_on(&device, &mesh, &options, Budget::keep(0.1));
+            assert_eq!(outcome.mesh, reference.mesh, "{}", device.description());
+            assert!(bytes(&outcome.mesh) == bytes(&reference.mesh), "{}", device.description());
+        }
+    }
+}
