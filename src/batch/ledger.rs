@@ -12,6 +12,7 @@ use std::sync::{Mutex, PoisonError};
 use serde::{Deserialize, Serialize};
 
 use super::failure::Reason;
+use super::plan::Shard;
 use crate::error::{Error, Result};
 use crate::simplify::{Blocked, StopReason};
 
@@ -188,25 +189,12 @@ pub(super) fn ledgers(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut paths = Vec::new();
     for entry in entries {
         let entry = entry.map_err(failed)?;
-        if is_ledger(&entry.file_name().to_string_lossy()) {
+        if Shard::of_ledger(&entry.file_name().to_string_lossy()).is_some() {
             paths.push(entry.path());
         }
     }
     paths.sort();
     Ok(paths)
-}
-
-/// `coarsen.jsonl`, `coarsen-2-of-3.jsonl`.
-fn is_ledger(name: &str) -> bool {
-    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-    match name.strip_prefix("coarsen").and_then(|rest| rest.strip_suffix(".jsonl")) {
-        Some("") => true,
-        Some(shard) => shard
-            .strip_prefix('-')
-            .and_then(|shard| shard.split_once("-of-"))
-            .is_some_and(|(number, count)| is_number(number) && is_number(count)),
-        None => false,
-    }
 }
 
 /// A file of records, open at its end.

@@ -74,6 +74,25 @@ impl Shard {
             Self { index, count } => format!("coarsen-{}-of-{count}.jsonl", index + 1),
         }
     }
+
+    /// The shard whose file of records has this name.
+    pub(super) fn of_ledger(name: &str) -> Option<Self> {
+        let shard = name.strip_prefix("coarsen")?.strip_suffix(".jsonl")?;
+        if shard.is_empty() {
+            return Some(Self::WHOLE);
+        }
+        let (number, count) = shard.strip_prefix('-')?.split_once("-of-")?;
+        Self::new(number.parse().ok()?, count.parse().ok()?).ok()
+    }
+
+    /// Whether an input can be in both: some number is the `index`-th of each when counted off by their `count`.
+    pub(super) fn may_share(self, other: Self) -> bool {
+        let (mut a, mut b) = (self.count, other.count);
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        self.index % a == other.index % a
+    }
 }
 
 /// An input and its outputs.
@@ -259,6 +278,12 @@ mod tests {
             (Shard::WHOLE.ledger_name(), shards[1].ledger_name()),
             ("coarsen.jsonl".into(), "coarsen-2-of-3.jsonl".into())
         );
+        for shard in [Shard::WHOLE, shards[1]] {
+            assert_eq!(Shard::of_ledger(&shard.ledger_name()), Some(shard));
+        }
+        for other in ["coarsen-x.jsonl", "coarsen-4-of-3.jsonl", "coarsen-1-of-.jsonl", "x.jsonl", "coarsen.json"] {
+            assert_eq!(Shard::of_ledger(other), None, "{other}");
+        }
     }
 
     #[test]

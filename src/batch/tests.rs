@@ -46,14 +46,14 @@ fn go(plan: &Plan, options: Options) -> Summary {
     run(plan, &Device::cpu(2).expect("threads"), &options, &|_| ControlFlow::Continue(())).expect("a run")
 }
 
-/// The files in `out` but the records, with their bytes.
+/// The files in `out` but the records and locks, with their bytes.
 fn contents(dir: &Path, out: &str) -> BTreeMap<String, Vec<u8>> {
     fn collect(root: &Path, folder: &Path, found: &mut BTreeMap<String, Vec<u8>>) {
         for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
             let path = entry.path();
             if path.is_dir() {
                 collect(root, &path, found);
-            } else if path.extension().is_none_or(|extension| extension != "jsonl") {
+            } else if path.extension().is_none_or(|kind| kind != "jsonl" && kind != "lock") {
                 let name = path.strip_prefix(root).expect("inside").display().to_string();
                 found.insert(name, fs::read(&path).expect("a file"));
             }

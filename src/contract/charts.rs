@@ -104,7 +104,7 @@ impl Charts {
         keep_live(&mut self.of_vertex, new_vertex);
     }
 
-    /// Between rounds: the coordinates at the corners of a face.
+    /// The coordinates at the corners of a face, which are named as the round began.
     pub fn of_face(&self, index: usize, face: Face) -> [Vec2; 3] {
         let of_vertex = face.corners().map(|v| self.of_vertex[v as usize]);
         let own = self.of_corner[index];

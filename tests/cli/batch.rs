@@ -23,7 +23,7 @@ fn inputs(dir: &Dir, count: usize, faces: usize) {
     }
 }
 
-/// The files below `folder`, temporary ones and records left out, with their bytes.
+/// The files below `folder`, temporary ones, records and locks left out, with their bytes.
 fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     let mut folders = vec![folder.to_path_buf()];
@@ -31,7 +31,7 @@ fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         for path in fs::read_dir(inner).into_iter().flatten().flatten().map(|entry| entry.path()) {
             if path.is_dir() {
                 folders.push(path);
-            } else if !path.extension().is_some_and(|extension| extension == "jsonl" || extension == "tmp") {
+            } else if !path.extension().is_some_and(|kind| kind == "jsonl" || kind == "tmp" || kind == "lock") {
                 let name = path.strip_prefix(folder).expect("inside").display().to_string();
                 found.insert(name, fs::read(&path).expect("a file"));
             }
@@ -176,6 +176,28 @@ fn shards_write_together_what_one_run_writes_and_know_of_each_other() {
     assert!(dir.path("out/coarsen-3-of-3.jsonl").exists() && !dir.path("out/coarsen.jsonl").exists());
     let told = batch(&dir, "out", "--resume --json").succeeds().json();
     assert_eq!((&told["done"], &told["skipped"]), (&0.into(), &7.into()));
+}
+
+#[test]
+fn a_shard_has_one_process_at_a_time_and_is_free_when_that_is_killed() {
+    let dir = Dir::new();
+    inputs(&dir, 3, 1000);
+    let mut command = dir.command("batch sample:statue@2M -d out -r 50%,10% -g cpu -q --shard 1/1");
+    let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the program");
+    let lock = dir.path("out/.coarsen.jsonl.lock");
+    while !fs::read_to_string(&lock).is_ok_and(|text| text.contains("process")) {
+        thread::sleep(Duration::from_millis(1));
+    }
+    let who = format!("process {}", child.id());
+    let refused = ["cannot write 'out/coarsen.jsonl'", &who, "wait for it, or end it"];
+    batch(&dir, "out", "--resume").fails(8, &refused);
+    batch(&dir, "out", "-w").fails(8, &refused);
+    // It would write what the other does.
+    batch(&dir, "out", "--shard 2/3").fails(8, &["'out/coarsen-2-of-3.jsonl'", &who, "at work on 'coarsen.jsonl'"]);
+    assert!(contents(&dir.path("out")).is_empty() && child.try_wait().expect("a state").is_none());
+    child.kill().expect("a process to kill");
+    child.wait().expect("its end");
+    batch(&dir, "out", "--resume").succeeds();
 }
 
 /// A number below `end`, the same in every run.
