@@ -74,7 +74,7 @@ pub struct Cancelled {
 }
 
 impl Committed {
-    /// Adds what was committed after it in the same round.
+    /// Adds what was committed after it, and beside it, in the same round.
     pub fn add(&mut self, other: Self) {
         self.contractions.extend(other.contractions);
         self.cancelled.extend(other.cancelled);

@@ -39,8 +39,12 @@ pub fn restore(input: &Mesh, frame: Frame, placed: Placed<'_>, carried: &Carried
         Face { a, b, c }
     };
     let faces_now: Vec<Face> = faces.par_iter().with_min_len(ROWS).map(now).collect();
-    let has_face = referenced(faces_now.iter().filter(|face| face.is_live()), positions.len());
-    let vertex_order = by_origin(origin, MOVED_FROM, input.positions.len(), |v| has_face[v]);
+    let vertices = || {
+        let has_face = referenced(faces_now.iter().filter(|face| face.is_live()), positions.len());
+        by_origin(origin, MOVED_FROM, input.positions.len(), |v| has_face[v])
+    };
+    let live_faces = || by_origin(face_origin, TURNED, input.faces.len(), |f| faces_now[f].is_live());
+    let (vertex_order, face_order) = rayon::join(vertices, live_faces);
     let mut new_vertex = vec![0; origin.len()];
     (0..).zip(&vertex_order).for_each(|(new, &old)| new_vertex[old as usize] = new);
 
@@ -49,7 +53,6 @@ pub fn restore(input: &Mesh, frame: Frame, placed: Placed<'_>, carried: &Carried
         let [a, b, c] = faces_now[f as usize].corners().map(|v| new_vertex[v as usize]);
         if face_origin[f as usize] & TURNED == 0 { [a, b, c] } else { [a, c, b] }
     };
-    let face_order = by_origin(face_origin, TURNED, input.faces.len(), |f| faces_now[f].is_live());
     let texcoords = |charts: &Charts| {
         let row = |&f: &u32| {
             let [a, b, c] = charts.of_face(f as usize, faces[f as usize]);
