@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::failure::Reason;
 use super::plan::Shard;
 use crate::error::{Error, Result};
+use crate::metrics::{self, Spread};
 use crate::simplify::{Blocked, StopReason};
 
 /// A record: one level of one file. Fields are only ever added under this `schema`.
@@ -76,13 +77,52 @@ pub struct Made {
     pub warnings: Vec<String>,
 }
 
-/// An estimated deviation.
+/// How far a result is from the input.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Deviation {
     /// In model units.
     pub estimate: f64,
     /// As a fraction of the bounding box's diagonal.
     pub estimate_relative: f64,
+    /// Where it was measured.
+    pub measured: Option<Measured>,
+}
+
+impl Deviation {
+    /// What is estimated on a mesh of this diagonal, and measured if it was.
+    pub fn new(estimate: f64, diagonal: f64, measured: Option<&metrics::Deviation>) -> Self {
+        Self {
+            estimate,
+            estimate_relative: if diagonal > 0.0 { estimate / diagonal } else { 0.0 },
+            measured: measured.map(Measured::from),
+        }
+    }
+}
+
+/// The symmetric deviation of result and input.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Measured {
+    /// In model units: the Hausdorff distance.
+    pub max: f64,
+    /// The greater mean of both sides.
+    pub mean: f64,
+    /// The greater root mean square.
+    pub rms: f64,
+    /// As fractions of the bounding box's diagonal.
+    pub max_relative: f64,
+    /// The mean.
+    pub mean_relative: f64,
+    /// The root mean square.
+    pub rms_relative: f64,
+}
+
+impl From<&metrics::Deviation> for Measured {
+    fn from(deviation: &metrics::Deviation) -> Self {
+        let Spread { max, mean, rms } = deviation.symmetric();
+        let relative = |length: f64| if deviation.diagonal > 0.0 { length / deviation.diagonal } else { 0.0 };
+        let [max_relative, mean_relative, rms_relative] = [max, mean, rms].map(relative);
+        Self { max, mean, rms, max_relative, mean_relative, rms_relative }
+    }
 }
 
 /// Wall-clock seconds of a file; reading and solving are of all its levels together.
@@ -94,6 +134,8 @@ pub struct Seconds {
     pub solve: f64,
     /// Writing this level.
     pub write: f64,
+    /// Measuring it.
+    pub measure: f64,
 }
 
 /// Whether a level is done.

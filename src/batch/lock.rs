@@ -97,8 +97,10 @@ mod tests {
             writing: WriteOptions::default(),
             pattern: Pattern::for_levels(1),
             timeout: None,
+            weights: None,
+            measure: None,
         };
-        let requests = [Request { text: "sample:part@5k".into(), recipe: 0 }];
+        let requests = [Request::new("sample:part@5k", 0)];
         Plan::new(&requests, vec![recipe], dir, shard).expect("a plan")
     }
 

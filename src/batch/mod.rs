@@ -34,10 +34,10 @@ use crate::backend::Device;
 use crate::error::{Error, Result};
 use crate::simplify::{Progress, simplify_levels};
 
-pub use estimate::{BYTES_ALWAYS, bytes_needed};
+pub use estimate::{BYTES_ALWAYS, bytes_needed, bytes_of_levels};
 pub use failure::{Failure, Reason};
 pub use input::{Input, Origin, Request, list};
-pub use ledger::{Deviation, Hash, Made, Record, Seconds, Status};
+pub use ledger::{Deviation, Hash, Made, Measured, Record, Seconds, Status};
 pub use pattern::{Pattern, Words};
 pub use plan::{Job, Plan, Recipe, Shard};
 

@@ -32,11 +32,13 @@ fn recipe() -> Recipe {
         writing: WriteOptions::default(),
         pattern: Pattern::for_levels(2),
         timeout: None,
+        weights: None,
+        measure: None,
     }
 }
 
 fn plan(dir: &Path, out: &str, recipe: Recipe, shard: Shard) -> Plan {
-    let requests = [Request { text: dir.join("in").display().to_string(), recipe: 0 }];
+    let requests = [Request::new(dir.join("in").display().to_string(), 0)];
     Plan::new(&requests, vec![recipe], &dir.join(out), shard).expect("a plan")
 }
 
@@ -208,7 +210,7 @@ fn files_that_cannot_be_done_are_told_by_reason_and_stop_no_other() {
 #[test]
 fn memory_and_time_are_limits_of_each_file() {
     let dir = folder();
-    let limit = BYTES_ALWAYS + bytes_needed(1500, false);
+    let limit = BYTES_ALWAYS + bytes_needed(1500, false) + bytes_of_levels(1500, &recipe().budgets);
     let options = Options { memory_limit: Some(limit), ..Options::default() };
     let summary = go(&plan(dir.path(), "memory", recipe(), Shard::WHOLE), options);
     assert_eq!((summary.done, summary.reasons()), (2, vec![(Reason::Memory, 3)]));
@@ -256,7 +258,7 @@ fn an_earlier_run_is_neither_replaced_nor_resumed_unasked() {
 #[test]
 fn a_lost_device_changes_no_byte() {
     let dir = tempfile::tempdir().expect("a folder");
-    let requests = ["sample:statue@120k", "sample:part@5k"].map(|text| Request { text: text.into(), recipe: 0 });
+    let requests = ["sample:statue@120k", "sample:part@5k"].map(|text| Request::new(text, 0));
     let go = |out: &str, device: &Device| {
         let plan = Plan::new(&requests, vec![recipe()], &dir.path().join(out), Shard::WHOLE).expect("a plan");
         let lose = |event: Event<'_>| {

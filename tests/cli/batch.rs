@@ -148,6 +148,55 @@ fn a_manifest_has_options_of_its_own_for_each_file() {
 }
 
 #[test]
+fn weights_and_measures_are_those_of_a_run_of_its_own() {
+    let dir = Dir::new();
+    fs::create_dir(dir.path("in")).expect("a folder");
+    dir.run("simplify sample:part@3k in/0.ply -r 90% --write-feature in/weighed.ply -q").succeeds();
+    fs::rename(dir.path("in/weighed.ply"), dir.path("in/1.ply")).expect("a file to move");
+    let weights =
+        (0..formats::read(&dir.path("in/0.ply")).expect("a mesh").positions.len()).map(|i| format!("{}\n", i % 7 + 1));
+    dir.file("w.txt", &weights.collect::<String>());
+    let lines = "{\"input\": \"in/0.ply\", \"weight\": \"w.txt\", \"measure\": true}\n\
+        {\"input\": \"in/1.ply\", \"weight\": \"ply:feature\"}\n";
+    dir.file("jobs.jsonl", lines);
+    dir.run("batch --manifest jobs.jsonl -d out -r 20% -g cpu -q").succeeds();
+    let told = dir.run("simplify in/0.ply one.ply -r 20% --weight w.txt --measure -g cpu -q --json").succeeds().json();
+    dir.run("simplify in/1.ply two.ply -r 20% --weight ply:feature -g cpu -q").succeeds();
+    for (own, of_batch) in [("one.ply", "out/0.ply"), ("two.ply", "out/1.ply")] {
+        let [own, of_batch] = [own, of_batch].map(|name| fs::read(dir.path(name)).expect("a file"));
+        assert!(own == of_batch);
+    }
+    let lines = records(&dir.path("out/coarsen.jsonl"));
+    let line = |input: &str| lines.iter().find(|line| line["input"] == input).expect("a record");
+    assert_eq!(line("0.ply")["error"], told["error"]);
+    assert!(line("0.ply")["error"]["measured"]["rms"].as_f64().is_some_and(|rms| rms > 0.0));
+    assert!(line("1.ply")["error"]["measured"].is_null());
+
+    // Other weights are other options.
+    dir.file("w.txt", "1\n2\n");
+    let ran = dir.run("batch --manifest jobs.jsonl -d out -r 20% -g cpu --resume");
+    assert_eq!(ran.code, Some(9), "{}", ran.err);
+    assert!(ran.err.contains("options           1  0.ply: ") && ran.err.contains("1 done before"), "{}", ran.err);
+}
+
+#[test]
+fn compressed_files_are_refused_by_what_they_hold() {
+    let dir = Dir::new();
+    fs::create_dir(dir.path("in")).expect("a folder");
+    let mesh = sample("statue", Some(200_000)).expect("a sample");
+    formats::write(&mesh, &dir.path("in/a.obj.gz"), &WriteOptions::default()).expect("a file");
+    formats::write(&mesh, &dir.path("in/b.obj.zst"), &WriteOptions::default()).expect("a file");
+    let ran = batch(&dir, "out", "--memory-limit 80MiB");
+    assert_eq!(ran.code, Some(9), "{}", ran.err);
+    for part in ["'a.obj.gz': reading it takes about", "'b.obj.zst': limit: it holds more than", "memory            2"]
+    {
+        assert!(ran.err.contains(part), "{part} is not in {}", ran.err);
+    }
+    let refused = dir.run("simplify in/a.obj.gz out.ply -r 10% --memory-limit 80MiB");
+    refused.fails(6, &["reading 'in/a.obj.gz' takes about", "more than the memory limit of 80 MiB"]);
+}
+
+#[test]
 fn progress_is_told_as_lines_of_json() {
     let dir = Dir::new();
     inputs(&dir, 3, 1000);
