@@ -19,7 +19,7 @@ pub(super) const LEAST_ROWS: usize = 1 << 12;
 #[derive(Debug)]
 pub(crate) enum Stream {
     /// A binary PLY of triangles.
-    Ply(Tables),
+    Ply(Box<Tables>),
     /// A binary STL: every corner of a facet is a vertex of its own.
     Stl(Facets),
 }
@@ -48,7 +48,7 @@ impl Stream {
             return Err(refused("what is no file"));
         }
         match format {
-            Format::Ply => Tables::open(path, metadata.len()).map(Self::Ply),
+            Format::Ply => Tables::open(path, metadata.len()).map(|tables| Self::Ply(tables.into())),
             Format::Stl => Facets::open(path, metadata.len()).map(Self::Stl),
             Format::Obj | Format::Off => Err(refused(&format!("a file of the format {}", format.name()))),
         }
@@ -56,7 +56,7 @@ impl Stream {
 
     /// The tables in two files of rows, which [`Rows`] made; `path` names them in errors.
     pub(crate) fn of_rows(rows: Rows, path: &Path, files: [File; 2], counts: [usize; 2]) -> Result<Self> {
-        Tables::of_rows(rows, path, files, counts).map(Self::Ply)
+        Tables::of_rows(rows, path, files, counts).map(|tables| Self::Ply(tables.into()))
     }
 
     pub(crate) fn vertex_count(&self) -> usize {

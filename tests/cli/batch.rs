@@ -155,7 +155,7 @@ fn weights_and_measures_are_those_of_a_run_of_its_own() {
     fs::rename(dir.path("in/weighed.ply"), dir.path("in/1.ply")).expect("a file to move");
     let weights =
         (0..formats::read(&dir.path("in/0.ply")).expect("a mesh").positions.len()).map(|i| format!("{}\n", i % 7 + 1));
-    dir.file("w.txt", &weights.collect::<String>());
+    dir.file("w.txt", weights.collect::<String>());
     let lines = "{\"input\": \"in/0.ply\", \"weight\": \"w.txt\", \"measure\": true}\n\
         {\"input\": \"in/1.ply\", \"weight\": \"ply:feature\"}\n";
     dir.file("jobs.jsonl", lines);
