@@ -10,8 +10,9 @@ use crate::cli::values;
 /// Write a chain of levels of detail from one run
 ///
 /// Reduces a mesh to several levels in one run, each a beginning of the next coarser one's contractions, and writes them all,
-/// for little more than the coarsest costs alone, by errors for two to three times as much. A level is as near as a run of its own, though not the same bytes. Methods
-/// that do not contract run once a level. Level 1 is the finest; the input itself is none, unless 100% asks for it.
+/// for little more than the coarsest costs alone, by errors for two to three times as much. A level is as near as a run of its
+/// own, though not the same bytes. Methods that do not contract run once a level. Level 1 is the finest; the input itself is
+/// none, unless 100% asks for it.
 #[derive(Debug, Args)]
 // A negative number reaches the option's own parser, which says what is wanted.
 #[command(
