@@ -101,6 +101,14 @@ impl Budget {
         Ok(self.faces.into_iter().chain(by_keep).max().unwrap_or(0))
     }
 
+    /// Refuses limits that are out of range on every mesh. Whether there must be one is for the method to say.
+    fn check(&self) -> Result<()> {
+        if *self == Self::default() {
+            return Ok(());
+        }
+        self.target_faces(0).and(self.max_deviation(1.0)).map(drop)
+    }
+
     /// Whether a number of faces is asked for.
     pub fn counts_faces(&self) -> bool {
         self.faces.is_some() || self.keep.is_some()
@@ -388,6 +396,7 @@ fn one_by_one(
     mut progress: Option<&mut OnProgress<'_>>,
     mut run: impl FnMut(&Budget, Option<&mut OnProgress<'_>>) -> Result<Outcome>,
 ) -> Result<Vec<Outcome>> {
+    budgets.iter().try_for_each(Budget::check)?;
     let mut outcomes: Vec<Outcome> = Vec::with_capacity(budgets.len());
     for budget in budgets {
         let outcome = match outcomes.last().filter(|last| last.stop == StopReason::Cancelled) {

@@ -34,7 +34,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("progressive", &["error", "formats", "math", "mesh"]),
     ("metrics", &["backend", "error", "kernel", "math", "mesh", "spatial"]),
     // Runs methods over files. The sum that tells one file from another is that of logs.
-    ("batch", &["backend", "error", "formats", "mesh", "out_of_core", "progressive", "simplify"]),
+    (
+        "batch",
+        &["backend", "contract", "error", "formats", "mesh", "metrics", "out_of_core", "progressive", "simplify"],
+    ),
     // Runs methods and measures what they make: above both.
     ("papers", &["backend", "contract", "error", "mesh", "metrics", "partition", "simplify"]),
     ("report", &["error", "math", "mesh", "metrics", "simplify", "spatial"]),

@@ -161,6 +161,22 @@ fn an_odd_count_on_the_way_leaves_the_others_even() {
 }
 
 #[test]
+fn odd_counts_on_a_border_cost_no_rounds_and_refusals_count_once() {
+    let terrain = sample("terrain", Some(20_000)).expect("a sample");
+    let faces = terrain.faces.len();
+    let counts = [faces - 4_001, faces - 8_002, faces - 11_003, faces - 13_004, faces - 15_005].map(Budget::faces);
+    let levels = chain(&terrain, &Options::default(), &counts);
+    assert!(levels.iter().zip(&counts).all(|(level, budget)| Some(level.mesh.faces.len()) == budget.faces));
+    for level in &levels {
+        assert!(level.rounds.iter().all(|round| round.contracted > 0), "a round in vain: {:?}", level.rounds);
+        for RoundRecord { candidates, blocked: b, .. } in &level.rounds {
+            let refused = b.border + b.lock + b.seam + b.link + b.flip + b.aspect + b.texture + b.error;
+            assert!(refused <= *candidates, "{refused} of {candidates}");
+        }
+    }
+}
+
+#[test]
 fn vertices_of_a_level_are_among_those_of_the_finer_ones() {
     for name in ["statue", "terrain", "part"] {
         let mesh = sample(name, Some(6_000)).expect("a sample");
@@ -324,6 +340,20 @@ fn one_bad_budget_refuses_all() {
             assert!(matches!(levels, Err(Error::Parameter(_))), "{bad:?}: {levels:?}");
         }
     }
+}
+
+#[test]
+fn a_bad_budget_is_found_before_any_work() {
+    let mut steps = 0;
+    let mut count = |_: Progress| {
+        steps += 1;
+        ControlFlow::Continue(())
+    };
+    for method in [Method::default(), Method::Removal(removal::Options::default())] {
+        let budgets = [Budget::faces(20), Budget::keep(1.5)];
+        assert!(simplify_levels(&sphere(3), &method, &budgets, &cpu(1), Some(&mut count)).is_err());
+    }
+    assert_eq!(steps, 0);
 }
 
 #[test]

@@ -146,6 +146,29 @@ fn vertices_that_repeat_positions_do_not_crack() {
 }
 
 #[test]
+fn stl_has_no_cracks_either() {
+    let mesh = sample("part", Some(30_000)).expect("a sample");
+    let bench = Bench::new(&mesh);
+    let path = bench.folder.path().join("in.stl");
+    formats::write(&mesh, &path, &WriteOptions::default()).expect("a mesh to write");
+    let input = Input::open(&path).expect("a binary STL");
+    assert_eq!((input.faces(), input.vertices()), (mesh.faces.len(), 3 * mesh.faces.len()));
+    let options =
+        out_of_core::Options { memory_limit: PLENTY, part_faces: Some(3_000), scratch: bench.scratch.path().into() };
+    let run = |method: &Method, device: &Device| {
+        out_of_core::simplify(&input, method, &Budget::faces(2_000), &options, device, None)
+    };
+    let outcome = run(&Method::default(), &cpu(2)).expect("a valid mesh");
+    let (before, after) = (topology(&mesh), topology(&outcome.outcome.mesh));
+    assert_eq!((outcome.outcome.mesh.faces.len(), after.euler, after.border_edges), (2_000, before.euler, 0));
+    assert!(outcome.passes[0].parts > 9);
+    let again = run(&Method::default(), &cpu(1)).expect("a valid mesh").outcome.mesh;
+    assert!(bytes(&again) == bytes(&outcome.outcome.mesh));
+    let apart = Method::Contract(Options { weld: None, ..Options::default() });
+    assert!(matches!(run(&apart, &cpu(1)), Err(Error::Unsupported(_))));
+}
+
+#[test]
 fn without_welding_repeats_stay_apart() {
     let ball = shapes::icosphere(4);
     let bench = Bench::new(&soup(&ball));

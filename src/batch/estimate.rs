@@ -3,20 +3,14 @@
 use std::path::Path;
 
 use super::input::{Input, Origin};
-use crate::formats::{Compression, Format};
+use crate::formats::{Compression, FileSize, Format};
 use crate::mesh::samples::{SAMPLES, parse_sample};
-pub use crate::out_of_core::{BYTES_ALWAYS, bytes_needed};
-
-/// The bytes that a file of this size takes while it is read: its own and those of its mesh, which are fewer than one and a half
-/// times as many in every format. What a compressed file holds is not known before.
-pub(super) fn bytes_to_read(bytes: u64) -> u64 {
-    bytes.saturating_mul(5) / 2
-}
+pub use crate::out_of_core::{BYTES_ALWAYS, bytes_needed, bytes_of_levels};
 
 /// The faces of an input as far as its size tells.
 pub(super) fn faces(input: &Input) -> u64 {
     match &input.origin {
-        Origin::File(path) => faces_of_file(path, input.bytes, usual_bytes),
+        Origin::File(path) => faces_of_file(path, input.size, usual_bytes),
         Origin::Sample(text) => faces_of_sample(text),
     }
 }
@@ -24,18 +18,20 @@ pub(super) fn faces(input: &Input) -> u64 {
 /// The most faces that an input may well have: what memory is kept free for until it is read.
 pub(super) fn most_faces(input: &Input) -> u64 {
     match &input.origin {
-        Origin::File(path) => faces_of_file(path, input.bytes, least_bytes),
+        Origin::File(path) => faces_of_file(path, input.size, least_bytes),
         Origin::Sample(text) => faces_of_sample(text),
     }
 }
 
-fn faces_of_file(path: &Path, bytes: u64, bytes_a_face: fn(Format) -> u64) -> u64 {
-    match Format::from_path(path) {
-        Ok((format, Compression::None)) => bytes / bytes_a_face(format),
+fn faces_of_file(path: &Path, size: FileSize, bytes_a_face: fn(Format) -> u64) -> u64 {
+    let Ok((format, compression)) = Format::from_path(path) else { return 0 };
+    let bytes = match (compression, size.unpacked) {
+        (Compression::None, _) => size.stored,
+        (_, Some(unpacked)) => unpacked,
         // Meshes shrink to a third, more where their coordinates are coarse.
-        Ok((format, Compression::Gzip | Compression::Zstd)) => bytes.saturating_mul(4) / bytes_a_face(format),
-        Err(_) => 0,
-    }
+        (_, None) => size.stored.saturating_mul(4),
+    };
+    bytes / bytes_a_face(format)
 }
 
 /// Bytes a face of a closed surface, with half a vertex: binary PLY and STL, text as programs write it.
@@ -77,8 +73,8 @@ mod tests {
         for name in ["x.ply", "x.stl", "x.obj", "x.off", "x.ply.gz", "x.obj.zst"] {
             let path = dir.path().join(name);
             formats::write(&mesh, &path, &WriteOptions::default()).expect("a file");
-            let bytes = path.metadata().expect("a file").len();
-            let input = Input { origin: Origin::File(path), name: name.into(), bytes, recipe: 0 };
+            let size = FileSize::of(&path);
+            let input = Input { origin: Origin::File(path), name: name.into(), size, recipe: 0 };
             let (about, most) = (faces(&input), most_faces(&input));
             assert!((faces_in / 2..=faces_in * 3).contains(&about), "{name}: {about} faces of {faces_in}");
             assert!((faces_in..=faces_in * 5).contains(&most), "{name}: at most {most} of {faces_in}");

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 use crate::error::{Error, Result};
-use crate::formats::Format;
+use crate::formats::{FileSize, Format};
 use crate::mesh::samples::parse_sample;
 
 /// Where a mesh comes from.
@@ -25,8 +25,8 @@ pub struct Input {
     /// Its name below the folder that all inputs have in common, with slashes on every system: what outputs are named after
     /// and shards are dealt by.
     pub name: String,
-    /// Size of the file; 0 of one that is not there, and of a sample.
-    pub bytes: u64,
+    /// Size of the file; none of one that is not there, and of a sample.
+    pub size: FileSize,
     /// The recipe to follow, by its number in the plan.
     pub recipe: usize,
 }
@@ -36,8 +36,22 @@ pub struct Input {
 pub struct Request {
     /// A file, a folder, a glob, or `sample:NAME[@FACES]`.
     pub text: String,
+    /// Whether its wildcards are characters like others, so that it is no glob.
+    pub is_literal: bool,
     /// By its number in the plan.
     pub recipe: usize,
+}
+
+impl Request {
+    /// What somebody wrote who may mean a glob.
+    pub fn new(text: impl Into<String>, recipe: usize) -> Self {
+        Self { text: text.into(), is_literal: false, recipe }
+    }
+
+    /// The name of one input, as it is.
+    pub fn literal(text: impl Into<String>, recipe: usize) -> Self {
+        Self { is_literal: true, ..Self::new(text, recipe) }
+    }
 }
 
 /// A file or sample, and the folder that was searched for it.
@@ -47,10 +61,11 @@ struct Found {
     recipe: usize,
 }
 
-/// The inputs that `requests` name, sorted by name, each once. What lies below `outputs` is no input.
+/// The inputs that `requests` name, sorted by name, each once.
 ///
 /// A folder is searched with all its folders, hidden ones and links to folders left out; folders and globs give the files
-/// whose extension names a mesh format. A file that is named itself is an input even if it is not there: reading tells.
+/// whose extension names a mesh format, and none of those in `outputs`, unless it is a folder in there that is searched. A file
+/// that is named itself is an input even if it is not there: reading tells.
 ///
 /// # Errors
 /// [`Error::Parameter`] for a glob or folder without a mesh file, and for a malformed glob or sample;
@@ -66,12 +81,12 @@ pub fn list(requests: &[Request], outputs: &Path) -> Result<Vec<Input>> {
     let mut inputs = Vec::with_capacity(found.len());
     for Found { origin, recipe, .. } in found {
         if seen.insert((origin.clone(), recipe)) {
-            let (name, bytes) = match &origin {
-                Origin::File(path) => (relative(path, &common), fs::metadata(path).map_or(0, |file| file.len())),
+            let (name, size) = match &origin {
+                Origin::File(path) => (relative(path, &common), FileSize::of(path)),
                 // A dot would begin an extension.
-                Origin::Sample(text) => (text.trim_start_matches("sample:").replace('.', "_"), 0),
+                Origin::Sample(text) => (text.trim_start_matches("sample:").replace('.', "_"), FileSize::default()),
             };
-            inputs.push(Input { origin, name, bytes, recipe });
+            inputs.push(Input { origin, name, size, recipe });
         }
     }
     inputs.sort_by(|a, b| (&a.name, a.recipe).cmp(&(&b.name, b.recipe)));
@@ -79,7 +94,7 @@ pub fn list(requests: &[Request], outputs: &Path) -> Result<Vec<Input>> {
 }
 
 fn find(request: &Request, outputs: Option<&Path>) -> Result<Vec<Found>> {
-    let Request { text, recipe } = request;
+    let Request { text, is_literal, recipe } = request;
     let one = |origin, root| Ok(vec![Found { origin, root, recipe: *recipe }]);
     if text.starts_with("sample:") {
         return match parse_sample(text) {
@@ -91,27 +106,30 @@ fn find(request: &Request, outputs: Option<&Path>) -> Result<Vec<Found>> {
     let mut files = Vec::new();
     let root = if path.is_dir() {
         let root = fs::canonicalize(path).map_err(|source| Error::Read { path: path.into(), source })?;
-        walk(&root, outputs, &mut files)?;
+        walk(&root, &mut files)?;
         root
-    } else if path.exists() || !text.contains(['*', '?', '[']) {
+    } else if path.exists() || *is_literal || !text.contains(['*', '?', '[']) {
         let file = absolute(path);
         let root = file.parent().map(Path::to_path_buf);
         return one(Origin::File(file), root);
     } else {
         let malformed = |error: glob::PatternError| Error::Parameter(format!("'{text}' is no glob: {error}"));
         let options = glob::MatchOptions { require_literal_leading_dot: true, ..glob::MatchOptions::new() };
-        let is_outside = |path: &PathBuf| !outputs.is_some_and(|outputs| path.starts_with(outputs));
         for matched in glob::glob_with(text, options).map_err(malformed)? {
             let path = matched.map_err(|error| {
                 let path = error.path().to_path_buf();
                 Error::Read { path, source: error.into() }
             })?;
-            files.extend(Some(absolute(&path)).filter(|file| path.is_file() && is_mesh(file) && is_outside(file)));
+            files.extend(Some(absolute(&path)).filter(|file| path.is_file() && is_mesh(file)));
         }
         let fixed = fixed_part(path);
         let folder = if fixed.as_os_str().is_empty() { Path::new(".") } else { &fixed };
         fs::canonicalize(folder).unwrap_or_else(|_| absolute(folder))
     };
+    // Who searches a folder among the outputs means what is in it.
+    if let Some(outputs) = outputs.filter(|&outputs| root == outputs || !root.starts_with(outputs)) {
+        files.retain(|file| !file.starts_with(outputs));
+    }
     if files.is_empty() {
         return Err(Error::Parameter(format!("'{text}' names no mesh file: known are .obj, .ply, .stl and .off")));
     }
@@ -120,10 +138,7 @@ fn find(request: &Request, outputs: Option<&Path>) -> Result<Vec<Found>> {
 }
 
 /// Adds the mesh files in `folder` and below.
-fn walk(folder: &Path, outputs: Option<&Path>, files: &mut Vec<PathBuf>) -> Result<()> {
-    if outputs == Some(folder) {
-        return Ok(());
-    }
+fn walk(folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
     let failed = |source| Error::Read { path: folder.to_path_buf(), source };
     for entry in fs::read_dir(folder).map_err(failed)? {
         let entry = entry.map_err(failed)?;
@@ -132,7 +147,7 @@ fn walk(folder: &Path, outputs: Option<&Path>, files: &mut Vec<PathBuf>) -> Resu
             continue;
         }
         if kind.is_dir() {
-            walk(&path, outputs, files)?;
+            walk(&path, files)?;
         } else if is_mesh(&path) && path.is_file() {
             files.push(path);
         }
@@ -179,11 +194,23 @@ mod tests {
     use super::*;
 
     fn request(path: &Path) -> Request {
-        Request { text: path.display().to_string(), recipe: 0 }
+        Request::new(path.display().to_string(), 0)
     }
 
     fn names(requests: &[Request], outputs: &Path) -> Vec<String> {
         list(requests, outputs).expect("inputs").into_iter().map(|input| input.name).collect()
+    }
+
+    #[test]
+    fn names_are_globs_or_what_they_are() {
+        let dir = tempfile::tempdir().expect("a folder");
+        fs::write(dir.path().join("x1.ply"), "").expect("a file");
+        let text = dir.path().join("x[1].ply").display().to_string();
+        let outputs = dir.path().join("out");
+        assert_eq!(names(&[Request::new(&text, 0)], &outputs), ["x1.ply"]);
+        assert_eq!(names(&[Request::literal(&text, 0)], &outputs), ["x[1].ply"]);
+        fs::write(&text, "").expect("a file");
+        assert_eq!(names(&[Request::new(&text, 0)], &outputs), ["x[1].ply"]);
     }
 
     #[test]
@@ -202,8 +229,12 @@ mod tests {
         assert_eq!(names(&[request(&root.join("*/x.ply"))], &outputs), ["a/x.ply", "b/x.ply"]);
         assert_eq!(names(&[request(&root.join("**/*"))], &outputs), ["a/deep/y.obj.gz", "a/x.ply", "b/x.ply"]);
         assert_eq!(names(&[request(&root.join("gone.ply"))], &outputs), ["gone.ply"]);
-        let sample = Request { text: "sample:part@5k".into(), recipe: 0 };
-        assert_eq!(names(&[sample], &outputs), ["part@5k"]);
+        assert_eq!(names(&[Request::new("sample:part@5k", 0)], &outputs), ["part@5k"]);
+        // Folders and globs agree on what is no input: what lies among the outputs, unless one searches there.
+        for (text, found) in [("out", "z.ply"), ("out/*", "z.ply"), ("a/x.ply", "x.ply"), ("a/x*", "x.ply")] {
+            assert_eq!(names(&[request(&root.join(text))], root), [found], "{text}");
+        }
+        assert!(list(&[request(root)], root).is_err() && list(&[request(&root.join("**/*"))], root).is_err());
         for wrong in [root.join("*.obj"), root.join("out"), PathBuf::from("sample:part@x"), root.join("***")] {
             assert!(matches!(list(&[request(&wrong)], &outputs), Err(Error::Parameter(_))), "{}", wrong.display());
         }

@@ -12,7 +12,9 @@ use std::sync::{Mutex, PoisonError};
 use serde::{Deserialize, Serialize};
 
 use super::failure::Reason;
+use super::plan::Shard;
 use crate::error::{Error, Result};
+use crate::metrics::{self, Spread};
 use crate::simplify::{Blocked, StopReason};
 
 /// A record: one level of one file. Fields are only ever added under this `schema`.
@@ -75,13 +77,52 @@ pub struct Made {
     pub warnings: Vec<String>,
 }
 
-/// An estimated deviation.
+/// How far a result is from the input.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Deviation {
     /// In model units.
     pub estimate: f64,
     /// As a fraction of the bounding box's diagonal.
     pub estimate_relative: f64,
+    /// Where it was measured.
+    pub measured: Option<Measured>,
+}
+
+impl Deviation {
+    /// What is estimated on a mesh of this diagonal, and measured if it was.
+    pub fn new(estimate: f64, diagonal: f64, measured: Option<&metrics::Deviation>) -> Self {
+        Self {
+            estimate,
+            estimate_relative: if diagonal > 0.0 { estimate / diagonal } else { 0.0 },
+            measured: measured.map(Measured::from),
+        }
+    }
+}
+
+/// The symmetric deviation of result and input.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Measured {
+    /// In model units: the Hausdorff distance.
+    pub max: f64,
+    /// The greater mean of both sides.
+    pub mean: f64,
+    /// The greater root mean square.
+    pub rms: f64,
+    /// As fractions of the bounding box's diagonal.
+    pub max_relative: f64,
+    /// The mean.
+    pub mean_relative: f64,
+    /// The root mean square.
+    pub rms_relative: f64,
+}
+
+impl From<&metrics::Deviation> for Measured {
+    fn from(deviation: &metrics::Deviation) -> Self {
+        let Spread { max, mean, rms } = deviation.symmetric();
+        let relative = |length: f64| if deviation.diagonal > 0.0 { length / deviation.diagonal } else { 0.0 };
+        let [max_relative, mean_relative, rms_relative] = [max, mean, rms].map(relative);
+        Self { max, mean, rms, max_relative, mean_relative, rms_relative }
+    }
 }
 
 /// Wall-clock seconds of a file; reading and solving are of all its levels together.
@@ -93,6 +134,8 @@ pub struct Seconds {
     pub solve: f64,
     /// Writing this level.
     pub write: f64,
+    /// Measuring it.
+    pub measure: f64,
 }
 
 /// Whether a level is done.
@@ -188,25 +231,12 @@ pub(super) fn ledgers(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut paths = Vec::new();
     for entry in entries {
         let entry = entry.map_err(failed)?;
-        if is_ledger(&entry.file_name().to_string_lossy()) {
+        if Shard::of_ledger(&entry.file_name().to_string_lossy()).is_some() {
             paths.push(entry.path());
         }
     }
     paths.sort();
     Ok(paths)
-}
-
-/// `coarsen.jsonl`, `coarsen-2-of-3.jsonl`.
-fn is_ledger(name: &str) -> bool {
-    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-    match name.strip_prefix("coarsen").and_then(|rest| rest.strip_suffix(".jsonl")) {
-        Some("") => true,
-        Some(shard) => shard
-            .strip_prefix('-')
-            .and_then(|shard| shard.split_once("-of-"))
-            .is_some_and(|(number, count)| is_number(number) && is_number(count)),
-        None => false,
-    }
 }
 
 /// A file of records, open at its end.

@@ -9,7 +9,7 @@ use super::plan::Plan;
 use crate::error::{Error, Result};
 use crate::formats::is_temporary_of;
 
-/// Removes the temporary files of the outputs of `plan`, which no run is writing now: those of other shards, and whatever else
+/// Removes the temporary files of the outputs of `plan`, which is locked, so that no run is writing them: those of other shards, and whatever else
 /// is there, stays.
 ///
 /// # Errors

@@ -10,13 +10,15 @@
 //! - a record says done only of an output that has its hash; a run that goes on checks that of input and output, the options
 //!   and the version, and does again what does not agree;
 //! - what is written depends on a file and its recipe alone: not on the order, the threads, the device, the shards, or the
-//!   files beside it, failures and panics included.
+//!   files beside it, failures and panics included;
+//! - one process at a time works on a file: shards are locked while they are at work.
 
 mod estimate;
 mod failure;
 mod input;
 mod ledger;
 mod leftovers;
+mod lock;
 mod pattern;
 mod plan;
 mod schedule;
@@ -32,14 +34,15 @@ use crate::backend::Device;
 use crate::error::{Error, Result};
 use crate::simplify::{Progress, simplify_levels};
 
-pub use estimate::{BYTES_ALWAYS, bytes_needed};
+pub use estimate::{BYTES_ALWAYS, bytes_needed, bytes_of_levels};
 pub use failure::{Failure, Reason};
 pub use input::{Input, Origin, Request, list};
-pub use ledger::{Deviation, Hash, Made, Record, Seconds, Status};
+pub use ledger::{Deviation, Hash, Made, Measured, Record, Seconds, Status};
 pub use pattern::{Pattern, Words};
 pub use plan::{Job, Plan, Recipe, Shard};
 
 use ledger::{Known, Ledger, ledgers};
+use lock::Lock;
 use schedule::Schedule;
 use worker::{Shop, Solve};
 
@@ -121,8 +124,8 @@ pub struct Summary {
 /// A file that fails is in the summary and stops no other; neither does one whose work panics.
 ///
 /// # Errors
-/// [`Error::Write`] where the folder cannot be made or its records cannot be opened, and where something is there already
-/// that is neither to be resumed nor replaced; [`Error::Read`] for records that cannot be read; [`Error::Device`] when threads
+/// [`Error::Write`] where the folder cannot be made or its records cannot be opened, where another process is at work on
+/// them, and where something is there already that is neither to be resumed nor replaced; [`Error::Read`] for records that cannot be read; [`Error::Device`] when threads
 /// cannot be started.
 pub fn run(plan: &Plan, device: &Device, options: &Options, observe: &Observe<'_>) -> Result<Summary> {
     run_with(plan, device, options, observe, &simplify_levels)
@@ -132,6 +135,7 @@ pub fn run(plan: &Plan, device: &Device, options: &Options, observe: &Observe<'_
 fn run_with(plan: &Plan, device: &Device, options: &Options, observe: &Observe<'_>, solve: &Solve) -> Result<Summary> {
     let folder = plan.folder();
     fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.to_path_buf(), source })?;
+    let _lock = Lock::take(plan)?;
     let known = if options.resume { Known::read(folder)? } else { Known::default() };
     // Without a record there is nothing to go on with: what is there is somebody else's.
     if !options.overwrite && (!options.resume || ledgers(folder)?.is_empty()) {

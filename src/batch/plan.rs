@@ -8,8 +8,10 @@ use std::time::Duration;
 use super::estimate;
 use super::input::{self, Input, Origin, Request};
 use super::pattern::Pattern;
+use crate::contract::{self, Weighting};
 use crate::error::{Error, Result};
-use crate::formats::{Format, WriteOptions};
+use crate::formats::{Format, Weights, WriteOptions};
+use crate::metrics;
 use crate::progressive::sum_of_bytes;
 use crate::simplify::{Budget, Method};
 
@@ -18,6 +20,8 @@ use crate::simplify::{Budget, Method};
 pub struct Recipe {
     /// How to simplify.
     pub method: Method,
+    /// What the vertices count, where that is no matter of the method alone: for contraction.
+    pub weights: Option<Weights>,
     /// When to stop, a level each, from fine to coarse.
     pub budgets: Vec<Budget>,
     /// How to write.
@@ -26,13 +30,40 @@ pub struct Recipe {
     pub pattern: Pattern,
     /// How long a file may take; no end without it.
     pub timeout: Option<Duration>,
+    /// How to measure what is written against the input, if at all; what was done before is not.
+    pub measure: Option<metrics::Options>,
 }
 
 impl Recipe {
-    /// A sum of all that decides about the bytes of the outputs.
-    pub(super) fn fingerprint(&self) -> u64 {
-        let Self { method, budgets, writing, pattern: _, timeout: _ } = self;
-        sum_of_bytes(format!("{method:?} {budgets:?} {writing:?}").as_bytes())
+    /// A sum of all that decides about the bytes of the outputs, but the input.
+    ///
+    /// # Errors
+    /// [`Error::Read`] for a file of weights that cannot be read.
+    pub(super) fn fingerprint(&self) -> Result<u64> {
+        let Self { method, budgets, writing, weights, pattern: _, timeout: _, measure: _ } = self;
+        let mut text = format!("{method:?} {budgets:?} {writing:?}").into_bytes();
+        match weights {
+            Some(Weights::Property(name)) => text.extend_from_slice(name.as_bytes()),
+            Some(Weights::File(path)) => {
+                text.extend(fs::read(path).map_err(|source| Error::Read { path: path.clone(), source })?);
+            }
+            None => {}
+        }
+        Ok(sum_of_bytes(&text))
+    }
+
+    /// The method with its weights, some of which are in the content of the input.
+    ///
+    /// # Errors
+    /// Those of [`Weights::read`].
+    pub(super) fn weighted(&self, content: Option<(&[u8], Format)>) -> Result<Method> {
+        match (&self.weights, &self.method) {
+            (Some(weights), Method::Contract(options)) => {
+                let weighting = Weighting::Given(weights.read(content)?.into());
+                Ok(Method::Contract(contract::Options { weighting, ..options.clone() }))
+            }
+            _ => Ok(self.method.clone()),
+        }
     }
 }
 
@@ -74,6 +105,25 @@ impl Shard {
             Self { index, count } => format!("coarsen-{}-of-{count}.jsonl", index + 1),
         }
     }
+
+    /// The shard whose file of records has this name.
+    pub(super) fn of_ledger(name: &str) -> Option<Self> {
+        let shard = name.strip_prefix("coarsen")?.strip_suffix(".jsonl")?;
+        if shard.is_empty() {
+            return Some(Self::WHOLE);
+        }
+        let (number, count) = shard.strip_prefix('-')?.split_once("-of-")?;
+        Self::new(number.parse().ok()?, count.parse().ok()?).ok()
+    }
+
+    /// Whether an input can be in both: some number is the `index`-th of each when counted off by their `count`.
+    pub(super) fn may_share(self, other: Self) -> bool {
+        let (mut a, mut b) = (self.count, other.count);
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        self.index % a == other.index % a
+    }
 }
 
 /// An input and its outputs.
@@ -85,6 +135,8 @@ pub struct Job {
     pub outputs: Vec<String>,
     /// Faces that the input is estimated to have, by its size.
     pub faces: u64,
+    /// Bytes of levels that wait for others, at most.
+    pub(super) bytes_kept: u64,
 }
 
 /// A run: what to do and where it goes.
@@ -113,7 +165,8 @@ impl Plan {
                 return Err(Error::Parameter(format!("no recipe {} for '{}'", input.recipe, input.name)));
             };
             let outputs = outputs(&input, recipe)?;
-            jobs.push(Job { faces: estimate::faces(&input), input, outputs });
+            let bytes_kept = estimate::bytes_of_levels(estimate::most_faces(&input), &recipe.budgets);
+            jobs.push(Job { faces: estimate::faces(&input), bytes_kept, input, outputs });
         }
         check_names(&jobs, folder)?;
         jobs.retain(|job| shard.holds(&job.input.name));
@@ -197,11 +250,13 @@ mod tests {
             writing: WriteOptions::default(),
             pattern,
             timeout: None,
+            weights: None,
+            measure: None,
         }
     }
 
     fn requests(texts: &[&str]) -> Vec<Request> {
-        texts.iter().map(|text| Request { text: (*text).into(), recipe: 0 }).collect()
+        texts.iter().map(|&text| Request::new(text, 0)).collect()
     }
 
     #[test]
@@ -259,16 +314,37 @@ mod tests {
             (Shard::WHOLE.ledger_name(), shards[1].ledger_name()),
             ("coarsen.jsonl".into(), "coarsen-2-of-3.jsonl".into())
         );
+        for shard in [Shard::WHOLE, shards[1]] {
+            assert_eq!(Shard::of_ledger(&shard.ledger_name()), Some(shard));
+        }
+        for other in ["coarsen-x.jsonl", "coarsen-4-of-3.jsonl", "coarsen-1-of-.jsonl", "x.jsonl", "coarsen.json"] {
+            assert_eq!(Shard::of_ledger(other), None, "{other}");
+        }
     }
 
     #[test]
     fn a_fingerprint_is_of_what_decides_about_the_bytes() {
         let half = recipe(Pattern::for_levels(1), &[Budget::keep(0.5)]);
-        let sum = half.fingerprint();
+        let sum = half.fingerprint().ok();
         let timed = Recipe { timeout: Some(Duration::from_secs(1)), pattern: Pattern::for_levels(2), ..half.clone() };
-        assert_eq!(timed.fingerprint(), sum);
-        assert_ne!(Recipe { budgets: vec![Budget::keep(0.25)], ..half.clone() }.fingerprint(), sum);
-        assert_ne!(Recipe { writing: WriteOptions { ascii: true }, ..half.clone() }.fingerprint(), sum);
-        assert_ne!(Recipe { method: Method::Cluster(Default::default()), ..half }.fingerprint(), sum);
+        let measured = Recipe { measure: Some(metrics::Options::default()), ..timed };
+        assert_eq!(measured.fingerprint().ok(), sum);
+        let dir = tempfile::tempdir().expect("a folder");
+        let path = dir.path().join("weights.txt");
+        fs::write(&path, "1\n2\n").expect("a file");
+        let weighted = Recipe { weights: Some(Weights::File(path.clone())), ..half.clone() };
+        let of_file = weighted.fingerprint().ok();
+        fs::write(&path, "1\n3\n").expect("a file");
+        assert_ne!(weighted.fingerprint().ok(), of_file);
+        fs::remove_file(&path).expect("a file gone");
+        assert!(weighted.fingerprint().is_err());
+        for other in [
+            Recipe { budgets: vec![Budget::keep(0.25)], ..half.clone() },
+            Recipe { writing: WriteOptions { ascii: true }, ..half.clone() },
+            Recipe { weights: Some(Weights::Property("saliency".into())), ..half.clone() },
+            Recipe { method: Method::Cluster(Default::default()), ..half },
+        ] {
+            assert_ne!(other.fingerprint().ok(), sum, "{other:?}");
+        }
     }
 }

@@ -138,7 +138,7 @@ impl Schedule {
     /// Memory for a file before its faces are known.
     fn bytes_before(&self, job: &Job) -> u64 {
         let faces = estimate::most_faces(&job.input);
-        job.input.bytes + estimate::bytes_needed(faces, self.is_for_gpu(faces))
+        job.input.size.stored + estimate::bytes_needed(faces, self.is_for_gpu(faces)) + job.bytes_kept
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -187,6 +187,7 @@ mod tests {
 
     use super::super::input::{Input, Origin};
     use super::*;
+    use crate::formats::FileSize;
 
     /// Binary STL, whose size tells its faces exactly.
     fn jobs(faces: &[u64]) -> Vec<Job> {
@@ -194,11 +195,12 @@ mod tests {
             input: Input {
                 origin: Origin::File(format!("{i}.stl").into()),
                 name: format!("{i}.stl"),
-                bytes: faces * 50,
+                size: FileSize { stored: faces * 50, unpacked: None },
                 recipe: 0,
             },
             outputs: vec![format!("{i}.stl")],
             faces,
+            bytes_kept: 0,
         };
         faces.iter().enumerate().map(job).collect()
     }

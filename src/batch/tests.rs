@@ -32,11 +32,13 @@ fn recipe() -> Recipe {
         writing: WriteOptions::default(),
         pattern: Pattern::for_levels(2),
         timeout: None,
+        weights: None,
+        measure: None,
     }
 }
 
 fn plan(dir: &Path, out: &str, recipe: Recipe, shard: Shard) -> Plan {
-    let requests = [Request { text: dir.join("in").display().to_string(), recipe: 0 }];
+    let requests = [Request::new(dir.join("in").display().to_string(), 0)];
     Plan::new(&requests, vec![recipe], &dir.join(out), shard).expect("a plan")
 }
 
@@ -46,14 +48,14 @@ fn go(plan: &Plan, options: Options) -> Summary {
     run(plan, &Device::cpu(2).expect("threads"), &options, &|_| ControlFlow::Continue(())).expect("a run")
 }
 
-/// The files in `out` but the records, with their bytes.
+/// The files in `out` but the records and locks, with their bytes.
 fn contents(dir: &Path, out: &str) -> BTreeMap<String, Vec<u8>> {
     fn collect(root: &Path, folder: &Path, found: &mut BTreeMap<String, Vec<u8>>) {
         for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
             let path = entry.path();
             if path.is_dir() {
                 collect(root, &path, found);
-            } else if path.extension().is_none_or(|extension| extension != "jsonl") {
+            } else if path.extension().is_none_or(|kind| kind != "jsonl" && kind != "lock") {
                 let name = path.strip_prefix(root).expect("inside").display().to_string();
                 found.insert(name, fs::read(&path).expect("a file"));
             }
@@ -208,7 +210,7 @@ fn files_that_cannot_be_done_are_told_by_reason_and_stop_no_other() {
 #[test]
 fn memory_and_time_are_limits_of_each_file() {
     let dir = folder();
-    let limit = BYTES_ALWAYS + bytes_needed(1500, false);
+    let limit = BYTES_ALWAYS + bytes_needed(1500, false) + bytes_of_levels(1500, &recipe().budgets);
     let options = Options { memory_limit: Some(limit), ..Options::default() };
     let summary = go(&plan(dir.path(), "memory", recipe(), Shard::WHOLE), options);
     assert_eq!((summary.done, summary.reasons()), (2, vec![(Reason::Memory, 3)]));
@@ -256,7 +258,7 @@ fn an_earlier_run_is_neither_replaced_nor_resumed_unasked() {
 #[test]
 fn a_lost_device_changes_no_byte() {
     let dir = tempfile::tempdir().expect("a folder");
-    let requests = ["sample:statue@120k", "sample:part@5k"].map(|text| Request { text: text.into(), recipe: 0 });
+    let requests = ["sample:statue@120k", "sample:part@5k"].map(|text| Request::new(text, 0));
     let go = |out: &str, device: &Device| {
         let plan = Plan::new(&requests, vec![recipe()], &dir.path().join(out), Shard::WHOLE).expect("a plan");
         let lose = |event: Event<'_>| {

@@ -16,8 +16,9 @@ use super::schedule::{Lease, Schedule};
 use super::{Ended, Observe};
 use crate::backend::Device;
 use crate::error::{Error, Result};
-use crate::formats::{self, Compression, Format};
+use crate::formats::{self, Format};
 use crate::mesh::{Mesh, samples};
+use crate::metrics;
 use crate::progressive::sum_of_bytes;
 use crate::simplify::{Budget, Method, OnProgress, Outcome, Progress, StopReason};
 
@@ -48,7 +49,7 @@ impl Shop<'_> {
     /// Works on one file; `thread` is the lane's own device of one thread.
     pub fn work(&self, job: &Job, lease: &mut Lease<'_>, thread: &Device) -> std::result::Result<Ended, Failure> {
         let recipe = self.plan.recipe(job);
-        let options = Hash(recipe.fingerprint());
+        let options = Hash(recipe.fingerprint()?);
         self.check_reading(job)?;
         let (stored, mut read) = timed(|| stored(job));
         let Stored { bytes, hash } = stored?;
@@ -57,13 +58,12 @@ impl Shop<'_> {
         }
 
         let cores = self.schedule.cores(false);
-        let (mesh, parse) = timed(|| thread.install(|| parse(&job.input.origin, &bytes)));
-        drop(bytes);
-        let mesh = mesh?;
+        let (parsed, parse) = timed(|| thread.install(|| self.parse(job, bytes)));
+        let (mesh, method) = parsed?;
         read += parse;
         let faces = mesh.faces.len() as u64;
         let is_for_gpu = self.schedule.is_for_gpu(faces);
-        let needed = estimate::bytes_needed(faces, is_for_gpu);
+        let needed = estimate::bytes_needed(faces, is_for_gpu) + estimate::bytes_of_levels(faces, &recipe.budgets);
         self.check_memory(faces, needed)?;
         lease.correct(faces, needed);
 
@@ -75,7 +75,7 @@ impl Shop<'_> {
             cores
         };
         let device = if is_wide { self.device } else { thread };
-        let (outcomes, solve) = timed(|| self.solve(job, &mesh, device, recipe.timeout, read));
+        let (outcomes, solve) = timed(|| self.solve(job, (&mesh, &method), device, recipe.timeout, read));
         drop(cores);
         let Some(outcomes) = outcomes? else { return Ok(Ended::Dropped) };
 
@@ -83,7 +83,7 @@ impl Shop<'_> {
         for (level, outcome) in outcomes.iter().enumerate() {
             let path = self.plan.folder().join(&job.outputs[level]);
             let (output_hash, write) = timed(|| device.install(|| self.write(&outcome.mesh, &path, recipe.writing)));
-            let seconds = Seconds { read, solve, write };
+            let seconds = Seconds { read, solve, write, measure: 0.0 };
             records.push(Record {
                 status: Status::Done,
                 input_hash: Some(hash),
@@ -91,6 +91,17 @@ impl Shop<'_> {
                 made: Some(made(&mesh, outcome, &recipe.budgets[level], seconds)),
                 ..blank(job, level, options)
             });
+        }
+        if let Some(options) = &recipe.measure {
+            let _cores = self.schedule.cores(is_wide);
+            for (record, outcome) in records.iter_mut().zip(&outcomes) {
+                let (measured, seconds) = timed(|| metrics::deviation(&mesh, &outcome.mesh, options, device));
+                let measured = measured?;
+                record.made.iter_mut().for_each(|made| {
+                    made.error.measured = Some((&measured).into());
+                    made.seconds.measure = seconds;
+                });
+            }
         }
         self.sync_folders(job)?;
         self.ledger.append(&records)?;
@@ -112,7 +123,8 @@ impl Shop<'_> {
 
     /// Writes down that a file failed, a record a level.
     pub fn note(&self, job: &Job, failure: &Failure) -> Result<()> {
-        let options = Hash(self.plan.recipe(job).fingerprint());
+        // That of a failure is never looked at.
+        let options = Hash(self.plan.recipe(job).fingerprint().unwrap_or_default());
         let record = |level| Record { failure: Some(failure.clone()), ..blank(job, level, options) };
         self.ledger.append(&(0..job.outputs.len()).map(record).collect::<Vec<_>>())
     }
@@ -130,7 +142,8 @@ impl Shop<'_> {
 
     /// Refuses a file that does not fit the memory while it is read, before it is; what may be done already is read to tell.
     fn check_reading(&self, job: &Job) -> std::result::Result<(), Failure> {
-        let needed = estimate::bytes_to_read(job.input.bytes) + estimate::BYTES_ALWAYS;
+        let size = job.input.size;
+        let needed = size.bytes_to_read() + estimate::BYTES_ALWAYS;
         match self.memory_limit {
             Some(limit) if needed > limit && !job.outputs.iter().all(|output| self.known.mentions(output)) => {
                 let [needed, limit] = [needed, limit].map(|bytes| bytes.div_ceil(1 << 20));
@@ -139,6 +152,28 @@ impl Shop<'_> {
             }
             _ => Ok(()),
         }
+    }
+
+    /// The mesh of an input's bytes, which go as soon as they can, and the method with the weights that it lacks.
+    fn parse(&self, job: &Job, stored: Vec<u8>) -> Result<(Mesh, Method)> {
+        let recipe = self.plan.recipe(job);
+        let Origin::File(path) = &job.input.origin else {
+            let text = String::from_utf8_lossy(&stored);
+            let missing = || Error::Parameter(format!("'{text}' is no sample"));
+            let (name, faces) = samples::parse_sample(&text).ok_or_else(missing)?;
+            return Ok((samples::sample(name, faces)?, recipe.weighted(None)?));
+        };
+        let (format, compression) = Format::from_path(path)?;
+        let fixed = estimate::BYTES_ALWAYS + stored.len() as u64;
+        let most = self.memory_limit.map_or(u64::MAX, |limit| limit.saturating_sub(fixed) / 5 * 2);
+        let content = match formats::unpack(&stored, format, compression, most)? {
+            Some(content) => {
+                drop(stored);
+                content
+            }
+            None => stored,
+        };
+        Ok((formats::read_bytes(&content, format)?, recipe.weighted(Some((&content, format)))?))
     }
 
     fn check_memory(&self, faces: u64, needed: u64) -> std::result::Result<(), Failure> {
@@ -157,19 +192,18 @@ impl Shop<'_> {
     fn solve(
         &self,
         job: &Job,
-        mesh: &Mesh,
+        (mesh, method): (&Mesh, &Method),
         device: &Device,
         timeout: Option<Duration>,
         read: f64,
     ) -> std::result::Result<Option<Vec<Outcome>>, Failure> {
-        let recipe = self.plan.recipe(job);
         let clock = Instant::now();
         let is_late = || timeout.is_some_and(|timeout| read + clock.elapsed().as_secs_f64() > timeout.as_secs_f64());
         let mut on_round = |progress: Progress| {
             let goes_on = (self.observe)(Event::Progress { job, progress });
             if is_late() { ControlFlow::Break(()) } else { goes_on }
         };
-        let outcomes = (self.solve)(mesh, &recipe.method, &recipe.budgets, device, Some(&mut on_round))?;
+        let outcomes = (self.solve)(mesh, method, &self.plan.recipe(job).budgets, device, Some(&mut on_round))?;
         match outcomes.iter().any(|outcome| outcome.stop == StopReason::Cancelled) {
             true if is_late() => {
                 let seconds = timeout.unwrap_or_default().as_secs_f64();
@@ -225,26 +259,11 @@ fn stored(job: &Job) -> Result<Stored> {
     Ok(Stored { hash: Hash(sum_of_bytes(&bytes)), bytes })
 }
 
-fn parse(origin: &Origin, bytes: &[u8]) -> Result<Mesh> {
-    match origin {
-        Origin::File(path) => match Format::from_path(path)? {
-            (format, Compression::None) => formats::read_bytes(bytes, format),
-            (format, compression) => formats::read_from(&mut &bytes[..], format, compression),
-        },
-        Origin::Sample(text) => {
-            let missing = || Error::Parameter(format!("'{text}' is no sample"));
-            let (name, faces) = samples::parse_sample(text).ok_or_else(missing)?;
-            samples::sample(name, faces)
-        }
-    }
-}
-
 fn hash_of(path: &Path) -> io::Result<Hash> {
     fs::read(path).map(|bytes| Hash(sum_of_bytes(&bytes)))
 }
 
 fn made(mesh: &Mesh, outcome: &Outcome, budget: &Budget, seconds: Seconds) -> Made {
-    let (diagonal, estimate) = (mesh.diagonal(), outcome.error_estimate);
     Made {
         device: outcome.device.clone(),
         faces_in: outcome.faces_in,
@@ -255,7 +274,7 @@ fn made(mesh: &Mesh, outcome: &Outcome, budget: &Budget, seconds: Seconds) -> Ma
         reached: budget.is_reached(outcome.stop),
         stop_reason: outcome.stop,
         blocked: outcome.blocked,
-        error: Deviation { estimate, estimate_relative: if diagonal > 0.0 { estimate / diagonal } else { 0.0 } },
+        error: Deviation::new(outcome.error_estimate, mesh.diagonal(), None),
         seconds,
         warnings: outcome.warnings.clone(),
     }

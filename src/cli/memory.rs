@@ -2,23 +2,47 @@
 
 use std::fmt;
 use std::fs;
+use std::path::Path;
 
+use coarsen::Budget;
+use coarsen::formats::FileSize;
 pub use coarsen::out_of_core::estimate;
+use coarsen::out_of_core::{BYTES_ALWAYS, bytes_of_levels};
 
 use super::Exit;
 use super::failure::refuse;
 
-/// Refuses a job that is estimated to need more than `limit`.
+/// Refuses a job that is estimated to need more than `limit`, its levels included.
 ///
 /// # Errors
 /// The estimate beside the limit.
-pub fn check(faces: usize, on_gpu: bool, limit: Option<u64>) -> anyhow::Result<()> {
-    let estimate = estimate(faces, on_gpu);
+pub fn check(faces: usize, budgets: &[Budget], on_gpu: bool, limit: Option<u64>) -> anyhow::Result<()> {
+    let need = estimate(faces, on_gpu) + bytes_of_levels(faces as u64, budgets);
+    refuse_above(limit, need, || match budgets.len() {
+        0 | 1 => format!("{faces} faces need"),
+        levels => format!("{faces} faces and {levels} levels of them need"),
+    })
+}
+
+/// Refuses a compressed file whose content alone needs more than `limit`, as far as it tells.
+///
+/// # Errors
+/// As [`check`].
+pub fn check_reading(path: &Path, limit: Option<u64>) -> anyhow::Result<()> {
+    let size = FileSize::of(path);
+    match size.unpacked {
+        Some(_) => {
+            refuse_above(limit, BYTES_ALWAYS + size.bytes_to_read(), || format!("reading '{}' takes", path.display()))
+        }
+        None => Ok(()),
+    }
+}
+
+fn refuse_above(limit: Option<u64>, need: u64, what: impl FnOnce() -> String) -> anyhow::Result<()> {
     match limit {
-        Some(limit) if estimate > limit => {
-            let (need, limit) = (Size(estimate), Size(limit));
-            let message = format!("{faces} faces need about {need}, more than the memory limit of {limit}");
-            Err(refuse(Exit::Limit, message))
+        Some(limit) if need > limit => {
+            let (need, limit) = (Size(need), Size(limit));
+            Err(refuse(Exit::Limit, format!("{} about {need}, more than the memory limit of {limit}", what())))
         }
         _ => Ok(()),
     }
@@ -80,9 +104,16 @@ mod tests {
     #[test]
     fn a_limit_refuses_what_is_above_it() {
         let limit = Some(estimate(1_000_000, false));
-        assert!(check(1_000_000, false, limit).is_ok() && check(usize::MAX >> 20, true, None).is_ok());
-        assert!(check(1_000_000, true, limit).is_err());
-        let error = check(1_000_001, false, limit).expect_err("one face too many").to_string();
+        assert!(check(1_000_000, &[], false, limit).is_ok() && check(usize::MAX >> 20, &[], true, None).is_ok());
+        assert!(check(1_000_000, &[], true, limit).is_err());
+        let levels = [Budget::keep(0.5), Budget::keep(0.1)];
+        assert!(check(1_000_000, &levels[..1], false, limit).is_ok());
+        let error = check(1_000_000, &levels, false, limit).expect_err("one level too many").to_string();
+        assert_eq!(
+            error,
+            "1000000 faces and 2 levels of them need about 357.7 MiB, more than the memory limit of 338.7 MiB"
+        );
+        let error = check(1_000_001, &[], false, limit).expect_err("one face too many").to_string();
         assert_eq!(error, "1000001 faces need about 338.7 MiB, more than the memory limit of 338.7 MiB");
     }
 

@@ -7,34 +7,33 @@ use coarsen::{Method, cluster, contract};
 use super::Exit;
 use super::failure::refuse;
 use super::values::Weld;
-use super::{args, quadrics, regions, removal};
+use super::{args, quadrics, regions, removal, weights};
 
 /// What the arguments of a verb say of the method.
 #[derive(Debug)]
 pub struct Asked<'a> {
-    pub shape: &'a args::Shape,
-    pub removal: &'a args::Removal,
-    pub regions: &'a args::Regions,
+    pub how: &'a args::How,
     /// Cells of a grid, and whether there is an error limit: targets that say something of the method.
     pub grid: Option<u32>,
     pub by_error: bool,
     pub with_log: bool,
 }
 
-/// The method that the arguments name, with its options; features are found by `feature`.
+/// The method that the arguments name, with its options.
 ///
 /// # Errors
 /// Options of another method.
-pub fn method(asked: &Asked<'_>, feature: Feature) -> anyhow::Result<Method> {
-    let &Asked { shape, grid, with_log: log, .. } = asked;
-    let contract = contract(shape, feature);
+pub fn method(asked: &Asked<'_>) -> anyhow::Result<Method> {
+    let &Asked { how, grid, with_log: log, .. } = asked;
+    let args::How { shape, removal, regions, weights } = how;
+    let contract = contract(shape, weights::feature(weights));
     if shape.method != args::Method::Cluster && (grid.is_some() || shape.representative.is_some()) {
         return Err(refuse(Exit::Usage, "--grid and --representative are for --method cluster"));
     }
-    if shape.method != args::Method::Removal && removal::is_asked(asked.removal) {
+    if shape.method != args::Method::Removal && removal::is_asked(removal) {
         return Err(refuse(Exit::Usage, "--fill and --feature-angle are for --method removal"));
     }
-    if !shape.method.makes_regions() && regions::is_asked(asked.regions) {
+    if !shape.method.makes_regions() && regions::is_asked(regions) {
         return Err(refuse(Exit::Usage, "options of regions are for --method vsa, superface and coplanar"));
     }
     match shape.method {
@@ -51,9 +50,9 @@ pub fn method(asked: &Asked<'_>, feature: Feature) -> anyhow::Result<Method> {
             Err(refuse(Exit::Usage, "--write-log is for --method contract: nothing else contracts"))
         }
         args::Method::Coplanar | args::Method::Superface | args::Method::Vsa => {
-            regions::options(shape.method, asked.regions, asked.by_error, &contract)
+            regions::options(shape.method, regions, asked.by_error, &contract)
         }
-        args::Method::Removal => removal::options(asked.removal, &contract).map(Method::Removal),
+        args::Method::Removal => removal::options(removal, &contract).map(Method::Removal),
         args::Method::Cluster => {
             let flips = contract.flips;
             if contract != (contract::Options { flips, ..contract::Options::default() }) {

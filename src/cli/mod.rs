@@ -30,6 +30,7 @@ mod simplify;
 mod sink;
 mod source;
 mod values;
+mod verbose;
 mod weights;
 
 use std::ffi::OsString;

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use coarsen::backend::KernelTime;
-use coarsen::metrics::Spread;
+use coarsen::batch::{Deviation, Measured};
 use coarsen::out_of_core::Pass;
 use coarsen::simplify::{Blocked, Outcome, Phases, RoundRecord};
 use coarsen::{Device, Mesh, Method, StopReason, contract, metrics, partition};
@@ -49,33 +49,11 @@ pub struct Record {
     error: Deviation,
     pub rounds: Vec<RoundRecord>,
     /// The time of every kernel on an adapter, with --verbose.
-    kernels: Vec<KernelTime>,
+    pub kernels: Vec<KernelTime>,
     seconds: Seconds,
     /// Bytes resident at most; null where the system does not tell.
     peak_memory: Option<u64>,
     pub warnings: Vec<String>,
-}
-
-/// How far a result is from the input.
-#[derive(Debug, Clone, Serialize)]
-pub struct Deviation {
-    /// In model units.
-    pub estimate: f64,
-    /// As a fraction of the bounding box's diagonal.
-    pub estimate_relative: f64,
-    /// With --measure.
-    pub measured: Option<Measured>,
-}
-
-impl Deviation {
-    /// What is estimated, and measured if it was.
-    pub fn new(estimate: f64, diagonal: f64, measured: Option<&metrics::Deviation>) -> Self {
-        Self {
-            estimate,
-            estimate_relative: if diagonal > 0.0 { estimate / diagonal } else { 0.0 },
-            measured: measured.map(Measured::from),
-        }
-    }
 }
 
 /// A run in parts.
@@ -153,28 +131,6 @@ impl From<contract::QuadricRecord> for Stored {
             deviation_bound: record.deviation_bound(),
             seconds: record.secs,
         }
-    }
-}
-
-/// The symmetric deviation of result and input.
-#[derive(Debug, Clone, Serialize)]
-pub struct Measured {
-    /// In model units: the Hausdorff distance, the greater mean of both sides, the greater root mean square.
-    pub max: f64,
-    mean: f64,
-    rms: f64,
-    /// As fractions of the bounding box's diagonal.
-    pub max_relative: f64,
-    mean_relative: f64,
-    pub rms_relative: f64,
-}
-
-impl From<&metrics::Deviation> for Measured {
-    fn from(deviation: &metrics::Deviation) -> Self {
-        let Spread { max, mean, rms } = deviation.symmetric();
-        let relative = |length: f64| if deviation.diagonal > 0.0 { length / deviation.diagonal } else { 0.0 };
-        let [max_relative, mean_relative, rms_relative] = [max, mean, rms].map(relative);
-        Self { max, mean, rms, max_relative, mean_relative, rms_relative }
     }
 }
 
@@ -273,42 +229,6 @@ impl Record {
             (None, None) => format!("{} faces are left and the error limit is not reached", self.faces_out),
         };
         format!("the target is not reached: {asked} (stop={}{reasons})", name(self.stop_reason))
-    }
-
-    /// The table of the rounds.
-    pub fn round_table(&self) -> String {
-        let mut table = format!(
-            "{:>5} {:>11} {:>11} {:>11} {:>11} {:>11} {:>9}  device",
-            "round", "faces", "pairs", "candidates", "contracted", "refused", "cost"
-        );
-        for (i, round) in self.rounds.iter().enumerate() {
-            let b = round.blocked;
-            let refused = b.border + b.lock + b.seam + b.link + b.flip + b.aspect + b.texture + b.error;
-            table += &format!(
-                "\n{:>5} {:>11} {:>11} {:>11} {:>11} {:>11} {:>9.2e}  {}",
-                i + 1,
-                round.faces,
-                round.pairs,
-                round.candidates,
-                round.contracted,
-                refused,
-                round.greatest_cost,
-                if round.on_gpu { "GPU" } else { "CPU" }
-            );
-        }
-        table
-    }
-
-    /// The table of the kernels, where they were timed.
-    pub fn kernel_table(&self) -> Option<String> {
-        if self.kernels.is_empty() {
-            return None;
-        }
-        let mut table = format!("{:<20} {:>5} {:>11}", "kernel", "runs", "ms");
-        for KernelTime { name, runs, ms } in &self.kernels {
-            table += &format!("\n{name:<20} {runs:>5} {ms:>11.3}");
-        }
-        Some(table)
     }
 }
 

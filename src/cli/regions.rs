@@ -165,14 +165,14 @@ pub fn are_reached(job: &Job, outcome: &Outcome) -> bool {
 pub fn check_files(args: &args::Simplify, source: Option<&Source>, sink: Option<&Sink>, problems: &mut Problems) {
     let args::RegionFiles { polygons, write_regions } = &args.region_files;
     for (name, is_given) in [("--polygons", *polygons), ("--write-regions", write_regions.is_some())] {
-        if is_given && !args.shape.method.makes_regions() {
+        if is_given && !args.how.shape.method.makes_regions() {
             problems.add(format!("{name} is for --method vsa, superface and coplanar: nothing else makes regions"));
         }
     }
-    if args.target.require_target && matches!(args.shape.method, args::Method::Superface | args::Method::Coplanar) {
+    if args.target.require_target && matches!(args.how.shape.method, args::Method::Superface | args::Method::Coplanar) {
         problems.add("--require-target is for methods that have a target: superface and coplanar have none");
     }
-    if *polygons && args.shape.flips > 0 {
+    if *polygons && args.how.shape.flips > 0 {
         problems.add("--polygons and --flips contradict each other: what is turned are edges inside polygons");
     }
     if let Some(format) = sink.and_then(Sink::format)
@@ -182,7 +182,7 @@ pub fn check_files(args: &args::Simplify, source: Option<&Source>, sink: Option<
         problems.add(format!("--polygons writes OBJ or PLY, not {}", format.name()));
     }
     let Some(file) = write_regions else { return };
-    if args.weights.write_feature.as_ref().is_some_and(|other| Path::new(other) == file) {
+    if args.feature_file.write_feature.as_ref().is_some_and(|other| Path::new(other) == file) {
         let name = file.display();
         problems.add(format!("--write-feature writes '{name}' as well: give --write-regions another name"));
     }
@@ -262,14 +262,12 @@ mod tests {
         let matches = args::command().try_get_matches_from(words)?;
         let Verb::Simplify(args) = Arguments::from_arg_matches(&matches)?.verb else { panic!("{line}") };
         let asked = method::Asked {
-            shape: &args.shape,
-            removal: &args.removal,
-            regions: &args.regions,
+            how: &args.how,
             grid: args.target.grid,
             by_error: args.target.error.is_some() || args.target.error_abs.is_some(),
             with_log: args.writing.write_log.is_some(),
         };
-        method::method(&asked, contract::Feature::default())
+        method::method(&asked)
     }
 
     fn with(by: By, triangulation: partition::Triangulation) -> Method {

@@ -33,7 +33,7 @@ pub struct Job {
 /// All that is wrong with them, one a line; the first decides the exit code.
 pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
     let mut problems = Problems::default();
-    let budget = problems.note(budget(&args.target, args.shape.method));
+    let budget = problems.note(budget(&args.target, args.how.shape.method));
     let pipes = [&args.input, &args.output].map(|name| name == "-");
     let format = problems.format(args.writing.format.as_deref(), pipes);
     if pipes[1] && args.writing.json {
@@ -65,10 +65,8 @@ pub fn simplify(args: &args::Simplify) -> anyhow::Result<Job> {
 /// The arguments that `simplify` shares with other verbs.
 pub fn shared(args: &args::Simplify) -> Shared<'_> {
     Shared {
-        shape: &args.shape,
-        removal: &args.removal,
-        regions: &args.regions,
-        weights: &args.weights,
+        how: &args.how,
+        feature_file: &args.feature_file,
         device: &args.device,
         writing: &args.writing,
         grid: args.target.grid,

@@ -6,9 +6,9 @@ use std::time::Instant;
 
 use coarsen::backend::{GpuOptions, Selector};
 use coarsen::contract::Feature;
-use coarsen::formats::WriteOptions;
+use coarsen::formats::{Weights, WriteOptions};
 use coarsen::simplify::OnProgress;
-use coarsen::{Device, Mesh, Method, metrics};
+use coarsen::{Budget, Device, Mesh, Method, metrics};
 
 use super::args::{self, Progress};
 use super::console::{self, Verbosity};
@@ -17,7 +17,6 @@ use super::method::Asked;
 use super::progress::Meter;
 use super::resolve::{Problems, check_beside, selector};
 use super::source::Source;
-use super::values::WeightSource;
 use super::{interrupt, memory, method, quadrics, weights};
 
 /// From where, how and on what to simplify, and what to say of it.
@@ -26,7 +25,7 @@ pub struct Setup {
     pub source: Source,
     pub method: Method,
     /// The weights that the method lacks yet.
-    pub weight: Option<WeightSource>,
+    pub weight: Option<Weights>,
     /// Where to write the feature degrees of the input, and how they are found.
     pub write_feature: Option<(PathBuf, Feature)>,
     selector: Selector,
@@ -45,10 +44,8 @@ pub struct Setup {
 /// The arguments that verbs share.
 #[derive(Debug, Clone, Copy)]
 pub struct Shared<'a> {
-    pub shape: &'a args::Shape,
-    pub removal: &'a args::Removal,
-    pub regions: &'a args::Regions,
-    pub weights: &'a args::Weights,
+    pub how: &'a args::How,
+    pub feature_file: &'a args::FeatureFile,
     pub device: &'a args::Device,
     pub writing: &'a args::Writing,
     /// Cells of a grid, and whether there is an error limit: targets that say something of the method.
@@ -59,10 +56,9 @@ pub struct Shared<'a> {
 impl Setup {
     /// Makes it of the arguments for `source`; what is written beside is to be none of `outputs`.
     pub fn new(args: Shared<'_>, source: Option<Source>, outputs: &[&Path], problems: &mut Problems) -> Option<Self> {
-        let Shared { shape, removal, regions, weights, device, writing, grid, by_error } = args;
-        let feature = weights::feature(weights);
-        let asked = Asked { shape, removal, regions, grid, by_error, with_log: writing.write_log.is_some() };
-        let method = problems.note(method::method(&asked, feature));
+        let Shared { how, feature_file, device, writing, grid, by_error } = args;
+        let asked = Asked { how, grid, by_error, with_log: writing.write_log.is_some() };
+        let method = problems.note(method::method(&asked));
         let selector = problems.note(selector(&device.device));
         if writing.quiet && writing.verbose {
             problems.add("--quiet and --verbose contradict each other");
@@ -71,21 +67,20 @@ impl Setup {
             problems.add("--quiet and --progress json contradict each other");
         }
         check_log(args, source.as_ref().and_then(Source::path), outputs, problems);
-        weights::check(args, source.as_ref(), problems);
-        quadrics::check(shape, problems);
+        weights::check(how, source.as_ref(), feature_file.write_feature.is_some(), problems);
+        quadrics::check(&how.shape, problems);
         let write_feature = weights::feature_sink(args, source.as_ref(), outputs, problems);
         Some(Self {
             source: source?,
             method: method?,
-            weight: weights.weight.clone(),
-            write_feature: write_feature.map(|path| (path, feature)),
+            weight: how.weights.weight.clone(),
+            write_feature: write_feature.map(|path| (path, weights::feature(&how.weights))),
             selector: selector?,
             threads: device.threads.into(),
             memory_limit: device.memory_limit,
             writing: WriteOptions { ascii: writing.ascii },
             log: writing.write_log.clone(),
-            measure: (writing.measure)
-                .then(|| metrics::Options { samples: writing.samples, ..metrics::Options::default() }),
+            measure: measure(&writing.measuring),
             json: writing.json,
             verbosity: match (writing.quiet, writing.verbose) {
                 (true, _) => Verbosity::Quiet,
@@ -111,8 +106,11 @@ impl Setup {
     /// it took.
     ///
     /// # Errors
-    /// As [`Source::read`].
+    /// As [`Source::read`], and a compressed file whose content is above the memory limit.
     pub fn read(&self, device: &Device) -> anyhow::Result<(Mesh, f64)> {
+        if let Some(path) = self.source.path() {
+            memory::check_reading(path, self.memory_limit)?;
+        }
         let (input, secs) = std::thread::scope(|scope| {
             if self.selector != Selector::Auto || self.source.is_large() {
                 // What fails here fails again in the run, which then tells.
@@ -126,11 +124,11 @@ impl Setup {
     /// The device, or the CPU where the limit is too low for an adapter.
     ///
     /// # Errors
-    /// A mesh that is estimated to need more memory than the limit.
-    pub fn within_limit(&self, input: &Mesh, device: Device) -> anyhow::Result<Device> {
+    /// A mesh that is estimated to need more memory than the limit on its way to the levels of `budgets`.
+    pub fn within_limit(&self, input: &Mesh, budgets: &[Budget], device: Device) -> anyhow::Result<Device> {
         let faces = input.faces.len();
-        memory::check(faces, false, self.memory_limit)?;
-        match memory::check(faces, device.is_gpu(), self.memory_limit) {
+        memory::check(faces, budgets, false, self.memory_limit)?;
+        match memory::check(faces, budgets, device.is_gpu(), self.memory_limit) {
             Ok(()) => Ok(device),
             Err(reason) => {
                 console::note(self.verbosity, &format!("the CPU does the work: on an adapter {reason}"));
@@ -156,6 +154,11 @@ impl Setup {
     }
 }
 
+/// Whether to measure, and how.
+pub fn measure(args: &args::Measuring) -> Option<metrics::Options> {
+    args.measure.then(|| metrics::Options { samples: args.samples, ..metrics::Options::default() })
+}
+
 /// Does `work`; also returns the seconds that it took.
 pub fn timed<R>(work: impl FnOnce() -> R) -> (R, f64) {
     let clock = Instant::now();
@@ -166,10 +169,10 @@ pub fn timed<R>(work: impl FnOnce() -> R) -> (R, f64) {
 /// Checks the file that the log goes to.
 fn check_log(args: Shared<'_>, input: Option<&Path>, outputs: &[&Path], problems: &mut Problems) {
     let Some(log) = &args.writing.write_log else { return };
-    if args.shape.fit > 0 {
+    if args.how.shape.fit > 0 {
         problems.add("--write-log and --fit contradict each other: fitted positions are in no record");
     }
-    if args.shape.flips > 0 {
+    if args.how.shape.flips > 0 {
         problems.add("--write-log and --flips contradict each other: turned edges are in no record");
     }
     check_beside("--write-log", log, input, outputs, args.writing.overwrite, problems);

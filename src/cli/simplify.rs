@@ -1,5 +1,6 @@
 //! `coarsen simplify`: read, simplify, write, tell.
 
+use std::slice;
 use std::time::Instant;
 
 use coarsen::metrics::deviation;
@@ -10,6 +11,7 @@ use super::failure::{at, refuse};
 use super::record::{Clocks, Record};
 use super::resolve::Job;
 use super::setup::timed;
+use super::verbose::{kernel_table, round_table};
 use super::{Exit, interrupt, parts, regions, weights};
 
 /// Runs the job.
@@ -25,7 +27,7 @@ pub fn run(job: Job) -> anyhow::Result<Exit> {
         return parts::run(&job, &input, &options, &device);
     }
     let (input, read) = setup.read(&device)?;
-    let device = setup.within_limit(&input, device)?;
+    let device = setup.within_limit(&input, slice::from_ref(&job.budget), device)?;
     let method = weights::method(setup)?;
     weights::write_features(setup, &input, &device)?;
     let (outcome, solve) =
@@ -63,8 +65,7 @@ pub fn tell(job: &Job, record: &Record) -> anyhow::Result<Exit> {
         console::print_json(record)?;
     }
     if job.setup.verbosity == Verbosity::Verbose {
-        let rounds = (!record.rounds.is_empty()).then(|| record.round_table());
-        rounds.into_iter().chain(record.kernel_table()).for_each(console::say);
+        [round_table(&record.rounds), kernel_table(&record.kernels)].into_iter().flatten().for_each(console::say);
     }
     if job.setup.verbosity > Verbosity::Quiet {
         console::say(record);

@@ -1,10 +1,10 @@
 //! Numbers as people write them on a command line: `20k`, `10%`, `8GiB`.
 
-use std::path::PathBuf;
 use std::time::Duration;
 
 use coarsen::batch::Shard;
 use coarsen::cluster::MOST_CELLS;
+use coarsen::formats::Weights;
 use coarsen::metrics::{Kinds, Options, View};
 
 /// A count: `20000`, `20_000`, `20k`, `1.5M`, `2G`.
@@ -179,22 +179,13 @@ pub fn shard(text: &str) -> Result<Shard, String> {
     shard.ok_or_else(|| "give I/N, such as 1/3, 2/3 or 3/3".into())
 }
 
-/// Where the weights of vertices come from.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum WeightSource {
-    /// A text file of one number a line.
-    File(PathBuf),
-    /// A number of the vertices of the input.
-    Property(String),
-}
-
 /// A file's name, or `ply:PROPERTY`.
-pub fn weight_source(text: &str) -> Result<WeightSource, String> {
+pub fn weight_source(text: &str) -> Result<Weights, String> {
     match text.strip_prefix("ply:") {
         _ if text.is_empty() => Err("give a file of one number a line, or ply:NAME".into()),
         Some("") => Err("give the property a name, such as ply:saliency".into()),
-        Some(name) => Ok(WeightSource::Property(name.into())),
-        None => Ok(WeightSource::File(text.into())),
+        Some(name) => Ok(Weights::Property(name.into())),
+        None => Ok(Weights::File(text.into())),
     }
 }
 
@@ -263,9 +254,9 @@ mod tests {
 
     #[test]
     fn weights_come_from_a_file_or_a_property() {
-        assert_eq!(weight_source("a.txt"), Ok(WeightSource::File("a.txt".into())));
-        assert_eq!(weight_source("./ply:x"), Ok(WeightSource::File("./ply:x".into())));
-        assert_eq!(weight_source("ply:saliency"), Ok(WeightSource::Property("saliency".into())));
+        assert_eq!(weight_source("a.txt"), Ok(Weights::File("a.txt".into())));
+        assert_eq!(weight_source("./ply:x"), Ok(Weights::File("./ply:x".into())));
+        assert_eq!(weight_source("ply:saliency"), Ok(Weights::Property("saliency".into())));
         assert!(weight_source("").is_err() && weight_source("ply:").is_err());
     }
 

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use coarsen::contract::{Feature, FeatureMode, Options, Update, Weighting, feature_degrees};
-use coarsen::formats::{self, Format};
+use coarsen::formats::{self, Format, Weights};
 use coarsen::report::heatmap;
 use coarsen::{Device, Mesh, Method};
 
@@ -13,7 +13,6 @@ use super::failure::{at, refuse};
 use super::resolve::{Problems, check_beside};
 use super::setup::{Setup, Shared};
 use super::source::Source;
-use super::values::WeightSource;
 
 /// λ of the mode `gated`: measured best with its gate.
 const GATED_LAMBDA: f32 = 16.0;
@@ -39,15 +38,15 @@ pub fn feature(args: &args::Weights) -> Feature {
     }
 }
 
-/// Notes what contradicts itself in the arguments.
-pub fn check(args: Shared<'_>, source: Option<&Source>, problems: &mut Problems) {
-    let weights = args.weights;
-    let is_feature = args.shape.method == args::Method::Feature;
+/// Notes what contradicts itself in the arguments, on the way to a file of features or not.
+pub fn check(how: &args::How, source: Option<&Source>, with_file: bool, problems: &mut Problems) {
+    let weights = &how.weights;
+    let is_feature = how.shape.method == args::Method::Feature;
     for (name, is_given) in [
         ("--feature-mode", weights.feature_mode.is_some()),
         ("--feature-lambda", weights.feature_lambda.is_some()),
         ("--feature-update", weights.feature_update.is_some()),
-        ("--feature-floor", weights.feature_floor.is_some() && weights.write_feature.is_none()),
+        ("--feature-floor", weights.feature_floor.is_some() && !with_file),
     ] {
         if is_given && !is_feature {
             problems.add(format!("{name} is for --method feature"));
@@ -61,7 +60,7 @@ pub fn check(args: Shared<'_>, source: Option<&Source>, problems: &mut Problems)
     if is_feature && weights.weight.is_some() {
         problems.add("--weight and --method feature contradict each other: both say what vertices count");
     }
-    if let (Some(WeightSource::Property(name)), Some(source)) = (&weights.weight, source)
+    if let (Some(Weights::Property(name)), Some(source)) = (&weights.weight, source)
         && !source.path().is_some_and(|path| Format::from_path(path).is_ok_and(|(format, _)| format == Format::Ply))
     {
         problems.add(format!("'ply:{name}' names numbers in the input, and '{source}' is no PLY file"));
@@ -75,7 +74,7 @@ pub fn feature_sink(
     outputs: &[&Path],
     problems: &mut Problems,
 ) -> Option<PathBuf> {
-    let name = args.weights.write_feature.as_ref()?;
+    let name = args.feature_file.write_feature.as_ref()?;
     let path = PathBuf::from(name);
     if !Format::from_path(&path).is_ok_and(|(format, _)| format == Format::Ply) {
         problems.add(format!("'{name}' is no PLY: give --write-feature a name that ends in .ply"));
@@ -95,11 +94,9 @@ pub fn method(setup: &Setup) -> anyhow::Result<Method> {
         return Ok(setup.method.clone());
     };
     let numbers = match (weight, setup.source.path()) {
-        (WeightSource::File(path), _) => formats::read_numbers(path).map_err(|error| at(path, error))?,
-        (WeightSource::Property(name), Some(path)) => {
-            formats::read_property(path, name).map_err(|error| at(path, error))?
-        }
-        (WeightSource::Property(name), None) => {
+        (Weights::File(path), _) => formats::read_numbers(path).map_err(|error| at(path, error))?,
+        (Weights::Property(name), Some(path)) => formats::read_property(path, name).map_err(|error| at(path, error))?,
+        (Weights::Property(name), None) => {
             return Err(refuse(Exit::Usage, format!("'ply:{name}' needs a PLY file as the input")));
         }
     };

@@ -74,7 +74,7 @@ pub struct Cancelled {
 }
 
 impl Committed {
-    /// Adds what was committed after it in the same round.
+    /// Adds what was committed after it, and beside it, in the same round.
     pub fn add(&mut self, other: Self) {
         self.contractions.extend(other.contractions);
         self.cancelled.extend(other.cancelled);
@@ -110,14 +110,14 @@ pub struct Committer {
     rules: Rules,
     deal: Deal,
     scratch: Vec<Candidate>,
-    /// Rounds so far: another order among ties in each.
-    round: u32,
+    /// Commits so far, of which a round may have several: another order among ties in each.
+    commits: u32,
 }
 
 impl Committer {
     /// For a run under these rules.
     pub fn new(rules: Rules) -> Self {
-        Self { rules, deal: Deal::default(), scratch: Vec::new(), round: 0 }
+        Self { rules, deal: Deal::default(), scratch: Vec::new(), commits: 0 }
     }
 
     /// Commits under another error limit, in the normalized frame, from here on.
@@ -150,8 +150,8 @@ impl Committer {
             };
             joining.extend(candidates.extract_if(.., joins_parts));
         }
-        let task = Task { rules: self.rules, of: quota.of, may_wait, round: self.round };
-        self.round += 1;
+        let task = Task { rules: self.rules, of: quota.of, may_wait, commit: self.commits };
+        self.commits += 1;
         let mut size = PATCH;
         while 2 * size <= surface.vertex_count && !candidates.is_empty() {
             // As many faces as on the inside: what fits the quota as such fits at any border.
@@ -161,7 +161,7 @@ impl Committer {
         }
         candidates.extend(joining);
         let clock = Instant::now();
-        sort(candidates, &mut self.scratch, self.round);
+        sort(candidates, &mut self.scratch, self.commits);
         let sorting = clock.elapsed();
         let mut work = Work { joins, ..Work::new(Patch::whole(surface, carried), task) };
         let quota = Quota { faces: quota.faces.saturating_sub(done.0.faces_removed), ..quota };
@@ -193,7 +193,7 @@ impl Committer {
                 let clock = Instant::now();
                 let mut own = Vec::with_capacity(deal.count(number));
                 deal.shares(number).for_each(|share| own.extend_from_slice(share));
-                sort(&mut own, &mut Vec::new(), task.round);
+                sort(&mut own, &mut Vec::new(), task.commit);
                 let sorting = clock.elapsed();
                 let most = (fitting as u128 * own.len() as u128 / total as u128) as usize;
                 patch.warm_up();
@@ -224,13 +224,13 @@ fn ends(candidate: Candidate, faces: &[Face], joins: &[[u32; 2]]) -> Option<[u32
     }
 }
 
-/// What is the same for all patches of a round.
+/// What is the same for all patches of a commit.
 #[derive(Debug, Clone, Copy)]
 struct Task {
     rules: Rules,
     of: Candidates,
     may_wait: bool,
-    round: u32,
+    commit: u32,
 }
 
 /// The contractions within one patch.

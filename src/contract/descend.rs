@@ -3,11 +3,11 @@
 use rayon::prelude::*;
 
 use crate::kernel::pairs::half_edge_corners;
-use crate::kernel::rows::Candidate;
-use crate::simplify::StopReason;
+use crate::kernel::rows::{BORDER, Candidate};
+use crate::simplify::{Blocked, StopReason};
 
 use super::commit::{Committed, Quota, Spent};
-use super::driver::{FULL, Run};
+use super::driver::{FULL, Run, WIDER, is_meager};
 use super::levels::Goal;
 
 /// Candidates for every contraction that a level on the way still needs. With four levels cost 5 % less time, and are 5 % off.
@@ -32,9 +32,12 @@ impl Run<'_> {
                 break;
             }
             let pool = self.candidates.clone();
-            let threshold = threshold(&pool, CHEAPEST_EACH * (left - target).div_ceil(2));
-            self.candidates.retain(|candidate| candidate.key <= threshold);
-            self.commit(left - target, &mut done);
+            self.commit_cheapest(&pool, left - target, &mut done);
+            if faces - done.0.faces_removed == target + 1 {
+                // Only a border pair removes one, whichever is there: another round would have to let every pair through.
+                self.candidates = self.at_free_ends(&pool).into_iter().filter(|c| self.is_border(c)).collect();
+                self.commit(1, &mut done);
+            }
             let left = faces - done.0.faces_removed;
             if left > target {
                 break;
@@ -47,13 +50,34 @@ impl Run<'_> {
         done
     }
 
+    /// Commits the cheapest of `pool`, about as many as `to_remove` faces need, and more where nearly all are refused: the
+    /// features of a part, which are the cheapest in every round.
+    fn commit_cheapest(&mut self, pool: &[Candidate], to_remove: usize, done: &mut (Committed, Spent)) {
+        let removed = done.0.faces_removed;
+        let mut wanted = CHEAPEST_EACH * to_remove.div_ceil(2);
+        self.candidates = pool.to_vec();
+        loop {
+            let threshold = threshold(pool, wanted);
+            self.candidates.retain(|candidate| candidate.key <= threshold);
+            let (tried, contracted) = (self.candidates.len(), done.0.contractions.len());
+            self.commit(to_remove - (done.0.faces_removed - removed), done);
+            let contracted = done.0.contractions.len() - contracted;
+            let is_met = done.0.faces_removed - removed + 1 >= to_remove;
+            if is_met || !is_meager(contracted, tried) || wanted >= pool.len() {
+                break;
+            }
+            wanted *= WIDER;
+            self.candidates = self.at_free_ends(pool);
+        }
+    }
+
     /// Commits the candidates until so many faces are removed.
     fn commit(&mut self, to_remove: usize, done: &mut (Committed, Spent)) {
         // With every pair let through and nothing contracted, there is no later round to wait for.
         let may_wait = self.widening < FULL;
         let may_overshoot = self.widening >= FULL || self.prepared.border_vertices == 0;
         let quota = Quota { faces: to_remove, of: self.of, may_overshoot };
-        self.tried += self.candidates.len();
+        self.tried = self.tried.max(self.candidates.len());
         let (carried, joins) = (&mut self.prepared.carried, self.joins.pairs());
         let before = self.recorder.as_ref().map(|_| carried.origin.clone());
         let (committed, spent) =
@@ -61,6 +85,8 @@ impl Run<'_> {
         if let (Some(recorder), Some(mut before)) = (&mut self.recorder, before) {
             recorder.record(&committed, &mut before, carried);
         }
+        // What the commits before refused was tried again, and counts once.
+        done.0.blocked = Blocked::default();
         done.0.add(committed);
         done.1.add(spent);
         self.deviation = self.deviation.max(done.0.deviation);
@@ -69,6 +95,13 @@ impl Run<'_> {
             round.blocked = done.0.blocked;
             round.greatest_cost = f32::from_bits(done.0.greatest_key);
         }
+    }
+
+    /// Whether both ends of a candidate are on a border.
+    fn is_border(&self, candidate: &Candidate) -> bool {
+        let positions = self.host.positions.host();
+        let [u, w, _] = half_edge_corners(candidate.half_edge, self.host.faces.host());
+        positions[u as usize].flags & positions[w as usize].flags & BORDER != 0
     }
 
     /// Those of `pool` whose ends the round has not contracted yet.

@@ -36,6 +36,8 @@ const SOFTWARE_HANDOVER: f64 = 0.5;
 const AUTO_FACES: usize = 100_000;
 /// A round that contracts less than this share of its candidates widens the gate of the next.
 const MEAGER: f64 = 0.05;
+/// How many times wider the gate is then.
+pub const WIDER: usize = 4;
 /// A gate this many times wider than usual lets every pair through.
 pub const FULL: f64 = 64.0;
 
@@ -74,7 +76,7 @@ pub fn run(
             continue;
         }
         if committed.contractions.is_empty() {
-            run.widening = FULL;
+            run.widen(goal);
         }
         let target = run.levels.last_target;
         let now = Progress { faces: run.host.face_count, faces_in: mesh.faces.len(), target };
@@ -116,7 +118,7 @@ pub struct Run<'a> {
     pub quadrics: Option<QuadricRecord>,
     handover_faces: usize,
     pub candidates: Vec<Candidate>,
-    /// How many of them the round's commits have had.
+    /// How many of them the round's commits have had at most.
     pub tried: usize,
     /// How many times wider than usual the gate is.
     pub widening: f64,
@@ -397,7 +399,9 @@ impl<'a> Run<'a> {
 
     /// What becomes candidates when so many faces live.
     fn gate(&self, faces: usize, target: usize) -> Gate {
-        if self.widening >= FULL {
+        // One face is a border pair's to remove, and there is seldom one among the cheapest few.
+        let is_odd = faces == target + 1 && self.of == Candidates::Pairs && self.prepared.border_vertices > 0;
+        if self.widening >= FULL || is_odd {
             return Gate::OPEN;
         }
         Gate::of_round(self.options.metric, self.of, faces, target, self.widening)
@@ -410,12 +414,25 @@ impl<'a> Run<'a> {
 
     /// Widens the gate after a round that mostly met refusals, narrows it again after a good one.
     fn adapt(&mut self, committed: &Committed) {
-        if (committed.contractions.len() as f64) < MEAGER * self.tried as f64 {
-            self.widening = (self.widening * 4.0).min(FULL);
+        if is_meager(committed.contractions.len(), self.tried) {
+            self.widening = (self.widening * WIDER as f64).min(FULL);
         } else {
-            self.widening = (self.widening / 4.0).max(1.0);
+            self.widening = (self.widening / WIDER as f64).max(1.0);
         }
     }
+
+    /// Widens the gate after a round that contracted nothing: for the last few faces, and where an error limit may be the
+    /// reason, to every pair at once. With many to remove that would contract what is far too dear.
+    fn widen(&mut self, goal: Goal) {
+        let are_few = self.host.face_count - goal.target <= 2 * self.tried;
+        let at_once = are_few || goal.max_deviation.is_finite();
+        self.widening = if at_once { FULL } else { (self.widening * WIDER as f64).min(FULL) };
+    }
+}
+
+/// Whether a commit contracted too few of what it tried.
+pub fn is_meager(contracted: usize, tried: usize) -> bool {
+    (contracted as f64) < MEAGER * tried as f64
 }
 
 /// The wall-clock seconds of a commit split as its tasks spent theirs: ordering, examining, contracting.

@@ -40,14 +40,17 @@ pub fn restore(input: &Mesh, frame: Frame, placed: Placed<'_>, carried: &Carried
         Face { a, b, c }
     };
     let faces_now: Vec<Face> = faces.par_iter().with_min_len(ROWS).map(now).collect();
-    let face_order = by_origin(face_origin, TURNED, input.faces.len(), |f| faces_now[f].is_live());
+    let face_order = || by_origin(face_origin, TURNED, input.faces.len(), |f| faces_now[f].is_live());
     let at = |v: u32| model_position(input, frame, origin[v as usize], positions[v as usize]);
     let in_order = |f: u32, [a, b, c]: [u32; 3]| {
         if face_origin[f as usize] & TURNED == 0 { [a, b, c] } else { [a, c, b] }
     };
     let Some(wedges) = &carried.wedges else {
-        let has_face = referenced(faces_now.iter().filter(|face| face.is_live()), positions.len());
-        let vertex_order = by_origin(origin, MOVED_FROM, input.positions.len(), |v| has_face[v]);
+        let vertices = || {
+            let has_face = referenced(faces_now.iter().filter(|face| face.is_live()), positions.len());
+            by_origin(origin, MOVED_FROM, input.positions.len(), |v| has_face[v])
+        };
+        let (vertex_order, face_order) = rayon::join(vertices, face_order);
         let mut new_vertex = vec![0; origin.len()];
         (0..).zip(&vertex_order).for_each(|(new, &old)| new_vertex[old as usize] = new);
         let corners = |&f: &u32| in_order(f, faces_now[f as usize].corners().map(|v| new_vertex[v as usize]));
@@ -59,6 +62,7 @@ pub fn restore(input: &Mesh, frame: Frame, placed: Placed<'_>, carried: &Carried
         let stays = |&v: &u32| if origin[v as usize] & MOVED_FROM == 0 { origin[v as usize] } else { MOVED };
         return (mesh, vertex_order.iter().map(stays).collect());
     };
+    let face_order = face_order();
     let split = Split::new(input, wedges, &faces_now, &face_order, origin);
     let corners = |&f: &u32| in_order(f, split.corners(f as usize));
     let texcoords = |&f: &u32| {

@@ -28,7 +28,7 @@ impl Deref for Content {
 /// Opens and decompresses `path`.
 pub(super) fn open(path: &Path, format: Format, compression: Compression) -> Result<Content> {
     let stored = map_or_read(path).map_err(|source| Error::Read { path: path.to_path_buf(), source })?;
-    Ok(match decompress(&stored, format, compression)? {
+    Ok(match decompress(&stored, format, compression, u64::MAX)? {
         Some(bytes) => Content::Owned(bytes),
         None => stored,
     })
@@ -59,8 +59,14 @@ const SNIFF_BYTES: u64 = 1 << 12;
 /// The decompressed bytes, or `None` when nothing is to be done.
 ///
 /// # Errors
-/// [`Error::Format`] with the offset, counted after decompression, where the compressed data breaks.
-pub(super) fn decompress(stored: &[u8], format: Format, compression: Compression) -> Result<Option<Vec<u8>>> {
+/// [`Error::Format`] with the offset, counted after decompression, where the compressed data breaks; [`Error::Limit`] for
+/// more than `most` bytes.
+pub(super) fn decompress(
+    stored: &[u8],
+    format: Format,
+    compression: Compression,
+    most: u64,
+) -> Result<Option<Vec<u8>>> {
     let (name, mut stream): (_, Box<dyn Read + '_>) = match compression {
         Compression::None => return Ok(None),
         Compression::Gzip => ("gzip", Box::new(flate2::read::MultiGzDecoder::new(stored))),
@@ -78,11 +84,16 @@ pub(super) fn decompress(stored: &[u8], format: Format, compression: Compression
         return Err(broken(&bytes, source));
     }
     check_content(&bytes, format)?;
-    if let Err(source) = stream.read_to_end(&mut bytes) {
+    // One more than allowed tells that there are more.
+    let room = most.saturating_sub(bytes.len() as u64).saturating_add(1);
+    if let Err(source) = stream.take(room).read_to_end(&mut bytes) {
         return Err(match source.kind() {
             io::ErrorKind::OutOfMemory => Error::Limit(format!("no memory for the decompressed file: {source}")),
             _ => broken(&bytes, source),
         });
+    }
+    if bytes.len() as u64 > most {
+        return Err(Error::Limit(format!("it holds more than the {most} bytes that fit the memory")));
     }
     Ok(Some(bytes))
 }

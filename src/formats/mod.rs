@@ -34,7 +34,9 @@ mod ply;
 mod polygon;
 mod property;
 mod scratch;
+mod size;
 mod stl;
+mod stream;
 mod text;
 
 use std::io::{self, Write};
@@ -47,9 +49,10 @@ use faces::Faces;
 pub use faces::{write_polygons, write_polygons_to};
 pub(crate) use output::is_temporary_of;
 pub use pieces::write_pieces;
-pub(crate) use ply::{Rows, Stream};
-pub use property::{read_numbers, read_property, write_with_property};
+pub use property::{Weights, read_numbers, read_property, write_with_property};
 pub(crate) use scratch::{Scratch, ScratchFile};
+pub use size::FileSize;
+pub(crate) use stream::{Rows, Stream};
 
 /// A mesh file format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -235,10 +238,19 @@ pub fn read_bytes(bytes: &[u8], format: Format) -> Result<Mesh> {
 pub fn read_from(stream: &mut dyn io::Read, format: Format, compression: Compression) -> Result<Mesh> {
     let mut bytes = Vec::new();
     stream.read_to_end(&mut bytes).map_err(|source| Error::Read { path: PathBuf::from("-"), source })?;
-    match input::decompress(&bytes, format, compression)? {
+    match unpack(&bytes, format, compression, u64::MAX)? {
         Some(content) => read_bytes(&content, format),
         None => read_bytes(&bytes, format),
     }
+}
+
+/// The content of a compressed file of these bytes; none where it is not compressed.
+///
+/// # Errors
+/// [`Error::Format`] where the compressed data breaks or its beginning is no mesh; [`Error::Limit`] when there are more bytes
+/// than `most`, of which no more are unpacked.
+pub fn unpack(stored: &[u8], format: Format, compression: Compression, most: u64) -> Result<Option<Vec<u8>>> {
+    input::decompress(stored, format, compression, most)
 }
 
 /// How to write.

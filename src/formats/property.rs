@@ -1,12 +1,40 @@
 //! Numbers at vertices that a mesh does not carry: a property of a PLY file, or a list of one number a line.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::faces::Faces;
 use super::text::{Lines, Rows};
 use super::{Format, WriteOptions, input, output, ply};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+
+/// Where a number for each vertex of a mesh comes from, such as what it counts.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Weights {
+    /// A text file of one number a line.
+    File(PathBuf),
+    /// A property of the vertices of the mesh's own file, a PLY.
+    Property(String),
+}
+
+impl Weights {
+    /// Reads them; `content` is that of the mesh's own file, if it has one.
+    ///
+    /// # Errors
+    /// Those of [`read_numbers`] and [`read_property`].
+    pub fn read(&self, content: Option<(&[u8], Format)>) -> Result<Vec<f32>> {
+        let numbers = match (self, content) {
+            (Self::File(path), _) => read_numbers(path)?,
+            (Self::Property(name), Some((content, Format::Ply))) => ply::read_property(content, name)?,
+            (Self::Property(name), _) => {
+                return Err(Error::Unsupported(format!(
+                    "'ply:{name}' names numbers in the input, and that is no PLY file"
+                )));
+            }
+        };
+        Ok(numbers.into_iter().map(|number| number as f32).collect())
+    }
+}
 
 /// Reads the property `name` of the vertices of the PLY file at `path`, as it is stored.
 ///

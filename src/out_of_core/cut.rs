@@ -190,6 +190,11 @@ impl Cut {
         *start = end;
     }
 
+    /// Lets go which cell every vertex is in: faces and vertices have no part after that.
+    pub fn forget_cells(&mut self) {
+        self.cell_of = Vec::new();
+    }
+
     pub fn part_count(&self) -> usize {
         self.parts.len()
     }

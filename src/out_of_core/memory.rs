@@ -1,6 +1,7 @@
 //! How much memory a run takes, and how large its parts may be.
 
 use crate::error::{Error, Result};
+use crate::simplify::Budget;
 
 /// Bytes a face that a run needs at its peak on the CPU, reading and writing included: 205 to 285 were measured on a
 /// million faces, by format.
@@ -8,6 +9,8 @@ const CPU_BYTES_PER_FACE: u64 = 288;
 /// The same with an adapter, whose buffers may lie in the same memory: 470 were measured on software Vulkan. Parts count with
 /// it on every device, for what a part is decides the result.
 const GPU_BYTES_PER_FACE: u64 = 512;
+/// Bytes a face of a level that waits for the others: its corners, and half a vertex with normal, color and origin.
+const LEVEL_BYTES_PER_FACE: u64 = 40;
 /// Bytes of the program itself, its threads, a driver, and buffers of fixed size.
 pub const BYTES_ALWAYS: u64 = 64 << 20;
 /// Rows on their way from and to files.
@@ -30,6 +33,17 @@ const AIM: f64 = 0.8;
 /// [`BYTES_ALWAYS`].
 pub fn bytes_needed(faces: u64, on_gpu: bool) -> u64 {
     faces.saturating_mul(if on_gpu { GPU_BYTES_PER_FACE } else { CPU_BYTES_PER_FACE })
+}
+
+/// The bytes that levels of a mesh of `faces` faces take until the coarsest is there, beside [`bytes_needed`], where that is
+/// not counted. One with only an error limit may keep them all.
+pub fn bytes_of_levels(faces: u64, budgets: &[Budget]) -> u64 {
+    let kept = |budget: &Budget| match budget.target_faces(faces as usize) {
+        Ok(target) if budget.counts_faces() => (target as u64).min(faces),
+        _ => faces,
+    };
+    let all = || budgets.iter().map(kept);
+    (all().sum::<u64>() - all().min().unwrap_or(0)).saturating_mul(LEVEL_BYTES_PER_FACE)
 }
 
 /// The bytes that a run of `faces` faces in one piece is estimated to need, with the program itself.
@@ -89,6 +103,14 @@ mod tests {
             assert!(room.part_faces as u64 >= LEAST_PART && room.whole_faces as f64 >= 1.5 * target as f64, "{room:?}");
             assert!(Room::new(least - 1, vertices, target).is_err());
         }
+    }
+
+    #[test]
+    fn levels_that_wait_are_counted() {
+        let bytes = |budgets: &[Budget]| bytes_of_levels(1000, budgets);
+        assert_eq!((bytes(&[]), bytes(&[Budget::keep(0.5)])), (0, 0));
+        assert_eq!(bytes(&[Budget::keep(0.5), Budget::faces(100), Budget::faces(10)]), 600 * LEVEL_BYTES_PER_FACE);
+        assert_eq!(bytes(&[Budget::error(0.1), Budget::faces(9999), Budget::keep(0.1)]), 2000 * LEVEL_BYTES_PER_FACE);
     }
 
     #[test]

@@ -68,7 +68,7 @@ pub fn run(
     progress: &mut OnProgress<'_>,
 ) -> Result<Option<(Stream, Pass)>> {
     let clock = Instant::now();
-    let cut = Cut::new(stream, survey, task.number, task.most_faces)?;
+    let mut cut = Cut::new(stream, survey, task.number, task.most_faces)?;
     let mut frozen = Marks::new(stream.vertex_count());
     let spill = Spill::new(stream, &cut, task.scratch, &mut frozen)?;
     if task.options.weld.is_some() {
@@ -86,6 +86,8 @@ pub fn run(
         let Some(limit) = samples.limit(share, task.options, task.device, now, progress)? else { return Ok(None) };
         error_limit = limit.max(survey.extent() * ROUNDING).min(error_limit);
     }
+    // The room for parts does not count it.
+    cut.forget_cells();
     let cut_seconds = clock.elapsed().as_secs_f64();
 
     let mut error_estimate = 0.0_f64;

@@ -23,7 +23,7 @@ fn inputs(dir: &Dir, count: usize, faces: usize) {
     }
 }
 
-/// The files below `folder`, temporary ones and records left out, with their bytes.
+/// The files below `folder`, temporary ones, records and locks left out, with their bytes.
 fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     let mut folders = vec![folder.to_path_buf()];
@@ -31,7 +31,7 @@ fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         for path in fs::read_dir(inner).into_iter().flatten().flatten().map(|entry| entry.path()) {
             if path.is_dir() {
                 folders.push(path);
-            } else if !path.extension().is_some_and(|extension| extension == "jsonl" || extension == "tmp") {
+            } else if !path.extension().is_some_and(|kind| kind == "jsonl" || kind == "tmp" || kind == "lock") {
                 let name = path.strip_prefix(folder).expect("inside").display().to_string();
                 found.insert(name, fs::read(&path).expect("a file"));
             }
@@ -148,6 +148,55 @@ fn a_manifest_has_options_of_its_own_for_each_file() {
 }
 
 #[test]
+fn weights_and_measures_are_those_of_a_run_of_its_own() {
+    let dir = Dir::new();
+    fs::create_dir(dir.path("in")).expect("a folder");
+    dir.run("simplify sample:part@3k in/0.ply -r 90% --write-feature in/weighed.ply -q").succeeds();
+    fs::rename(dir.path("in/weighed.ply"), dir.path("in/1.ply")).expect("a file to move");
+    let weights =
+        (0..formats::read(&dir.path("in/0.ply")).expect("a mesh").positions.len()).map(|i| format!("{}\n", i % 7 + 1));
+    dir.file("w.txt", weights.collect::<String>());
+    let lines = "{\"input\": \"in/0.ply\", \"weight\": \"w.txt\", \"measure\": true}\n\
+        {\"input\": \"in/1.ply\", \"weight\": \"ply:feature\"}\n";
+    dir.file("jobs.jsonl", lines);
+    dir.run("batch --manifest jobs.jsonl -d out -r 20% -g cpu -q").succeeds();
+    let told = dir.run("simplify in/0.ply one.ply -r 20% --weight w.txt --measure -g cpu -q --json").succeeds().json();
+    dir.run("simplify in/1.ply two.ply -r 20% --weight ply:feature -g cpu -q").succeeds();
+    for (own, of_batch) in [("one.ply", "out/0.ply"), ("two.ply", "out/1.ply")] {
+        let [own, of_batch] = [own, of_batch].map(|name| fs::read(dir.path(name)).expect("a file"));
+        assert!(own == of_batch);
+    }
+    let lines = records(&dir.path("out/coarsen.jsonl"));
+    let line = |input: &str| lines.iter().find(|line| line["input"] == input).expect("a record");
+    assert_eq!(line("0.ply")["error"], told["error"]);
+    assert!(line("0.ply")["error"]["measured"]["rms"].as_f64().is_some_and(|rms| rms > 0.0));
+    assert!(line("1.ply")["error"]["measured"].is_null());
+
+    // Other weights are other options.
+    dir.file("w.txt", "1\n2\n");
+    let ran = dir.run("batch --manifest jobs.jsonl -d out -r 20% -g cpu --resume");
+    assert_eq!(ran.code, Some(9), "{}", ran.err);
+    assert!(ran.err.contains("options           1  0.ply: ") && ran.err.contains("1 done before"), "{}", ran.err);
+}
+
+#[test]
+fn compressed_files_are_refused_by_what_they_hold() {
+    let dir = Dir::new();
+    fs::create_dir(dir.path("in")).expect("a folder");
+    let mesh = sample("statue", Some(200_000)).expect("a sample");
+    formats::write(&mesh, &dir.path("in/a.obj.gz"), &WriteOptions::default()).expect("a file");
+    formats::write(&mesh, &dir.path("in/b.obj.zst"), &WriteOptions::default()).expect("a file");
+    let ran = batch(&dir, "out", "--memory-limit 80MiB");
+    assert_eq!(ran.code, Some(9), "{}", ran.err);
+    for part in ["'a.obj.gz': reading it takes about", "'b.obj.zst': limit: it holds more than", "memory            2"]
+    {
+        assert!(ran.err.contains(part), "{part} is not in {}", ran.err);
+    }
+    let refused = dir.run("simplify in/a.obj.gz out.ply -r 10% --memory-limit 80MiB");
+    refused.fails(6, &["reading 'in/a.obj.gz' takes about", "more than the memory limit of 80 MiB"]);
+}
+
+#[test]
 fn progress_is_told_as_lines_of_json() {
     let dir = Dir::new();
     inputs(&dir, 3, 1000);
@@ -176,6 +225,28 @@ fn shards_write_together_what_one_run_writes_and_know_of_each_other() {
     assert!(dir.path("out/coarsen-3-of-3.jsonl").exists() && !dir.path("out/coarsen.jsonl").exists());
     let told = batch(&dir, "out", "--resume --json").succeeds().json();
     assert_eq!((&told["done"], &told["skipped"]), (&0.into(), &7.into()));
+}
+
+#[test]
+fn a_shard_has_one_process_at_a_time_and_is_free_when_that_is_killed() {
+    let dir = Dir::new();
+    inputs(&dir, 3, 1000);
+    let mut command = dir.command("batch sample:statue@2M -d out -r 50%,10% -g cpu -q --shard 1/1");
+    let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the program");
+    let lock = dir.path("out/.coarsen.jsonl.lock");
+    while !fs::read_to_string(&lock).is_ok_and(|text| text.contains("process")) {
+        thread::sleep(Duration::from_millis(1));
+    }
+    let who = format!("process {}", child.id());
+    let refused = ["cannot write 'out/coarsen.jsonl'", &who, "wait for it, or end it"];
+    batch(&dir, "out", "--resume").fails(8, &refused);
+    batch(&dir, "out", "-w").fails(8, &refused);
+    // It would write what the other does.
+    batch(&dir, "out", "--shard 2/3").fails(8, &["'out/coarsen-2-of-3.jsonl'", &who, "at work on 'coarsen.jsonl'"]);
+    assert!(contents(&dir.path("out")).is_empty() && child.try_wait().expect("a state").is_none());
+    child.kill().expect("a process to kill");
+    child.wait().expect("its end");
+    batch(&dir, "out", "--resume").succeeds();
 }
 
 /// A number below `end`, the same in every run.

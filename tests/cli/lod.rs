@@ -34,6 +34,19 @@ fn every_level_is_a_file() {
 }
 
 #[test]
+fn verbose_tells_rounds_once_where_there_is_one_run() {
+    let dir = Dir::new();
+    let told = |method: &str| {
+        let line = format!("lod sample:statue@2k out-{{level}}.ply --ratios 50%,10% -g cpu -v -w {method}");
+        dir.run(&line).succeeds().err
+    };
+    let (contract, removal) = (told(""), told("--method removal"));
+    assert_eq!(contract.matches("round       faces       pairs").count(), 1, "{contract}");
+    assert_eq!(removal.matches("round       faces       pairs").count(), 2, "{removal}");
+    assert!(removal.contains("level 2:\nround "), "{removal}");
+}
+
+#[test]
 fn a_chain_of_one_is_what_simplify_writes() {
     let dir = Dir::new();
     dir.run("lod sample:part@2k lod.ply -f 400 -g cpu").succeeds();

@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::Args;
 use coarsen::batch::Shard;
 
-use super::{Device, Progress, Regions, Removal, Shape};
+use super::{Device, How, Measuring, Progress};
 use crate::cli::values;
 
 /// Reduce many meshes in one run
@@ -19,6 +19,7 @@ use crate::cli::values;
     allow_negative_numbers = true,
     after_help = EXAMPLES,
     after_long_help = NOTES,
+    mut_arg("measure", |arg| arg.long_help(format!("Measure the result against the input\n\n{MEASURE_SENTENCES}"))),
     mut_arg("memory_limit", |arg| arg.help(MEMORY_HELP).long_help(format!("{MEMORY_HELP}\n\n{MEMORY_SENTENCES}")))
 )]
 pub struct Batch {
@@ -86,11 +87,9 @@ pub struct Each {
     #[command(flatten)]
     pub levels: Levels,
     #[command(flatten)]
-    pub shape: Shape,
+    pub how: How,
     #[command(flatten)]
-    pub removal: Removal,
-    #[command(flatten)]
-    pub regions: Regions,
+    pub measuring: Measuring,
 }
 
 #[derive(Debug, Args)]
@@ -171,8 +170,13 @@ pub struct Telling {
 const MEMORY_HELP: &str = "Stay within this memory: 8GiB";
 const MEMORY_SENTENCES: &str = "\
 Starts no file while those at work and it are estimated to need more than this together, and fails a file that needs more \
-by itself. The estimate is 64 MiB and 288 bytes for every face of an input, 512 on an adapter. Without the option three \
+by itself. The estimate is 64 MiB and 288 bytes for every face of an input, 512 on an adapter, and 40 for every face of its \
+levels but the coarsest. Without the option three \
 quarters of what is free, and no file fails for it.";
+
+const MEASURE_SENTENCES: &str = "\
+Measures how far every level is from its input, from both sides, as `coarsen compare` does, and tells it as 'error.measured' in \
+its record. With ten samples a face of the input that takes longer than the reduction. What --resume skips is not measured.";
 
 const EXAMPLES: &str = "\
 Examples:
@@ -186,9 +190,10 @@ All options in full sentences: coarsen batch --help";
 
 const NOTES: &str = "\
 Exit codes:
-  0  all files are done       8    folder or records not written
-  2  usage                    9    some files failed; the others are done
-  7  device missing           130  interrupted; --resume goes on
+  0  all files are done            7    device missing
+  2  usage                         8    folder or records not written
+  4  manifest, records unreadable  9    some files failed
+  5  unsupported extension         130  interrupted; --resume goes on
 
 Examples:
   coarsen batch sample:part@20k sample:terrain@20k -d out --ratios 50%,10%

@@ -4,14 +4,15 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Device, Regions, Removal, Shape, Weights, Writing};
+use super::{Device, FeatureFile, How, Writing};
 use crate::cli::values;
 
 /// Write a chain of levels of detail from one run
 ///
 /// Reduces a mesh to several levels in one run, each a beginning of the next coarser one's contractions, and writes them all,
-/// for little more than the coarsest costs alone. A level is as near as a run of its own, though not the same bytes. Methods
-/// that do not contract run once a level. Level 1 is the finest; the input itself is none, unless 100% asks for it.
+/// for little more than the coarsest costs alone, by errors for two to three times as much. A level is as near as a run of its
+/// own, though not the same bytes. Methods that do not contract run once a level. Level 1 is the finest; the input itself is
+/// none, unless 100% asks for it.
 #[derive(Debug, Args)]
 // A negative number reaches the option's own parser, which says what is wanted.
 #[command(
@@ -39,13 +40,9 @@ pub struct Lod {
     #[command(flatten)]
     pub screen: Screen,
     #[command(flatten)]
-    pub shape: Shape,
+    pub how: How,
     #[command(flatten)]
-    pub removal: Removal,
-    #[command(flatten)]
-    pub regions: Regions,
-    #[command(flatten)]
-    pub weights: Weights,
+    pub feature_file: FeatureFile,
     #[command(flatten)]
     pub device: Device,
     #[command(flatten)]
@@ -151,7 +148,7 @@ pub struct Screen {
 const MEMORY_HELP: &str = "Refuse jobs that need more memory: 8GiB";
 const MEMORY_SENTENCES: &str = "\
 Refuses the job with code 6, once the input is read, when it is estimated to need more memory than this: 64 MiB and 288 bytes for \
-every face of the input. On an adapter 512 bytes are needed for every face; where these are too many, the CPU does the work. Levels \
+every face of the input, and 40 for every face of the levels but the coarsest. On an adapter 512 bytes are needed for every face; where these are too many, the CPU does the work. Levels \
 are not made in parts.";
 
 const EXAMPLES: &str = "\

@@ -6,6 +6,7 @@ mod attributes;
 mod batch;
 mod bench;
 mod compare;
+mod how;
 mod lod;
 mod regions;
 mod removal;
@@ -23,6 +24,7 @@ pub use attributes::{Attributes, Dropped, Normals};
 pub use batch::{Batch, Each, Levels as BatchLevels};
 pub use bench::{Bench, Job as BenchJob};
 pub use compare::{Compare, Up};
+pub use how::{How, Measuring};
 pub use lod::{Levels, Lod, Screen};
 pub use regions::{RegionFiles, Regions, Solver, Triangulation};
 pub use removal::{Fill, Removal};
@@ -32,7 +34,7 @@ pub use simplify::{
     Candidates, Device, FlipBy, Method, Metric, Placement, Progress, QuadricFormat, QuadricFrame, Representative,
     Shape, Simplify, Target, Writing,
 };
-pub use weights::{FeatureMode, FeatureUpdate, Weights};
+pub use weights::{FeatureFile, FeatureMode, FeatureUpdate, Weights};
 
 /// Reduce triangle meshes, on the GPU or the CPU, with the same bytes on both.
 #[derive(Debug, Parser)]

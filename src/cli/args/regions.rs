@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 
 use crate::cli::values;
 
-#[derive(Debug, PartialEq, Args)]
+#[derive(Debug, Clone, PartialEq, Args)]
 #[command(next_help_heading = "Regions")]
 pub struct Regions {
     /// Angle within a flat region, in degrees

@@ -4,7 +4,7 @@ use clap::{Args, ValueEnum};
 
 use crate::cli::values;
 
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Vertex removal")]
 pub struct Removal {
     /// Fill: fan, ears, dynamic or exhaustive

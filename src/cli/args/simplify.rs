@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{Attributes, RegionFiles, Regions, Removal, Weights};
+use super::{Attributes, FeatureFile, How, Measuring, RegionFiles};
 use crate::cli::values::{self, Weld};
 
 /// Reduce the faces of a mesh
@@ -33,15 +33,11 @@ pub struct Simplify {
     #[command(flatten)]
     pub target: Target,
     #[command(flatten)]
-    pub shape: Shape,
-    #[command(flatten)]
-    pub removal: Removal,
-    #[command(flatten)]
-    pub regions: Regions,
+    pub how: How,
     #[command(flatten)]
     pub region_files: RegionFiles,
     #[command(flatten)]
-    pub weights: Weights,
+    pub feature_file: FeatureFile,
     #[command(flatten)]
     pub device: Device,
 
@@ -265,7 +261,7 @@ pub struct Device {
     /// Work in parts above this, or refuse: 8GiB
     ///
     /// Keeps the memory below this. A mesh that is estimated to need more, 64 MiB and 288 bytes for every face, is
-    /// simplified in parts where it is a binary PLY of triangles: parts are reduced to one error limit, put together
+    /// simplified in parts where it is a binary PLY of triangles or a binary STL: parts are reduced to one error limit, put together
     /// without cracks, and reduced as a whole to the target. The target must fit: 820 bytes for each of its faces. Any
     /// other job is refused with code 6, once the input is read. On an adapter 512 bytes are needed for every face; where
     /// these are too many, the CPU does the work. The result depends on the limit, and on no device or thread.
@@ -303,19 +299,8 @@ pub struct Writing {
     #[arg(long, value_name = "FILE")]
     pub write_log: Option<PathBuf>,
 
-    /// Measure the result against the input
-    ///
-    /// Measures how far the result is from the input, from both sides, as `coarsen compare` does, once the result is
-    /// written, and tells it in the summary and as 'error.measured' in the record. With ten samples a face of the input
-    /// that takes longer than the reduction: about six seconds for a million faces on two cores.
-    #[arg(long)]
-    pub measure: bool,
-
-    /// Samples for --measure: 500k
-    ///
-    /// How many random points --measure takes on the faces of each side. Without it ten times the faces of the input.
-    #[arg(long, value_name = "N", requires = "measure", value_parser = values::count)]
-    pub samples: Option<usize>,
+    #[command(flatten)]
+    pub measuring: Measuring,
 
     /// Print one JSON object on standard output
     ///

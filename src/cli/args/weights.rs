@@ -1,10 +1,11 @@
 //! What may be written about the weights of vertices.
 
 use clap::{Args, ValueEnum};
+use coarsen::formats;
 
-use crate::cli::values::{self, WeightSource};
+use crate::cli::values;
 
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Weights")]
 pub struct Weights {
     /// Weights: FILE, or ply:PROPERTY
@@ -13,7 +14,7 @@ pub struct Weights {
     /// 'ply:NAME' the number NAME that the vertices of the input, a PLY file, have. Only their ratios count; 0 lets a vertex
     /// go for nothing. (A file called ply:NAME is ./ply:NAME.)
     #[arg(long, value_name = "FILE", value_parser = values::weight_source)]
-    pub weight: Option<WeightSource>,
+    pub weight: Option<formats::Weights>,
 
     /// Features: affine, gated, contrast, entropy
     ///
@@ -43,7 +44,11 @@ pub struct Weights {
     /// the surface as it is then.
     #[arg(long, value_name = "NAME", value_enum, hide_possible_values = true)]
     pub feature_update: Option<FeatureUpdate>,
+}
 
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Weights")]
+pub struct FeatureFile {
     /// Write the feature degrees to a PLY
     ///
     /// Writes the input to this PLY file with the feature degree of every vertex, from 0 to 1, as its color and as the

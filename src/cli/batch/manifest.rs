@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Command, FromArgMatches};
 use coarsen::Error;
 use coarsen::batch::Recipe;
+use coarsen::formats::Weights;
 use serde_json::{Map, Value};
 
 use super::resolve::recipe;
@@ -39,6 +40,9 @@ pub fn read(path: &Path, line: &[OsString]) -> anyhow::Result<Vec<Entry>> {
     .collect()
 }
 
+/// The options that make a list of levels.
+const LEVELS: [&str; 2] = ["ratios", "faces"];
+
 struct Reader<'a> {
     folder: PathBuf,
     line: &'a [OsString],
@@ -67,7 +71,10 @@ impl Reader<'_> {
             true => input,
             false => self.folder.join(input).display().to_string(),
         };
-        let each = self.each(&fields)?;
+        let mut each = self.each(&fields)?;
+        if let (true, Some(Weights::File(path))) = (fields.contains_key("weight"), &mut each.how.weights.weight) {
+            *path = self.folder.join(&*path);
+        }
         Ok(Entry { input, recipe: recipe(&each)? })
     }
 
@@ -82,16 +89,22 @@ impl Reader<'_> {
             own.extend(words(&name, value)?);
         }
         let has = |names: &[&str]| fields.keys().any(|name| names.contains(&name.as_str()));
-        // What a line says of levels takes the place of the command line's.
-        let dropped: &[&str] = match (has(&["ratios", "ratio"]), has(&["faces"])) {
+        let says_levels = match (has(&["ratios", "ratio"]), has(&["faces"])) {
             (true, true) => return Err(refuse(Exit::Usage, "'ratios' and 'faces' contradict each other")),
-            (true, false) | (false, true) => &["--ratios", "--ratio", "-r", "--faces", "-f"],
-            (false, false) => &[],
+            (by_ratio, by_faces) => by_ratio || by_faces,
         };
-        let shared = without(self.line, dropped);
-        let end = shared.iter().position(|word| word == "--").unwrap_or(shared.len());
-        let words = shared[..end].iter().chain(&own).chain(&shared[end..]);
-        let command = self.command.clone().mut_subcommand("batch", |batch| batch.args_override_self(true));
+        let end = self.line.iter().position(|word| word == "--").unwrap_or(self.line.len());
+        let words = self.line[..end].iter().chain(&own).chain(&self.line[end..]);
+        let command = self.command.clone().mut_subcommand("batch", |batch| {
+            let batch = batch.args_override_self(true);
+            match says_levels {
+                // What a line says of levels takes the place of all that the command line says.
+                true => {
+                    LEVELS.iter().fold(batch, |batch, name| batch.mut_arg(name, |arg| arg.overrides_with_all(LEVELS)))
+                }
+                false => batch,
+            }
+        });
         let wrong = |error: clap::Error| {
             // The first line says what is wrong, the others how the command line is used.
             let text = error.render().to_string();
@@ -122,29 +135,10 @@ fn words(name: &str, value: &Value) -> anyhow::Result<Vec<OsString>> {
     Ok(vec![format!("--{name}={}", joined.ok_or_else(wrong)?).into()])
 }
 
-/// A command line without some options and their values.
-fn without(line: &[OsString], options: &[&str]) -> Vec<OsString> {
-    let mut kept = Vec::with_capacity(line.len());
-    let mut words = line.iter();
-    while let Some(word) = words.next() {
-        let text = word.to_string_lossy();
-        if options.contains(&text.as_ref()) {
-            words.next();
-            continue;
-        }
-        let holds = |option: &&str| match option.starts_with("--") {
-            true => text.strip_prefix(option).is_some_and(|rest| rest.starts_with('=')),
-            false => text.starts_with(option) && !text.starts_with("--"),
-        };
-        if !options.iter().any(holds) {
-            kept.push(word.clone());
-        }
-    }
-    kept
-}
-
 #[cfg(test)]
 mod tests {
+    use coarsen::Budget;
+
     use super::*;
 
     fn line(text: &str) -> Vec<OsString> {
@@ -170,7 +164,6 @@ mod tests {
             coarsen::Method::Contract(options) => options.clone(),
             other => panic!("{other:?}"),
         };
-        use coarsen::Budget;
         use coarsen::contract::Metric;
         assert_eq!(a.recipe.budgets, [Budget::keep(0.5), Budget::keep(0.1)]);
         assert_eq!(b.recipe.budgets, [Budget::faces(1000), Budget::faces(500)]);
@@ -200,11 +193,28 @@ mod tests {
     }
 
     #[test]
-    fn levels_of_the_command_line_are_taken_out_in_every_form() {
-        let options = ["--ratios", "--ratio", "-r", "--faces", "-f"];
-        for form in ["--ratios 5%", "--ratios=5%", "-r 5%", "-r5%", "--faces 3", "-f3", "--ratio=1"] {
-            assert_eq!(without(&line(&format!("a b {form} -d out")), &options), line("a b -d out"), "{form}");
+    fn levels_of_a_line_come_before_those_of_the_command_line_in_every_form() {
+        let manifest = "{\"input\": \"a.ply\"}\n{\"input\": \"b.ply\", \"faces\": [40, 30]}\n\
+            {\"input\": \"c.ply\", \"ratio\": 0.5}\n";
+        for form in
+            ["--ratios 5%", "--ratios=5%", "-r 5%", "-r5%", "-wr5%", "-qwr 5%", "--ratio=5%", "--faces 3", "-qf3"]
+        {
+            let entries = entries(&format!("coarsen batch --manifest m -d out {form}"), manifest).expect(form);
+            let budgets: Vec<&[Budget]> = entries.iter().map(|entry| &entry.recipe.budgets[..]).collect();
+            let own = if form.contains('f') { Budget::faces(3) } else { Budget::keep(0.05) };
+            assert_eq!(budgets[0], [own], "{form}");
+            assert_eq!(budgets[1..], [&[Budget::faces(40), Budget::faces(30)][..], &[Budget::keep(0.5)]], "{form}");
         }
-        assert_eq!(without(&line("a --resume -d out --faces-x"), &options), line("a --resume -d out --faces-x"));
+        let twice = entries("coarsen batch --manifest m -d out -r 50% -r 10%", manifest).expect("two levels");
+        assert_eq!(twice[0].recipe.budgets, [Budget::keep(0.5), Budget::keep(0.1)]);
+    }
+
+    #[test]
+    fn files_are_named_from_the_manifest_s_folder_and_are_no_globs() {
+        let row = "{\"input\": \"a[1].ply\", \"weight\": \"w.txt\"}";
+        let entries = entries("coarsen batch --manifest m -d out -r 50%", row).expect("an entry");
+        let folder = Path::new(&entries[0].input).parent().expect("a folder").to_path_buf();
+        assert!(entries[0].input.ends_with("a[1].ply") && folder.is_absolute());
+        assert_eq!(entries[0].recipe.weights, Some(Weights::File(folder.join("w.txt"))));
     }
 }

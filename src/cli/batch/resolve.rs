@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use coarsen::Budget;
 use coarsen::backend::Selector;
 use coarsen::batch::{Pattern, Recipe, Request, Shard};
-use coarsen::contract::Feature;
 use coarsen::formats::WriteOptions;
 
 use super::manifest;
@@ -15,7 +14,8 @@ use crate::cli::console::Verbosity;
 use crate::cli::failure::refuse;
 use crate::cli::method::{self, Asked};
 use crate::cli::resolve::{Problems, selector};
-use crate::cli::{Exit, quadrics};
+use crate::cli::setup::measure;
+use crate::cli::{Exit, quadrics, weights};
 
 /// Everything `batch` needs to know.
 #[derive(Debug)]
@@ -49,11 +49,11 @@ impl Job {
         let mut recipes = Vec::new();
         if !args.inputs.is_empty() {
             recipes.extend(problems.note(recipe(&args.each)));
-            requests.extend(args.inputs.iter().map(|text| Request { text: text.clone(), recipe: 0 }));
+            requests.extend(args.inputs.iter().map(|text| Request::new(text, 0)));
         }
         if let Some(path) = &args.files.manifest {
             for entry in problems.note(manifest::read(path, line)).into_iter().flatten() {
-                requests.push(Request { text: entry.input, recipe: recipes.len() });
+                requests.push(Request::literal(entry.input, recipes.len()));
                 recipes.push(entry.recipe);
             }
         }
@@ -81,12 +81,12 @@ impl Job {
 /// All that is wrong with them.
 pub fn recipe(each: &args::Each) -> anyhow::Result<Recipe> {
     let mut problems = Problems::default();
-    let args::Each { levels, shape, removal, regions } = each;
+    let args::Each { levels, how, measuring } = each;
     let by_error = levels.error.is_some() || levels.error_abs.is_some();
-    let asked = Asked { shape, removal, regions, grid: None, by_error, with_log: false };
-    let method = problems.note(method::method(&asked, Feature::default()));
-    quadrics::check(shape, &mut problems);
-    let budgets = problems.note(budgets(levels, shape.method));
+    let method = problems.note(method::method(&Asked { how, grid: None, by_error, with_log: false }));
+    weights::check(how, None, false, &mut problems);
+    quadrics::check(&how.shape, &mut problems);
+    let budgets = problems.note(budgets(levels, how.shape.method));
     let count = budgets.as_ref().map_or(1, Vec::len);
     let pattern = match &levels.pattern {
         Some(text) => problems.note(Pattern::new(text)),
@@ -95,10 +95,12 @@ pub fn recipe(each: &args::Each) -> anyhow::Result<Recipe> {
     match (method, budgets, pattern) {
         (Some(method), Some(budgets), Some(pattern)) if problems.is_empty() => Ok(Recipe {
             method,
+            weights: how.weights.weight.clone(),
             budgets,
             writing: WriteOptions { ascii: levels.ascii },
             pattern,
             timeout: levels.timeout,
+            measure: measure(measuring),
         }),
         _ => Err(problems.into_error()),
     }

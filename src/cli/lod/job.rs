@@ -126,10 +126,8 @@ impl Job {
             }
         }
         let shared = Shared {
-            shape: &shape(args),
-            removal: &args.removal,
-            regions: &args.regions,
-            weights: &args.weights,
+            how: &how(args),
+            feature_file: &args.feature_file,
             device: &args.device,
             writing: &args.writing,
             grid: None,
@@ -152,9 +150,10 @@ impl Job {
     }
 }
 
-/// The options of shape, with what levels of one list of vertices need.
-fn shape(args: &args::Lod) -> args::Shape {
-    let mut shape = args.shape.clone();
+/// How to simplify, with what levels of one list of vertices need.
+fn how(args: &args::Lod) -> args::How {
+    let mut how = args.how.clone();
+    let shape = &mut how.shape;
     if args.levels.shared_vertices {
         // Coordinates are of corners, not of vertices.
         shape.attributes.drop.push(args::Dropped::Uv);
@@ -162,7 +161,7 @@ fn shape(args: &args::Lod) -> args::Shape {
             shape.placement = shape.placement.or(Some(args::Placement::Endpoint));
         }
     }
-    shape
+    how
 }
 
 /// The budgets of the one list that is given.

@@ -9,11 +9,12 @@ use std::time::Instant;
 
 use coarsen::formats;
 use coarsen::metrics::{self, deviation};
-use coarsen::{Device, Mesh, Outcome, StopReason, simplify_levels};
+use coarsen::{Device, Mesh, Method, Outcome, StopReason, simplify_levels};
 
 use super::console::{self, Verbosity};
 use super::failure::{at, refuse};
 use super::setup::timed;
+use super::verbose::{kernel_table, round_table};
 use super::{Exit, interrupt, weights};
 pub use job::Job;
 use record::{Record, Seconds};
@@ -28,7 +29,7 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
     let setup = &job.setup;
     let device = setup.open()?;
     let (input, read) = setup.read(&device)?;
-    let device = setup.within_limit(&input, device)?;
+    let device = setup.within_limit(&input, &job.budgets, device)?;
     let method = weights::method(setup)?;
     weights::write_features(setup, &input, &device)?;
     let (outcomes, solve) =
@@ -46,7 +47,7 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
     if let Some(path) = &job.manifest {
         formats::write_file(path, &record.manifest(&input, &job.outputs, path)?)?;
     }
-    tell(job, &record)
+    tell(job, &record, &outcomes, &device)
 }
 
 /// Measures every level against the input, where that is asked for.
@@ -57,14 +58,28 @@ fn measure(job: &Job, input: &Mesh, outcomes: &[Outcome], device: &Device) -> an
     measured.map_err(|error| at(job.setup.source.to_string().as_ref(), error))
 }
 
+/// The tables of rounds and kernels: contraction has one run for all levels, other methods have one for each.
+fn tables(method: &Method, outcomes: &[Outcome], device: &Device) -> impl Iterator<Item = String> {
+    let one_run = matches!(method, Method::Contract(_));
+    let runs = if one_run { &outcomes[outcomes.len().saturating_sub(1)..] } else { outcomes };
+    let rounds = runs.iter().enumerate().filter_map(move |(number, outcome)| {
+        let table = round_table(&outcome.rounds)?;
+        Some(if one_run { table } else { format!("level {}:\n{table}", number + 1) })
+    });
+    rounds.chain(kernel_table(&device.kernel_times()))
+}
+
 /// Says what was done; a level that was required and missed is an error though all are written.
-fn tell(job: &Job, record: &Record) -> anyhow::Result<Exit> {
+fn tell(job: &Job, record: &Record, outcomes: &[Outcome], device: &Device) -> anyhow::Result<Exit> {
     let verbosity = job.setup.verbosity;
     for warning in &record.warnings {
         console::warning(verbosity, &format!("'{}': {warning}", job.setup.source));
     }
     if job.setup.json {
         console::print_json(record)?;
+    }
+    if verbosity == Verbosity::Verbose {
+        tables(&job.setup.method, outcomes, device).for_each(console::say);
     }
     if verbosity > Verbosity::Quiet {
         console::say(record);

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::path::{Component, Path, PathBuf};
 
+use coarsen::batch::Deviation;
 use coarsen::metrics::Deviation as Measurement;
 use coarsen::{Device, Mesh, Outcome, StopReason};
 use serde::Serialize;
@@ -10,7 +11,7 @@ use serde::Serialize;
 use super::job::{Job, Outputs, Screen};
 use super::write::Ranges;
 use crate::cli::memory;
-use crate::cli::record::{Deviation, blocked_by, driver, name, words_of};
+use crate::cli::record::{blocked_by, driver, name, words_of};
 
 /// A chain, as `--json` prints it. Fields are only ever added under this `schema`.
 #[derive(Debug, Serialize)]
@@ -168,7 +169,7 @@ impl Record {
             file: beside(outputs.of_level(level.level - 1)),
             faces: level.faces,
             vertices: level.vertices,
-            error: level.error.clone(),
+            error: level.error,
             switch_distance: level.switch_distance,
             indices: level.indices,
         };

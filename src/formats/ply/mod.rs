@@ -31,7 +31,7 @@ mod vertex;
 mod write;
 
 pub(super) use property::read_property;
-pub(crate) use stream::{Rows, Stream};
+pub(crate) use stream::Tables;
 pub(super) use write::write;
 
 use self::header::{Body, Header};

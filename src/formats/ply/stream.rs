@@ -1,9 +1,9 @@
-//! The tables of a binary PLY, read in pieces with buffers of fixed size: for meshes that do not fit the memory.
+//! The tables of a binary PLY, read in pieces.
 
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::Read;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use rayon::prelude::*;
 
@@ -13,16 +13,14 @@ use super::header::{Body, Element, Header, MOST_HEADER_BYTES, Role};
 use super::scalar::{Order, Scalar};
 use super::vertex::{VertexLayout, normal};
 use crate::error::{Error, Place, Result};
-use crate::formats::{Compression, Format, input};
+use crate::formats::stream::{LEAST_ROWS, Rows, Table, check_finite, refused};
+use crate::formats::{Format, input};
 use crate::math::DVec3;
 use crate::mesh::Mesh;
 
-/// Rows that a thread decodes at a time.
-const LEAST_ROWS: usize = 1 << 12;
-
-/// A binary PLY of triangles whose rows have one size.
+/// A binary PLY of triangles whose rows have one size: one side of [`Stream`](crate::formats::Stream), which says what each does.
 #[derive(Debug)]
-pub(crate) struct Stream {
+pub(crate) struct Tables {
     order: Order,
     vertices: Table,
     layout: VertexLayout,
@@ -33,45 +31,7 @@ pub(crate) struct Stream {
     has_face_colors: bool,
 }
 
-/// Rows of one size in a file.
-#[derive(Debug)]
-struct Table {
-    path: PathBuf,
-    file: File,
-    start: u64,
-    count: usize,
-    row_bytes: usize,
-}
-
-impl Table {
-    /// Reads these rows into `room`, which becomes as long.
-    fn read<'a>(&self, rows: Range<usize>, room: &'a mut Vec<u8>) -> Result<&'a [u8]> {
-        let at = self.place(rows.start);
-        room.resize(rows.len() * self.row_bytes, 0);
-        let mut file = &self.file;
-        match file.seek(SeekFrom::Start(at)).and_then(|_| file.read_exact(room)) {
-            Ok(()) => Ok(room),
-            Err(source) if source.kind() == io::ErrorKind::UnexpectedEof => {
-                let message = format!("the file ends before the {} rows that the header promises", self.count);
-                Err(Error::format(FORMAT, Place::Byte(at), message))
-            }
-            Err(source) => Err(Error::Read { path: self.path.clone(), source }),
-        }
-    }
-
-    /// Where a row starts, in bytes.
-    fn place(&self, row: usize) -> u64 {
-        self.start + row as u64 * self.row_bytes as u64
-    }
-}
-
-/// The rows that [`Stream::of_rows`] reads: doubles, then floats for normals and colors.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Rows {
-    pub normals: bool,
-    pub colors: bool,
-}
-
+/// Rows as [`Tables::of_rows`] reads them: doubles, then floats for normals and colors.
 impl Rows {
     fn header(self, vertices: usize, faces: usize) -> String {
         let names = |kind: &str, names: &str| -> String {
@@ -101,25 +61,10 @@ impl Rows {
     }
 }
 
-impl Stream {
-    /// Opens the file at `path` and reads its header.
-    ///
-    /// # Errors
-    /// [`Error::Unsupported`] for what cannot be read in pieces, and why; [`Error::Format`] and [`Error::Read`] as when it
-    /// is read at once.
-    pub(crate) fn open(path: &Path) -> Result<Self> {
-        let refused = |what: &str| Err(Error::Unsupported(format!("{what}: only binary PLY is read in pieces")));
-        match Format::from_path(path)? {
-            (Format::Ply, Compression::None) => {}
-            (Format::Ply, _) => return refused("a compressed file"),
-            (format, _) => return refused(&format!("a file of the format {}", format.name())),
-        }
+impl Tables {
+    /// Opens the file at `path`, of so many bytes, and reads its header.
+    pub(in crate::formats) fn open(path: &Path, file_bytes: u64) -> Result<Self> {
         let failed = |source| Error::Read { path: path.to_path_buf(), source };
-        let metadata = std::fs::metadata(path).map_err(failed)?;
-        if !metadata.is_file() {
-            return refused("what is no file");
-        }
-        let file_bytes = metadata.len();
         let open = || File::open(path).map_err(failed);
         let file = open()?;
         let mut head = Vec::new();
@@ -131,8 +76,7 @@ impl Stream {
         })
     }
 
-    /// The tables in two files of rows, which [`Rows`] made; `path` names them in errors.
-    pub(crate) fn of_rows(rows: Rows, path: &Path, files: [File; 2], counts: [usize; 2]) -> Result<Self> {
+    pub(in crate::formats) fn of_rows(rows: Rows, path: &Path, files: [File; 2], counts: [usize; 2]) -> Result<Self> {
         let header = Header::parse_start(rows.header(counts[0], counts[1]).as_bytes(), u64::MAX)?;
         let mut files = files.into_iter();
         Self::new(&header, |_, count, row_bytes| match files.next() {
@@ -142,7 +86,7 @@ impl Stream {
     }
 
     fn new(header: &Header, mut table: impl FnMut(u64, usize, usize) -> Result<Table>) -> Result<Self> {
-        let refused = |what: &str| Err(Error::Unsupported(format!("{what}: only binary PLY is read in pieces")));
+        let refused = |what| Err(refused(what));
         let Body::Binary(order) = header.body else { return refused("a PLY of text") };
         let mut start = header.body_start as u64;
         let (mut vertices, mut faces) = (None, None);
@@ -169,50 +113,43 @@ impl Stream {
         Ok(Self { order, vertices, layout, fields, faces, triangle, has_face_colors })
     }
 
-    pub(crate) fn vertex_count(&self) -> usize {
+    pub(in crate::formats) fn vertex_count(&self) -> usize {
         self.vertices.count
     }
 
-    pub(crate) fn face_count(&self) -> usize {
+    pub(in crate::formats) fn face_count(&self) -> usize {
         self.faces.count
     }
 
-    /// What a mesh made of these rows holds beside positions and faces.
-    pub(crate) fn rows(&self) -> Rows {
+    pub(in crate::formats) fn rows(&self) -> Rows {
         Rows { normals: self.layout.normal.is_some(), colors: self.layout.color.is_some() }
     }
 
-    /// Whether there are texture coordinates, and colors of faces: neither is read here.
-    pub(crate) fn leaves_out(&self) -> [bool; 2] {
+    pub(in crate::formats) fn leaves_out(&self) -> [bool; 2] {
         [self.triangle.texcoords.is_some() || self.layout.texcoord.is_some(), self.has_face_colors]
     }
 
-    /// The positions of these vertices, in the place of what `positions` holds; `room` is for bytes.
-    ///
-    /// # Errors
-    /// [`Error::Format`] where the file ends or a coordinate is not finite.
-    pub(crate) fn positions(&self, rows: Range<usize>, room: &mut Vec<u8>, positions: &mut Vec<DVec3>) -> Result<()> {
+    pub(in crate::formats) fn positions(
+        &self,
+        rows: Range<usize>,
+        room: &mut Vec<u8>,
+        positions: &mut Vec<DVec3>,
+    ) -> Result<()> {
         let first = rows.start;
-        let bytes = self.vertices.read(rows, room)?.par_chunks_exact(self.vertices.row_bytes);
+        let bytes = self.vertices.read(rows, room, FORMAT)?.par_chunks_exact(self.vertices.row_bytes);
         let position = |row: &[u8]| self.layout.position(|place| self.value(row, place));
         bytes.with_min_len(LEAST_ROWS).map(position).collect_into_vec(positions);
-        match positions.par_iter().with_min_len(LEAST_ROWS).position_first(|position| !position.is_finite()) {
-            None => Ok(()),
-            Some(at) => {
-                let (vertex, found) = (first + at, positions[at]);
-                let message = format!("found vertex {vertex} at {found}, expected finite coordinates");
-                Err(Error::format(FORMAT, Place::Byte(self.vertices.place(vertex)), message))
-            }
-        }
+        check_finite(positions, first, FORMAT, |vertex| self.vertices.place(vertex))
     }
 
-    /// Appends the vertices of these ascending numbers to `mesh`, which holds what [`Stream::rows`] says.
-    ///
-    /// # Errors
-    /// [`Error::Format`] where the file ends.
-    pub(crate) fn append_vertices(&self, wanted: &[u32], room: &mut Vec<u8>, mesh: &mut Mesh) -> Result<()> {
+    pub(in crate::formats) fn append_vertices(
+        &self,
+        wanted: &[u32],
+        room: &mut Vec<u8>,
+        mesh: &mut Mesh,
+    ) -> Result<()> {
         let (Some(&first), Some(&last)) = (wanted.first(), wanted.last()) else { return Ok(()) };
-        let bytes = self.vertices.read(first as usize..last as usize + 1, room)?;
+        let bytes = self.vertices.read(first as usize..last as usize + 1, room, FORMAT)?;
         let row_bytes = self.vertices.row_bytes;
         let rows = || wanted.iter().map(|&vertex| &bytes[(vertex - first) as usize * row_bytes..][..row_bytes]);
         mesh.positions.extend(rows().map(|row| self.layout.position(|place| self.value(row, place))));
@@ -225,13 +162,14 @@ impl Stream {
         Ok(())
     }
 
-    /// These faces, in the place of what `faces` holds; `room` is for bytes.
-    ///
-    /// # Errors
-    /// [`Error::Format`] where the file ends or a corner is no vertex, [`Error::Unsupported`] where a face is no triangle.
-    pub(crate) fn faces(&self, rows: Range<usize>, room: &mut Vec<u8>, faces: &mut Vec<[u32; 3]>) -> Result<()> {
+    pub(in crate::formats) fn faces(
+        &self,
+        rows: Range<usize>,
+        room: &mut Vec<u8>,
+        faces: &mut Vec<[u32; 3]>,
+    ) -> Result<()> {
         let (first, row_bytes) = (rows.start, self.faces.row_bytes);
-        let bytes = self.faces.read(rows, room)?;
+        let bytes = self.faces.read(rows, room, FORMAT)?;
         let rows = || bytes.par_chunks_exact(row_bytes).with_min_len(LEAST_ROWS);
         if let Some(at) = rows().position_first(|row| !self.triangle.is_triangle(row, self.order)) {
             let what = format!("face {} is no triangle", first + at);
@@ -252,12 +190,6 @@ impl Stream {
                 Err(Error::format(FORMAT, place, message))
             }
         }
-    }
-
-    /// A mesh without rows, ready for [`Stream::append_vertices`].
-    pub(crate) fn no_mesh(&self) -> Mesh {
-        let Rows { normals, colors } = self.rows();
-        Mesh { normals: normals.then(Vec::new), colors: colors.then(Vec::new), ..Mesh::default() }
     }
 
     fn value(&self, row: &[u8], place: usize) -> f64 {

@@ -8,10 +8,12 @@
 //!
 //! Which form a file has is decided by its length, not by its first word. The stored facet normals are ignored.
 
+mod facets;
 mod join;
 mod read;
 mod write;
 
+pub(crate) use facets::Facets;
 pub(super) use read::{is_binary, read};
 pub(super) use write::write;
 

@@ -28,7 +28,7 @@ fn facet_count(bytes: &[u8]) -> Option<u32> {
     Some(u32::from_le_bytes(field.try_into().ok()?))
 }
 
-fn expected_bytes(facet_count: u32) -> u64 {
+pub(super) fn expected_bytes(facet_count: u32) -> u64 {
     HEADER_BYTES as u64 + FACET_BYTES as u64 * u64::from(facet_count)
 }
 
