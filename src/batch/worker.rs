@@ -16,7 +16,7 @@ use super::schedule::{Lease, Schedule};
 use super::{Ended, Observe};
 use crate::backend::Device;
 use crate::error::{Error, Result};
-use crate::formats::{self, Compression, Format};
+use crate::formats::{self, Compression, Document, Format, Scene};
 use crate::mesh::{Mesh, samples};
 use crate::progressive::sum_of_bytes;
 use crate::simplify::{Budget, Method, OnProgress, Outcome, Progress, StopReason};
@@ -57,9 +57,9 @@ impl Shop<'_> {
         }
 
         let cores = self.schedule.cores(false);
-        let (mesh, parse) = timed(|| thread.install(|| parse(&job.input.origin, &bytes)));
+        let (scene, parse) = timed(|| thread.install(|| parse(&job.input.origin, &bytes)));
         drop(bytes);
-        let mesh = mesh?;
+        let Scene { mesh, document } = scene?;
         read += parse;
         let faces = mesh.faces.len() as u64;
         let is_for_gpu = self.schedule.is_for_gpu(faces);
@@ -82,13 +82,16 @@ impl Shop<'_> {
         let mut records = Vec::with_capacity(outcomes.len());
         for (level, outcome) in outcomes.iter().enumerate() {
             let path = self.plan.folder().join(&job.outputs[level]);
-            let (output_hash, write) = timed(|| device.install(|| self.write(&outcome.mesh, &path, recipe.writing)));
-            let seconds = Seconds { read, solve, write };
+            let scene = (&outcome.mesh, &document);
+            let (written, write) = timed(|| device.install(|| self.write(scene, &path, recipe.writing)));
+            let (output_hash, losses) = written?;
+            let mut made = made(&mesh, outcome, &recipe.budgets[level], Seconds { read, solve, write });
+            made.warnings.extend(losses);
             records.push(Record {
                 status: Status::Done,
                 input_hash: Some(hash),
-                output_hash: Some(output_hash?),
-                made: Some(made(&mesh, outcome, &recipe.budgets[level], seconds)),
+                output_hash: Some(output_hash),
+                made: Some(made),
                 ..blank(job, level, options)
             });
         }
@@ -184,14 +187,20 @@ impl Shop<'_> {
         }
     }
 
-    /// Writes a level and sums what was written.
-    fn write(&self, mesh: &Mesh, path: &Path, writing: formats::WriteOptions) -> Result<Hash> {
+    /// Writes a level and sums what was written; also returns what could not be.
+    fn write(
+        &self,
+        (mesh, document): (&Mesh, &Document),
+        path: &Path,
+        writing: formats::WriteOptions,
+    ) -> Result<(Hash, Vec<String>)> {
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.to_path_buf(), source })?;
         }
-        formats::write(mesh, path, &writing)?;
+        let losses = formats::write_scene(mesh, document, path, &writing)?;
         // What a later run will read: the sum of the file as it stands.
-        hash_of(path).map_err(|source| Error::Write { path: path.to_path_buf(), source })
+        let hash = hash_of(path).map_err(|source| Error::Write { path: path.to_path_buf(), source })?;
+        Ok((hash, losses))
     }
 }
 
@@ -225,16 +234,16 @@ fn stored(job: &Job) -> Result<Stored> {
     Ok(Stored { hash: Hash(sum_of_bytes(&bytes)), bytes })
 }
 
-fn parse(origin: &Origin, bytes: &[u8]) -> Result<Mesh> {
+fn parse(origin: &Origin, bytes: &[u8]) -> Result<Scene> {
     match origin {
         Origin::File(path) => match Format::from_path(path)? {
-            (format, Compression::None) => formats::read_bytes(bytes, format),
-            (format, compression) => formats::read_from(&mut &bytes[..], format, compression),
+            (format, Compression::None) => formats::read_scene_bytes(bytes, format, path.parent()),
+            (format, compression) => formats::read_scene_from(&mut &bytes[..], format, compression, path.parent()),
         },
         Origin::Sample(text) => {
             let missing = || Error::Parameter(format!("'{text}' is no sample"));
             let (name, faces) = samples::parse_sample(text).ok_or_else(missing)?;
-            samples::sample(name, faces)
+            samples::sample(name, faces).map(|mesh| Scene { mesh, document: Document::None })
         }
     }
 }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use coarsen::formats::WriteOptions;
+use coarsen::formats::{Scene, WriteOptions};
 use coarsen::progressive::{CollapseLog, Replay};
 use coarsen::{Budget, Error};
 use serde::Serialize;
@@ -107,7 +107,7 @@ struct Seconds {
 pub fn run(job: &Job) -> anyhow::Result<Exit> {
     interrupt::listen();
     let clock = Instant::now();
-    let input = job.source.read()?;
+    let Scene { mesh: input, document } = job.source.read_scene()?;
     let log = CollapseLog::read(&job.log).map_err(|error| at(&job.log, error))?;
     let read = clock.elapsed().as_secs_f64();
 
@@ -120,7 +120,7 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
     }
     let mesh = replay.mesh();
     let replayed = clock.elapsed().as_secs_f64();
-    interrupt::shielded(|| job.sink.write(&mesh, None, &job.writing))?;
+    interrupt::shielded(|| job.sink.write(&mesh, &document, &job.writing))?;
     let total = clock.elapsed().as_secs_f64();
 
     let record = Record {

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use coarsen::backend::{GpuOptions, Selector};
 use coarsen::contract::Feature;
-use coarsen::formats::WriteOptions;
+use coarsen::formats::{Scene, WriteOptions};
 use coarsen::simplify::OnProgress;
 use coarsen::{Device, Mesh, Method, metrics};
 
@@ -111,14 +111,14 @@ impl Setup {
     /// it took.
     ///
     /// # Errors
-    /// As [`Source::read`].
-    pub fn read(&self, device: &Device) -> anyhow::Result<(Mesh, f64)> {
+    /// As [`Source::read_scene`].
+    pub fn read(&self, device: &Device) -> anyhow::Result<(Scene, f64)> {
         let (input, secs) = std::thread::scope(|scope| {
             if self.selector != Selector::Auto || self.source.is_large() {
                 // What fails here fails again in the run, which then tells.
                 scope.spawn(|| coarsen::warm_up(&self.method, device));
             }
-            timed(|| device.install(|| self.source.read()))
+            timed(|| device.install(|| self.source.read_scene()))
         });
         Ok((input?, secs))
     }

@@ -9,11 +9,12 @@ use crate::math::{DVec3, Vec2, Vec3};
 use crate::mesh::Mesh;
 
 /// Reads OBJ text.
-pub(in crate::formats) fn read(bytes: &[u8]) -> Result<Mesh> {
-    match plain::read(bytes) {
-        Some(mesh) => Ok(mesh),
-        None => read_any(bytes),
-    }
+pub(in crate::formats) fn read(bytes: &[u8]) -> Result<(Mesh, Vec<String>)> {
+    let mesh = match plain::read(bytes) {
+        Some(mesh) => mesh,
+        None => read_any(bytes)?,
+    };
+    Ok((mesh, Vec::new()))
 }
 
 /// Reads any OBJ text, or says why not.

@@ -10,7 +10,13 @@ use crate::math::Vec2;
 use crate::mesh::Mesh;
 
 /// Writes OBJ text. Alpha is dropped.
-pub(in crate::formats) fn write(mesh: &Mesh, faces: Faces<'_>, out: &mut dyn Write) -> io::Result<()> {
+pub(in crate::formats) fn write(
+    mesh: &Mesh,
+    faces: Faces<'_>,
+    libraries: &[String],
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let _ = libraries;
     let texture = faces.texcoords(mesh).map(Texture::of);
     write_vertices(mesh, faces.len(), texture.as_ref(), out)?;
     write_faces(mesh, faces, texture.as_ref(), out)

@@ -6,9 +6,6 @@ use crate::formats::faces::Faces;
 use crate::formats::{WriteOptions, attributes, output};
 use crate::mesh::Mesh;
 
-/// The greatest way that rounding to f32 may move a vertex, as a fraction of the bounding box's diagonal.
-const ROUNDING_FRACTION: f64 = 1e-6;
-
 /// A name and a number for each vertex.
 type Property<'a> = (&'a str, &'a [f32]);
 
@@ -47,20 +44,12 @@ impl Form {
             Some(_) => 3,
         };
         Self {
-            double: needs_double(mesh),
+            double: attributes::needs_double(mesh),
             channels: channels(&mesh.colors),
             face_channels: channels(&mesh.face_colors),
             counts_int: faces.most_corners() > u8::MAX.into(),
         }
     }
-}
-
-fn needs_double(mesh: &Mesh) -> bool {
-    let greatest = ROUNDING_FRACTION * mesh.diagonal();
-    mesh.positions.iter().any(|position| {
-        let rounded = position.as_vec3();
-        !rounded.is_finite() || rounded.as_dvec3().distance(*position) > greatest
-    })
 }
 
 fn header(mesh: &Mesh, faces: Faces<'_>, options: &WriteOptions, form: Form, own: Option<Property<'_>>) -> String {
