@@ -356,8 +356,11 @@ fn real_models_have_the_listed_counts() {
         println!("{path}: {} faces in {:.0?}", mesh.faces.len(), start.elapsed());
         mesh.check().unwrap();
         assert_eq!(mesh.faces.len(), faces, "{path}: faces");
-        if format != Format::Stl {
-            assert_eq!(mesh.positions.len(), vertices, "{path}: vertices");
+        match format {
+            Format::Stl => {}
+            // A vertex with several normals is repeated.
+            Format::Obj => assert!(mesh.positions.len() >= vertices, "{path}: vertices"),
+            _ => assert_eq!(mesh.positions.len(), vertices, "{path}: vertices"),
         }
         read += 1;
     }

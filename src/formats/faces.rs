@@ -111,7 +111,7 @@ fn encode(
 ) -> io::Result<()> {
     match format {
         Format::Obj => obj::write(mesh, Faces::Polygons(polygons), &[], out),
-        Format::Ply => ply::write(mesh, Faces::Polygons(polygons), options, None, out),
+        Format::Ply => ply::write(mesh, Faces::Polygons(polygons), options, (None, &[]), out),
         Format::Stl | Format::Off | Format::Gltf | Format::Glb => Err(io::ErrorKind::Unsupported.into()),
     }
 }

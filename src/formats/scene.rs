@@ -17,6 +17,8 @@ pub enum Document {
     None,
     /// The `mtllib` lines of an OBJ file.
     Obj(Vec<String>),
+    /// The comments of a PLY file, each with its first word.
+    Ply(Vec<String>),
     /// Nodes, materials, textures, skins, animations of a glTF file.
     Gltf(Box<gltf::Gltf>),
 }
@@ -49,7 +51,7 @@ pub fn read_scene_bytes(bytes: &[u8], format: Format, folder: Option<&Path>) -> 
     let plain = |mesh| (mesh, Document::None);
     let (mesh, document) = match format {
         Format::Obj => obj::read(bytes).map(|(mesh, libraries)| (mesh, Document::Obj(libraries))),
-        Format::Ply => ply::read(bytes).map(plain),
+        Format::Ply => ply::read(bytes).map(|(mesh, comments)| (mesh, Document::Ply(comments))),
         Format::Stl => stl::read(bytes).map(plain),
         Format::Off => off::read(bytes).map(plain),
         Format::Gltf | Format::Glb => {
@@ -139,13 +141,15 @@ fn encode(
     options: &WriteOptions,
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    let libraries = if let Document::Obj(libraries) = document { libraries } else { &[][..] };
-    match format {
-        Format::Obj => obj::write(mesh, Faces::of(mesh), libraries, out),
-        Format::Ply => ply::write(mesh, Faces::of(mesh), options, None, out),
-        Format::Stl => stl::write(mesh, options, out),
-        Format::Off => off::write(mesh, out),
-        Format::Gltf | Format::Glb => gltf::prepare(mesh, document.gltf()).write_to(format, out),
+    let faces = Faces::of(mesh);
+    match (format, document) {
+        (Format::Obj, Document::Obj(libraries)) => obj::write(mesh, faces, libraries, out),
+        (Format::Obj, _) => obj::write(mesh, faces, &[], out),
+        (Format::Ply, Document::Ply(comments)) => ply::write(mesh, faces, options, (None, comments), out),
+        (Format::Ply, _) => ply::write(mesh, faces, options, (None, &[]), out),
+        (Format::Stl, _) => stl::write(mesh, options, out),
+        (Format::Off, _) => off::write(mesh, out),
+        (Format::Gltf | Format::Glb, _) => gltf::prepare(mesh, document.gltf()).write_to(format, out),
     }
 }
 
