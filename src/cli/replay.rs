@@ -12,6 +12,7 @@ use serde::Serialize;
 use super::console::{self, Verbosity};
 use super::failure::{at, refuse};
 use super::resolve::{Problems, face_budget};
+use super::simplify::warn_of_losses;
 use super::sink::{Sink, same_file};
 use super::source::Source;
 use super::{Exit, args, interrupt, memory};
@@ -120,7 +121,8 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
     }
     let mesh = replay.mesh();
     let replayed = clock.elapsed().as_secs_f64();
-    interrupt::shielded(|| job.sink.write(&mesh, &document, &job.writing))?;
+    let losses = interrupt::shielded(|| job.sink.write(&mesh, &document, &job.writing))?;
+    warn_of_losses(job.verbosity, &job.source, &losses);
     let total = clock.elapsed().as_secs_f64();
 
     let record = Record {

@@ -10,7 +10,8 @@ use super::console::{self, Verbosity};
 use super::failure::{at, refuse};
 use super::record::{Clocks, Record};
 use super::resolve::Job;
-use super::setup::{Setup, timed};
+use super::setup::timed;
+use super::source::Source;
 use super::{Exit, interrupt, parts, regions, weights};
 
 /// Runs the job.
@@ -52,7 +53,7 @@ pub fn write(job: &Job, document: &Document, outcome: &Outcome) -> anyhow::Resul
     let Job { setup, sink, .. } = job;
     match outcome.regions.as_ref().filter(|_| job.polygons) {
         Some(regions) => sink.write_polygons(&outcome.mesh, &regions.polygons, &setup.writing)?,
-        None => warn_of_losses(setup, &sink.write(&outcome.mesh, document, &setup.writing)?),
+        None => warn_of_losses(setup.verbosity, &setup.source, &sink.write(&outcome.mesh, document, &setup.writing)?),
     }
     regions::write(job, outcome)?;
     match (&job.setup.log, &outcome.log) {
@@ -62,8 +63,8 @@ pub fn write(job: &Job, document: &Document, outcome: &Outcome) -> anyhow::Resul
 }
 
 /// Says what was not written.
-pub fn warn_of_losses(setup: &Setup, losses: &[String]) {
-    losses.iter().for_each(|loss| console::warning(setup.verbosity, &format!("'{}': {loss}", setup.source)));
+pub fn warn_of_losses(verbosity: Verbosity, source: &Source, losses: &[String]) {
+    losses.iter().for_each(|loss| console::warning(verbosity, &format!("'{source}': {loss}")));
 }
 
 /// Says what was done; a target that was required and missed is an error though the result stands.

@@ -20,7 +20,11 @@
 //! - texture coordinates belong to corners, zero where a corner has none or one that is not finite; those that a file has
 //!   at its vertices (PLY, OFF with `ST`) are given to the corners, and what no corner has is none;
 //! - a polygon's color goes to each of its triangles;
-//! - materials and groups are dropped.
+//! - what OBJ and glTF tell of materials becomes [`Mesh::materials`], what PLY and glTF have at vertices beside the standard
+//!   attributes becomes [`Mesh::channels`]; a vertex with several normals in an OBJ is repeated.
+//!
+//! What a file holds that is no mesh (nodes, textures, comments) is its [`Document`], which [`read_scene`] reads along and
+//! [`write_scene`] puts into a file of the same format.
 //!
 //! Text is written with the fewest digits that read back as the same number. Text STL therefore keeps f64 positions.
 //! The bytes written do not depend on the number of threads.

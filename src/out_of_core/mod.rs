@@ -180,12 +180,15 @@ fn run(
     let in_parts = contract::Options { fit: 0, flips: Flips::default(), prune: 0.0, ..method.clone() };
 
     let mut notes = Notes::default();
-    let [texcoords, face_colors] = input.leaves_out();
+    let [texcoords, face_colors, channels] = input.leaves_out();
     if texcoords {
         notes.add("texture coordinates are dropped: they are not carried through parts".into());
     }
     if face_colors {
         notes.add(FACE_COLORS_DROPPED.into());
+    }
+    if channels {
+        notes.add("further properties of vertices are dropped: they are not carried through parts".into());
     }
     let mut passes: Vec<Pass> = Vec::new();
     let mut left: Option<Stream> = None;

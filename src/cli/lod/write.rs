@@ -18,7 +18,7 @@ pub fn write(job: &Job, document: &Document, outcomes: &[Outcome]) -> anyhow::Re
         Outputs::Each(files) => {
             for (file, outcome) in files.iter().zip(outcomes) {
                 let losses = formats::write_scene(&outcome.mesh, document, file, &job.setup.writing)?;
-                warn_of_losses(&job.setup, &losses);
+                warn_of_losses(job.setup.verbosity, &job.setup.source, &losses);
             }
             Ranges::new()
         }

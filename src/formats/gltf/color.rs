@@ -3,7 +3,7 @@
 //! Colors stored as integers come back to the same ones; of those stored as `f32` the last bits may differ, for the curve is
 //! flat where they are dense.
 
-use super::accessor::Number;
+use super::number::Number;
 use crate::formats::attributes;
 
 /// A color of three or four numbers of light, the last of them opacity.

@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 use super::accessor::Store;
 use super::container::Origin;
 use super::json::{Json, array_mut, list_mut, object_mut};
+use super::number::Number;
 use super::part::Part;
 use super::references;
 use crate::error::Result;
@@ -156,4 +157,46 @@ pub(super) fn forget(json: &mut Value, extension: &str) {
             }
         }
     }
+}
+
+/// Removes primitives, and the meshes that have none left from their nodes.
+pub(super) fn drop_primitives(json: &mut Value, lost: &[[usize; 2]]) {
+    let mut numbers = Vec::new();
+    let mut next = 0;
+    for (number, mesh) in array_mut(json, "meshes").iter_mut().enumerate() {
+        let mut place = 0;
+        list_mut(mesh, "primitives").retain(|_| {
+            place += 1;
+            !lost.contains(&[number, place - 1])
+        });
+        let has_any = !array_mut(mesh, "primitives").is_empty();
+        numbers.push(has_any.then_some(next));
+        next += usize::from(has_any);
+    }
+    let mut kept = numbers.iter();
+    list_mut(json, "meshes").retain(|_| kept.next().is_some_and(Option::is_some));
+    for node in array_mut(json, "nodes") {
+        let Some(number) = node.get("mesh").and_then(Value::as_u64) else { continue };
+        let node = object_mut(node);
+        match numbers.get(number as usize).copied().flatten() {
+            Some(number) => drop(node.insert("mesh".into(), number.into())),
+            None => ["mesh", "skin", "weights"].iter().for_each(|key| drop(node.remove(*key))),
+        }
+    }
+}
+
+/// Whether a primitive is left whose numbers are what only `KHR_mesh_quantization` allows.
+pub(super) fn is_quantized(json: &Value) -> bool {
+    let list = |object: &Value, key: &str| object.get(key).and_then(Value::as_array).cloned().unwrap_or_default();
+    let needs = |attributes: &Value| {
+        attributes.as_object().into_iter().flatten().any(|(semantic, number)| {
+            let is_plain = ["COLOR", "JOINTS", "WEIGHTS", "_"].iter().any(|start| semantic.starts_with(start));
+            let accessor = number.as_u64().and_then(|number| json["accessors"].get(number as usize));
+            !is_plain && accessor.is_some_and(|accessor| accessor["componentType"] != Number::F32.code())
+        })
+    };
+    let primitives = list(json, "meshes").into_iter().flat_map(|mesh| list(&mesh, "primitives"));
+    primitives
+        .into_iter()
+        .any(|primitive| needs(&primitive["attributes"]) || list(&primitive, "targets").iter().any(needs))
 }

@@ -2,8 +2,8 @@
 
 use serde_json::{Map, Value, json};
 
-use super::accessor::Number;
 use super::document::Gltf;
+use super::number::Number;
 use super::part::{Attribute, Part, Place};
 use super::scene::Placement;
 use crate::formats::attributes;

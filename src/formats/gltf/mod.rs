@@ -21,15 +21,17 @@ mod accessor;
 mod color;
 mod container;
 mod document;
+mod file;
 mod fresh;
 mod json;
+mod number;
 mod part;
 mod read;
 mod references;
 mod scene;
 mod write;
 
-use std::fs::File;
+use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -67,7 +69,7 @@ pub(super) fn read(bytes: &[u8], format: Format, folder: Option<&Path>) -> Resul
 
 /// A file ready to be written.
 pub(super) struct Prepared {
-    file: write::File,
+    file: file::File,
     has_data_uris: bool,
     pub(super) warnings: Vec<String>,
 }
@@ -106,7 +108,7 @@ impl Gltf {
         };
         let images = self.json.get("images").and_then(Value::as_array);
         let place =
-            |folder: &Path| std::fs::canonicalize(if folder.as_os_str().is_empty() { Path::new(".") } else { folder });
+            |folder: &Path| fs::canonicalize(if folder.as_os_str().is_empty() { Path::new(".") } else { folder });
         let [from, to] = [self.folder.as_deref(), output.parent()].map(|folder| folder.and_then(|f| place(f).ok()));
         images.into_iter().flatten().any(is_outside) && from != to
     }
@@ -137,7 +139,7 @@ impl Prepared {
             let text = self.file.json.to_string();
             return output::atomically(path, |file| file.write_all(text.as_bytes()));
         }
-        let write = |file: &mut File| output::compressed(file, compression, |out| self.write_to(format, out));
+        let write = |file: &mut fs::File| output::compressed(file, compression, |out| self.write_to(format, out));
         output::atomically(path, write)
     }
 }

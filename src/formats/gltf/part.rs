@@ -2,8 +2,9 @@
 
 use serde_json::{Map, Value};
 
-use super::accessor::{Accessor, Number, Store};
+use super::accessor::{Accessor, Store};
 use super::json::Json;
+use super::number::Number;
 use super::scene::Placement;
 use crate::error::Result;
 use crate::mesh::ChannelKind;

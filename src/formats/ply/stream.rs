@@ -182,9 +182,10 @@ impl Stream {
         Rows { normals: self.layout.normal.is_some(), colors: self.layout.color.is_some() }
     }
 
-    /// Whether there are texture coordinates, and colors of faces: neither is read here.
-    pub(crate) fn leaves_out(&self) -> [bool; 2] {
-        [self.triangle.texcoords.is_some() || self.layout.texcoord.is_some(), self.has_face_colors]
+    /// Whether there are texture coordinates, colors of faces, and channels: none is read here.
+    pub(crate) fn leaves_out(&self) -> [bool; 3] {
+        let texcoords = self.triangle.texcoords.is_some() || self.layout.texcoord.is_some();
+        [texcoords, self.has_face_colors, !self.layout.channels.is_empty()]
     }
 
     /// The positions of these vertices, in the place of what `positions` holds; `room` is for bytes.
