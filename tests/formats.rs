@@ -183,7 +183,7 @@ fn corpus(kind: &str) -> Vec<Case> {
 #[test]
 fn good_files_are_read() {
     let cases = corpus("good");
-    assert_eq!(cases.len(), 33);
+    assert_eq!(cases.len(), 35);
     for case in cases {
         let mesh = formats::read_bytes(&case.bytes, case.format).unwrap_or_else(|e| panic!("{}: {e}", case.name));
         mesh.check().unwrap();
@@ -207,7 +207,7 @@ fn good_files_are_read() {
 #[test]
 fn bad_files_are_refused_with_the_place() {
     let cases = corpus("bad");
-    assert_eq!(cases.len(), 53);
+    assert_eq!(cases.len(), 56);
     for case in cases {
         let start = Instant::now();
         let error = formats::read_bytes(&case.bytes, case.format)

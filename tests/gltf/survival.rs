@@ -21,7 +21,7 @@ fn everything() -> Builder {
     primitive["attributes"]["WEIGHTS_0"] = weights.into();
     primitive["attributes"]["TANGENT"] = tangents.into();
     primitive["targets"] = json!([{ "POSITION": moved }]);
-    primitive["extras"] = json!({ "note": "left alone", "big": 1e300, "pi": 3.141592653589793 });
+    primitive["extras"] = json!({ "note": "left alone", "big": 1e300, "long": 0.1234567890123456 });
     primitive["extensions"] = json!({ "ACME_tag": { "color": [1, 2, 3] } });
     let times = builder.floats(&[[0.0], [1.0]]);
     let turns = builder.floats(&[[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0]]);

@@ -92,11 +92,7 @@ fn compact(json: &mut Value, store: &Store<'_>) -> Result<Vec<u8>> {
         if let Some(missing) = missing {
             return Err(Json::root(json).error(format!("something names {list}[{missing}], which is not there")));
         }
-        let mut next = 0;
-        for number in numbers.iter_mut().flatten() {
-            *number = next;
-            next += 1;
-        }
+        numbers.iter_mut().flatten().enumerate().for_each(|(next, number)| *number = next);
         visit(json, &mut |reference| {
             let number = reference.as_u64().and_then(|number| numbers.get(number as usize).copied().flatten());
             number.iter().for_each(|&number| *reference = number.into());

@@ -174,12 +174,13 @@ impl<'a> Source<'a> {
 
     fn check_counts(&self) -> Result<()> {
         let count = self.vertex_count();
-        let pairs = self.part.attributes.iter().zip(&self.accessors);
-        for (attribute, accessor) in pairs.filter(|(_, accessor)| accessor.count != count) {
-            let (semantic, found) = (&attribute.semantic, accessor.count);
-            return Err(self.json.error(format!("{found} elements of {semantic} for {count} positions")));
+        let mut pairs = self.part.attributes.iter().zip(&self.accessors);
+        match pairs.find(|(_, accessor)| accessor.count != count) {
+            Some((Attribute { semantic, .. }, Accessor { count: found, .. })) => {
+                Err(self.json.error(format!("{found} elements of {semantic} for {count} positions")))
+            }
+            None => Ok(()),
         }
-        Ok(())
     }
 
     pub(super) fn vertex_count(&self) -> usize {

@@ -3,7 +3,7 @@
 use std::hash::Hash;
 use std::io::{self, Write};
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxBuildHasher, FxHashMap};
 
 use super::groups;
 use crate::formats::faces::Faces;
@@ -60,11 +60,11 @@ impl Rows {
         let normal = |normals: &Vec<_>| {
             Numbered::of(count, |vertex| attributes::written_normal(normals[vertex]).to_array().map(f32::to_bits))
         };
-        Self {
-            vertices: if is_split { Numbered::of(count, position) } else { Numbered::each(count) },
-            normals: mesh.normals.as_ref().map(normal),
-            texture: texcoords.map(Texture::of),
-        }
+        let (vertices, (normals, texture)) = rayon::join(
+            || if is_split { Numbered::of(count, position) } else { Numbered::each(count) },
+            || rayon::join(|| mesh.normals.as_ref().map(normal), || texcoords.map(Texture::of)),
+        );
+        Self { vertices, normals, texture }
     }
 }
 
@@ -79,7 +79,7 @@ struct Numbered {
 impl Numbered {
     fn of<K: Hash + Eq>(count: usize, key: impl Fn(usize) -> K) -> Self {
         let mut firsts = Vec::new();
-        let mut known: FxHashMap<K, u32> = FxHashMap::default();
+        let mut known: FxHashMap<K, u32> = FxHashMap::with_capacity_and_hasher(count, FxBuildHasher);
         let numbers = (0..count).map(|row| {
             *known.entry(key(row)).or_insert_with(|| {
                 firsts.push(row as u32);
