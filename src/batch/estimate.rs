@@ -41,6 +41,9 @@ fn usual_bytes(format: Format) -> u64 {
         Format::Stl => 50,
         Format::Obj => 35,
         Format::Off => 32,
+        // Half a vertex with a normal and texture coordinates, three short indices; text has it in base64.
+        Format::Glb => 22,
+        Format::Gltf => 30,
     }
 }
 
@@ -51,6 +54,8 @@ fn least_bytes(format: Format) -> u64 {
         Format::Stl => 50,
         Format::Obj => 22,
         Format::Off => 20,
+        // Positions of 12 bytes for half as many vertices, three short indices.
+        Format::Glb | Format::Gltf => 12,
     }
 }
 

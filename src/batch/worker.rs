@@ -16,7 +16,7 @@ use super::schedule::{Lease, Schedule};
 use super::{Ended, Observe};
 use crate::backend::Device;
 use crate::error::{Error, Result};
-use crate::formats::{self, Format};
+use crate::formats::{self, Document, Format, Scene};
 use crate::mesh::{Mesh, samples};
 use crate::metrics;
 use crate::progressive::sum_of_bytes;
@@ -59,7 +59,7 @@ impl Shop<'_> {
 
         let cores = self.schedule.cores(false);
         let (parsed, parse) = timed(|| thread.install(|| self.parse(job, bytes)));
-        let (mesh, method) = parsed?;
+        let (Scene { mesh, document }, method) = parsed?;
         read += parse;
         let faces = mesh.faces.len() as u64;
         let is_for_gpu = self.schedule.is_for_gpu(faces);
@@ -82,13 +82,17 @@ impl Shop<'_> {
         let mut records = Vec::with_capacity(outcomes.len());
         for (level, outcome) in outcomes.iter().enumerate() {
             let path = self.plan.folder().join(&job.outputs[level]);
-            let (output_hash, write) = timed(|| device.install(|| self.write(&outcome.mesh, &path, recipe.writing)));
+            let scene = (&outcome.mesh, &document);
+            let (written, write) = timed(|| device.install(|| self.write(scene, &path, recipe.writing)));
+            let (output_hash, losses) = written?;
             let seconds = Seconds { read, solve, write, measure: 0.0 };
+            let mut made = made(&mesh, outcome, &recipe.budgets[level], seconds);
+            made.warnings.extend(losses);
             records.push(Record {
                 status: Status::Done,
                 input_hash: Some(hash),
-                output_hash: Some(output_hash?),
-                made: Some(made(&mesh, outcome, &recipe.budgets[level], seconds)),
+                output_hash: Some(output_hash),
+                made: Some(made),
                 ..blank(job, level, options)
             });
         }
@@ -155,13 +159,14 @@ impl Shop<'_> {
     }
 
     /// The mesh of an input's bytes, which go as soon as they can, and the method with the weights that it lacks.
-    fn parse(&self, job: &Job, stored: Vec<u8>) -> Result<(Mesh, Method)> {
+    fn parse(&self, job: &Job, stored: Vec<u8>) -> Result<(Scene, Method)> {
         let recipe = self.plan.recipe(job);
         let Origin::File(path) = &job.input.origin else {
             let text = String::from_utf8_lossy(&stored);
             let missing = || Error::Parameter(format!("'{text}' is no sample"));
             let (name, faces) = samples::parse_sample(&text).ok_or_else(missing)?;
-            return Ok((samples::sample(name, faces)?, recipe.weighted(None)?));
+            let scene = Scene { mesh: samples::sample(name, faces)?, document: Document::None };
+            return Ok((scene, recipe.weighted(None)?));
         };
         let (format, compression) = Format::from_path(path)?;
         let fixed = estimate::BYTES_ALWAYS + stored.len() as u64;
@@ -173,7 +178,8 @@ impl Shop<'_> {
             }
             None => stored,
         };
-        Ok((formats::read_bytes(&content, format)?, recipe.weighted(Some((&content, format)))?))
+        let scene = formats::read_scene_bytes(&content, format, path.parent())?;
+        Ok((scene, recipe.weighted(Some((&content, format)))?))
     }
 
     fn check_memory(&self, faces: u64, needed: u64) -> std::result::Result<(), Failure> {
@@ -218,14 +224,20 @@ impl Shop<'_> {
         }
     }
 
-    /// Writes a level and sums what was written.
-    fn write(&self, mesh: &Mesh, path: &Path, writing: formats::WriteOptions) -> Result<Hash> {
+    /// Writes a level and sums what was written; also returns what could not be.
+    fn write(
+        &self,
+        (mesh, document): (&Mesh, &Document),
+        path: &Path,
+        writing: formats::WriteOptions,
+    ) -> Result<(Hash, Vec<String>)> {
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.to_path_buf(), source })?;
         }
-        formats::write(mesh, path, &writing)?;
+        let losses = formats::write_scene(mesh, document, path, &writing)?;
         // What a later run will read: the sum of the file as it stands.
-        hash_of(path).map_err(|source| Error::Write { path: path.to_path_buf(), source })
+        let hash = hash_of(path).map_err(|source| Error::Write { path: path.to_path_buf(), source })?;
+        Ok((hash, losses))
     }
 }
 

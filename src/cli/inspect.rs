@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use coarsen::Mesh;
+use coarsen::mesh::Materials;
 use coarsen::mesh::survey::{Survey, survey};
 use coarsen::mesh::topology::{Topology, topology};
 use serde::Serialize;
@@ -19,6 +20,11 @@ struct Record {
     has_normals: bool,
     has_colors: bool,
     has_face_colors: bool,
+    has_texcoords: bool,
+    /// What else vertices carry.
+    channels: Vec<ChannelRecord>,
+    /// What faces are made of, where the file says so.
+    materials: Vec<MaterialRecord>,
     bounds: Bounds,
     /// In squared model units.
     area: f64,
@@ -28,6 +34,20 @@ struct Record {
     stored: Topology,
     /// As a reduction will see it.
     welded: Survey,
+}
+
+/// Numbers at vertices.
+#[derive(Debug, Serialize)]
+struct ChannelRecord {
+    name: String,
+    width: usize,
+}
+
+/// A material and its faces.
+#[derive(Debug, Serialize)]
+struct MaterialRecord {
+    name: String,
+    faces: usize,
 }
 
 /// The bounding box, in model units.
@@ -52,6 +72,14 @@ pub fn run(source: &Source, json: bool) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
+/// The faces of each material; lines of a name that says its groups too are joined.
+fn materials(materials: &Materials) -> Vec<MaterialRecord> {
+    let mut faces = vec![0; materials.names.len()];
+    materials.of_face.iter().for_each(|&material| faces[material as usize] += 1);
+    let names = materials.names.iter().map(|name| name.lines().collect::<Vec<_>>().join(", "));
+    names.zip(faces).map(|(name, faces)| MaterialRecord { name, faces }).collect()
+}
+
 impl Record {
     fn new(input: String, mesh: &Mesh) -> Self {
         let (low, high) = mesh.bounds();
@@ -63,6 +91,9 @@ impl Record {
             has_normals: mesh.normals.is_some(),
             has_colors: mesh.colors.is_some(),
             has_face_colors: mesh.face_colors.is_some(),
+            has_texcoords: mesh.texcoords.is_some(),
+            channels: mesh.channels.iter().map(|c| ChannelRecord { name: c.name.clone(), width: c.width }).collect(),
+            materials: mesh.materials.as_ref().map(materials).unwrap_or_default(),
             bounds: Bounds { low: low.to_array(), high: high.to_array(), diagonal: mesh.diagonal() },
             area: mesh.area(),
             volume: welded.topology.is_closed().then(|| mesh.volume()),
@@ -101,20 +132,30 @@ impl Record {
             let _ = writeln!(table, "{}", format!("{name:24}{text}").trim_end());
         };
         let point = |p: [f64; 3]| p.map(|x| format!("{x:.6}")).join("  ");
-        let carried = match (self.has_normals, self.has_colors) {
-            (true, true) => "normals, colors",
-            (true, false) => "normals",
-            (false, true) => "colors",
-            (false, false) => "nothing",
+        let listed = |kinds: &[(bool, &str)]| {
+            let kinds = kinds.iter().filter(|(is_there, _)| *is_there).map(|(_, kind)| kind.to_string());
+            kinds.collect::<Vec<_>>()
         };
+        let channel = |channel: &ChannelRecord| channel.name.clone();
+        let mut at_vertices = listed(&[(self.has_normals, "normals"), (self.has_colors, "colors")]);
+        at_vertices.extend(self.channels.iter().map(channel));
+        let at_corners = listed(&[(self.has_texcoords, "texture coordinates")]);
+        let at_faces = listed(&[(self.has_face_colors, "colors")]);
         line("box from", point(self.bounds.low));
         line("box to", point(self.bounds.high));
         line("diagonal", format!("{:.6}", self.bounds.diagonal));
         line("area", format!("{:.6}", self.area));
         line("volume", self.volume.map_or_else(|| "- (not closed)".into(), |volume| format!("{volume:.6}")));
-        line("carried at vertices", carried.into());
-        if self.has_face_colors {
-            line("carried at faces", "colors".into());
+        line("carried at vertices", if at_vertices.is_empty() { "nothing".into() } else { at_vertices.join(", ") });
+        for (place, kinds) in [("carried at corners", at_corners), ("carried at faces", at_faces)] {
+            if !kinds.is_empty() {
+                line(place, kinds.join(", "));
+            }
+        }
+        let heads = ["materials"].into_iter().chain(std::iter::repeat(""));
+        for (material, head) in self.materials.iter().zip(heads) {
+            let name = if material.name.is_empty() { "without a name" } else { &material.name };
+            line(head, format!("{name}, {} faces", material.faces));
         }
         line("", String::new());
         line("fewest faces possible", self.welded.floor_faces.to_string());

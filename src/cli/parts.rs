@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
+use coarsen::formats::Document;
 use coarsen::out_of_core::{self, Input, Options, Outcome};
 use coarsen::{Device, Error, StopReason};
 
@@ -72,7 +73,7 @@ pub fn run(job: &Job, input: &Input, options: &Options, device: &Device) -> anyh
     for warning in &outcome.warnings {
         console::warning(job.setup.verbosity, &format!("'{}': {warning}", job.setup.source));
     }
-    let (written, write) = timed(|| interrupt::shielded(|| device.install(|| write(job, &outcome))));
+    let (written, write) = timed(|| interrupt::shielded(|| device.install(|| write(job, &Document::None, &outcome))));
     written?;
     let clocks = Clocks { solve, write, total: clock.elapsed().as_secs_f64(), ..Clocks::default() };
     let size = InputSize { vertices: input.vertices(), diagonal };

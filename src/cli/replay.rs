@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use coarsen::formats::WriteOptions;
+use coarsen::formats::{Scene, WriteOptions};
 use coarsen::progressive::{CollapseLog, Replay};
 use coarsen::{Budget, Error};
 use serde::Serialize;
@@ -12,6 +12,7 @@ use serde::Serialize;
 use super::console::{self, Verbosity};
 use super::failure::{at, refuse};
 use super::resolve::{Problems, face_budget};
+use super::simplify::warn_of_losses;
 use super::sink::{Sink, same_file};
 use super::source::Source;
 use super::{Exit, args, interrupt, memory};
@@ -107,7 +108,7 @@ struct Seconds {
 pub fn run(job: &Job) -> anyhow::Result<Exit> {
     interrupt::listen();
     let clock = Instant::now();
-    let input = job.source.read()?;
+    let Scene { mesh: input, document } = job.source.read_scene()?;
     let log = CollapseLog::read(&job.log).map_err(|error| at(&job.log, error))?;
     let read = clock.elapsed().as_secs_f64();
 
@@ -120,7 +121,8 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
     }
     let mesh = replay.mesh();
     let replayed = clock.elapsed().as_secs_f64();
-    interrupt::shielded(|| job.sink.write(&mesh, None, &job.writing))?;
+    let losses = interrupt::shielded(|| job.sink.write(&mesh, &document, &job.writing))?;
+    warn_of_losses(job.verbosity, &job.source, &losses);
     let total = clock.elapsed().as_secs_f64();
 
     let record = Record {

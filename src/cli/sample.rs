@@ -1,7 +1,7 @@
 //! `coarsen sample`: write a built-in mesh.
 
 use coarsen::Error;
-use coarsen::formats::{self, Compression, Format, WriteOptions};
+use coarsen::formats::{self, Compression, Document, Format, WriteOptions};
 use coarsen::mesh::samples::{comes_in_pieces, sample, sample_in_pieces};
 
 use super::failure::refuse;
@@ -27,7 +27,7 @@ pub fn run(args: &args::Sample) -> anyhow::Result<Exit> {
         if !comes_in_pieces(&name, faces) || Format::from_path(path)? != (Format::Ply, Compression::None) {
             let mesh = sample(&name, faces)?;
             counts = [mesh.positions.len(), mesh.faces.len()];
-            return sink.write(&mesh, None, &WriteOptions::default());
+            return sink.write(&mesh, &Document::None, &WriteOptions::default()).map(drop);
         }
         formats::write_pieces(path, |write| {
             sample_in_pieces(&name, faces, &mut |piece| {

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use coarsen::backend::{GpuOptions, Selector};
 use coarsen::contract::Feature;
-use coarsen::formats::{Weights, WriteOptions};
+use coarsen::formats::{Scene, Weights, WriteOptions};
 use coarsen::simplify::OnProgress;
 use coarsen::{Budget, Device, Mesh, Method, metrics};
 
@@ -106,8 +106,8 @@ impl Setup {
     /// it took.
     ///
     /// # Errors
-    /// As [`Source::read`], and a compressed file whose content is above the memory limit.
-    pub fn read(&self, device: &Device) -> anyhow::Result<(Mesh, f64)> {
+    /// As [`Source::read_scene`], and a compressed file whose content is above the memory limit.
+    pub fn read(&self, device: &Device) -> anyhow::Result<(Scene, f64)> {
         if let Some(path) = self.source.path() {
             memory::check_reading(path, self.memory_limit)?;
         }
@@ -116,7 +116,7 @@ impl Setup {
                 // What fails here fails again in the run, which then tells.
                 scope.spawn(|| coarsen::warm_up(&self.method, device));
             }
-            timed(|| device.install(|| self.source.read()))
+            timed(|| device.install(|| self.source.read_scene()))
         });
         Ok((input?, secs))
     }

@@ -3,6 +3,7 @@
 use std::slice;
 use std::time::Instant;
 
+use coarsen::formats::{Document, Scene};
 use coarsen::metrics::deviation;
 use coarsen::{Outcome, StopReason};
 
@@ -11,6 +12,7 @@ use super::failure::{at, refuse};
 use super::record::{Clocks, Record};
 use super::resolve::Job;
 use super::setup::timed;
+use super::source::Source;
 use super::verbose::{kernel_table, round_table};
 use super::{Exit, interrupt, parts, regions, weights};
 
@@ -26,7 +28,7 @@ pub fn run(job: Job) -> anyhow::Result<Exit> {
     if let Some((input, options)) = parts::needed(&job)? {
         return parts::run(&job, &input, &options, &device);
     }
-    let (input, read) = setup.read(&device)?;
+    let (Scene { mesh: input, document }, read) = setup.read(&device)?;
     let device = setup.within_limit(&input, slice::from_ref(&job.budget), device)?;
     let method = weights::method(setup)?;
     weights::write_features(setup, &input, &device)?;
@@ -38,7 +40,7 @@ pub fn run(job: Job) -> anyhow::Result<Exit> {
     for warning in &outcome.warnings {
         console::warning(setup.verbosity, &format!("'{}': {warning}", setup.source));
     }
-    let (written, write) = timed(|| interrupt::shielded(|| device.install(|| write(&job, &outcome))));
+    let (written, write) = timed(|| interrupt::shielded(|| device.install(|| write(&job, &document, &outcome))));
     written?;
     // The result is safe by now, whatever happens to the measuring.
     let (measured, measure) =
@@ -48,15 +50,23 @@ pub fn run(job: Job) -> anyhow::Result<Exit> {
     tell(&job, &Record::new(&job, &input, &outcome, &device, &clocks).with_measured(measured.as_ref()))
 }
 
-/// Writes the result, and its log and its regions where they are asked for.
-pub fn write(job: &Job, outcome: &Outcome) -> anyhow::Result<()> {
-    let polygons = outcome.regions.as_ref().filter(|_| job.polygons).map(|regions| &regions.polygons);
-    job.sink.write(&outcome.mesh, polygons, &job.setup.writing)?;
+/// Writes the result with what the input said beside its mesh, and its log and its regions where they are asked for.
+pub fn write(job: &Job, document: &Document, outcome: &Outcome) -> anyhow::Result<()> {
+    let Job { setup, sink, .. } = job;
+    match outcome.regions.as_ref().filter(|_| job.polygons) {
+        Some(regions) => sink.write_polygons(&outcome.mesh, &regions.polygons, &setup.writing)?,
+        None => warn_of_losses(setup.verbosity, &setup.source, &sink.write(&outcome.mesh, document, &setup.writing)?),
+    }
     regions::write(job, outcome)?;
     match (&job.setup.log, &outcome.log) {
         (Some(path), Some(log)) => Ok(log.write(path)?),
         _ => Ok(()),
     }
+}
+
+/// Says what was not written.
+pub fn warn_of_losses(verbosity: Verbosity, source: &Source, losses: &[String]) {
+    losses.iter().for_each(|loss| console::warning(verbosity, &format!("'{source}': {loss}")));
 }
 
 /// Says what was done; a target that was required and missed is an error though the result stands.

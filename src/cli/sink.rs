@@ -5,7 +5,7 @@ use std::fs::{self, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use coarsen::formats::{self, Format, WriteOptions};
+use coarsen::formats::{self, Document, Format, WriteOptions};
 use coarsen::mesh::Polygons;
 use coarsen::{Error, Mesh};
 
@@ -77,21 +77,25 @@ impl Sink {
         }
     }
 
-    /// Writes `mesh`, with `polygons` in the place of its faces where there are any.
+    /// Writes `mesh` and what the input said beside it; returns what is lost.
     ///
     /// # Errors
-    /// As [`formats::write`] and [`formats::write_polygons`].
-    pub fn write(&self, mesh: &Mesh, polygons: Option<&Polygons>, options: &WriteOptions) -> coarsen::Result<()> {
-        match (self, polygons) {
-            (Self::File(path), None) => formats::write(mesh, path, options),
-            (Self::File(path), Some(polygons)) => formats::write_polygons(mesh, polygons, path, options),
-            (Self::Stdout(format), _) => {
-                let mut out = io::BufWriter::with_capacity(1 << 18, io::stdout());
-                match polygons {
-                    None => formats::write_to(mesh, *format, options, &mut out),
-                    Some(polygons) => formats::write_polygons_to(mesh, polygons, *format, options, &mut out),
-                }
-            }
+    /// As [`formats::write_scene`].
+    pub fn write(&self, mesh: &Mesh, document: &Document, options: &WriteOptions) -> coarsen::Result<Vec<String>> {
+        match self {
+            Self::File(path) => formats::write_scene(mesh, document, path, options),
+            Self::Stdout(format) => formats::write_scene_to(mesh, document, *format, options, &mut stdout()),
+        }
+    }
+
+    /// Writes `polygons` in the place of the faces of `mesh`.
+    ///
+    /// # Errors
+    /// As [`formats::write_polygons`].
+    pub fn write_polygons(&self, mesh: &Mesh, polygons: &Polygons, options: &WriteOptions) -> coarsen::Result<()> {
+        match self {
+            Self::File(path) => formats::write_polygons(mesh, polygons, path, options),
+            Self::Stdout(format) => formats::write_polygons_to(mesh, polygons, *format, options, &mut stdout()),
         }
     }
 }
@@ -103,6 +107,10 @@ impl fmt::Display for Sink {
             Self::Stdout(_) => f.write_str("-"),
         }
     }
+}
+
+fn stdout() -> impl io::Write {
+    io::BufWriter::with_capacity(1 << 18, io::stdout())
 }
 
 /// Whether two names lead to one file, through links too.

@@ -5,7 +5,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use coarsen::formats::{self, Compression, Format};
+use coarsen::formats::{self, Compression, Document, Format, Scene};
 use coarsen::mesh::samples::{LEAST_FACES, MOST_FACES, SAMPLES, parse_sample, sample};
 use coarsen::{Error, Mesh};
 
@@ -68,12 +68,22 @@ impl Source {
     /// Reads or makes the mesh.
     ///
     /// # Errors
-    /// As [`formats::read`], with the name of the input in front.
+    /// As [`Source::read_scene`].
     pub fn read(&self) -> anyhow::Result<Mesh> {
+        self.read_scene().map(|scene| scene.mesh)
+    }
+
+    /// Reads or makes the mesh, with what its file says beside it.
+    ///
+    /// # Errors
+    /// As [`formats::read_scene`], with the name of the input in front.
+    pub fn read_scene(&self) -> anyhow::Result<Scene> {
         match self {
-            Self::File(path) => formats::read(path),
-            Self::Stdin(format) => formats::read_from(&mut io::stdin(), *format, Compression::None),
-            Self::Sample { name, faces, .. } => sample(name, *faces),
+            Self::File(path) => formats::read_scene(path),
+            Self::Stdin(format) => formats::read_scene_from(&mut io::stdin(), *format, Compression::None, None),
+            Self::Sample { name, faces, .. } => {
+                sample(name, *faces).map(|mesh| Scene { mesh, document: Document::None })
+            }
         }
         .map_err(|error| at(Path::new(&self.to_string()), error))
     }

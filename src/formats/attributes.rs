@@ -1,8 +1,12 @@
-//! Vertex colors, normals and texture coordinates between what files store and what a mesh holds.
+//! Vertex colors, normals, texture coordinates and positions between what files store and what a mesh holds.
 
 use rayon::prelude::*;
 
 use crate::math::{Vec2, Vec3};
+use crate::mesh::Mesh;
+
+/// The greatest way that rounding to f32 may move a vertex, as a fraction of the bounding box's diagonal.
+const ROUNDING_FRACTION: f64 = 1e-6;
 
 /// One channel of `[0, 1]` as a byte.
 pub(super) fn to_byte(channel: f32) -> u8 {
@@ -47,6 +51,15 @@ pub(super) fn texcoord(u: f64, v: f64) -> Vec2 {
 /// A row for each face from texture coordinates that a file has for each vertex.
 pub(super) fn of_corners(faces: &[[u32; 3]], of_vertex: &[Vec2]) -> Vec<[Vec2; 3]> {
     faces.par_iter().map(|face| face.map(|vertex| of_vertex[vertex as usize])).collect()
+}
+
+/// Whether rounding positions to f32 would show.
+pub(super) fn needs_double(mesh: &Mesh) -> bool {
+    let greatest = ROUNDING_FRACTION * mesh.diagonal();
+    mesh.positions.iter().any(|position| {
+        let rounded = position.as_vec3();
+        !rounded.is_finite() || rounded.as_dvec3().distance(*position) > greatest
+    })
 }
 
 #[cfg(test)]

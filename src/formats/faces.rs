@@ -110,8 +110,8 @@ fn encode(
     out: &mut dyn Write,
 ) -> io::Result<()> {
     match format {
-        Format::Obj => obj::write(mesh, Faces::Polygons(polygons), out),
-        Format::Ply => ply::write(mesh, Faces::Polygons(polygons), options, None, out),
-        Format::Stl | Format::Off => Err(io::ErrorKind::Unsupported.into()),
+        Format::Obj => obj::write(mesh, Faces::Polygons(polygons), &[], out),
+        Format::Ply => ply::write(mesh, Faces::Polygons(polygons), options, (None, &[]), out),
+        Format::Stl | Format::Off | Format::Gltf | Format::Glb => Err(io::ErrorKind::Unsupported.into()),
     }
 }

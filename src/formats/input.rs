@@ -108,6 +108,8 @@ pub(super) fn check_content(bytes: &[u8], format: Format) -> Result<()> {
         Format::Ply => "the line 'ply'",
         Format::Stl => "binary STL or a line that starts with 'solid'",
         Format::Off => "the keyword 'OFF'",
+        Format::Gltf => "a JSON object",
+        Format::Glb => "the letters 'glTF'",
     };
     let mismatch = || {
         let message = format!("found {}, expected {expected}", describe(bytes));
@@ -121,6 +123,8 @@ pub(super) fn check_content(bytes: &[u8], format: Format) -> Result<()> {
         Format::Ply => found == Kind::Mesh(Format::Ply),
         Format::Off => matches!(found, Kind::Mesh(Format::Off) | Kind::Text),
         Format::Obj => found == Kind::Text,
+        Format::Glb => found == Kind::Mesh(Format::Glb),
+        Format::Gltf => bytes.trim_ascii_start().starts_with(b"{") || bytes.starts_with(b"\xef\xbb\xbf"),
         // The 80 bytes before the facet count of a binary STL are free: anything may stand there.
         Format::Stl => matches!(found, Kind::Mesh(Format::Stl) | Kind::Binary) || super::stl::is_binary(bytes),
     };
@@ -136,12 +140,11 @@ enum Kind {
 }
 
 /// File signatures worth naming in an error.
-const SIGNATURES: [(&[u8], &str); 8] = [
+const SIGNATURES: [(&[u8], &str); 7] = [
     (b"\x1f\x8b", "gzip data (name it .gz)"),
     (b"\x28\xb5\x2f\xfd", "zstd data (name it .zst)"),
     (b"PK\x03\x04", "a zip archive"),
     (b"\x89PNG", "a PNG picture"),
-    (b"glTF", "a binary glTF file"),
     (b"{", "JSON or glTF text"),
     (b"<", "XML or HTML text"),
     (b"version https://git-lfs", "a Git LFS pointer, not the file itself"),
@@ -155,6 +158,8 @@ fn recognize(bytes: &[u8]) -> Kind {
     let word = text::tokens(head).next().unwrap_or_default();
     if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") || (bytes.starts_with(b"ply ") && word == b"ply") {
         Kind::Mesh(Format::Ply)
+    } else if bytes.starts_with(b"glTF") {
+        Kind::Mesh(Format::Glb)
     } else if word.eq_ignore_ascii_case(b"solid") {
         Kind::Mesh(Format::Stl)
     } else if word.len() <= 6 && word.ends_with(b"OFF") {

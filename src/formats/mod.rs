@@ -8,6 +8,8 @@
 //! | PLY | ply | yes | yes | f32 or f64 | yes | rgba | rgba | yes | polygons |
 //! | STL | stl | yes | yes | f32 | no | no | no | no | triangles |
 //! | OFF | off | yes | no | f64 | yes | rgba | rgba | no | polygons |
+//! | glTF | gltf | yes | no | f32 | yes | rgba | no | yes | triangles |
+//! | GLB | glb | no | yes | f32 | yes | rgba | no | yes | triangles |
 //!
 //! The same table as data is [`Format::traits`]. What every reader does:
 //! - polygons become triangles, concave ones by ear clipping ([`earcut`]), and keep every corner; where a polygon has edges
@@ -18,13 +20,18 @@
 //! - texture coordinates belong to corners, zero where a corner has none or one that is not finite; those that a file has
 //!   at its vertices (PLY, OFF with `ST`) are given to the corners, and what no corner has is none;
 //! - a polygon's color goes to each of its triangles;
-//! - materials and groups are dropped.
+//! - what OBJ and glTF tell of materials becomes [`Mesh::materials`], what PLY and glTF have at vertices beside the standard
+//!   attributes becomes [`Mesh::channels`]; a vertex with several normals in an OBJ is repeated.
+//!
+//! What a file holds that is no mesh (nodes, textures, comments) is its [`Document`], which [`read_scene`] reads along and
+//! [`write_scene`] puts into a file of the same format.
 //!
 //! Text is written with the fewest digits that read back as the same number. Text STL therefore keeps f64 positions.
 //! The bytes written do not depend on the number of threads.
 
 mod attributes;
 mod faces;
+mod gltf;
 mod input;
 mod obj;
 mod off;
@@ -33,6 +40,7 @@ mod pieces;
 mod ply;
 mod polygon;
 mod property;
+mod scene;
 mod scratch;
 mod size;
 mod stl;
@@ -40,16 +48,17 @@ mod stream;
 mod text;
 
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Result};
 use crate::mesh::Mesh;
-use faces::Faces;
 
 pub use faces::{write_polygons, write_polygons_to};
+pub use gltf::Gltf;
 pub(crate) use output::is_temporary_of;
 pub use pieces::write_pieces;
 pub use property::{Weights, read_numbers, read_property, write_with_property};
+pub use scene::{Document, Scene, read_scene, read_scene_bytes, read_scene_from, write_scene, write_scene_to};
 pub(crate) use scratch::{Scratch, ScratchFile};
 pub use size::FileSize;
 pub(crate) use stream::{Rows, Stream};
@@ -65,6 +74,10 @@ pub enum Format {
     Stl,
     /// Geomview OFF with its `C` and `N` variants.
     Off,
+    /// glTF 2.0 as JSON, with its bytes in a file beside it.
+    Gltf,
+    /// glTF 2.0 in one binary file.
+    Glb,
 }
 
 /// How the bytes of a file are compressed.
@@ -106,7 +119,7 @@ pub struct Traits {
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 4] = [Self::Obj, Self::Ply, Self::Stl, Self::Off];
+    pub const ALL: [Self; 6] = [Self::Obj, Self::Ply, Self::Stl, Self::Off, Self::Gltf, Self::Glb];
 
     /// What the format carries.
     pub const fn traits(self) -> Traits {
@@ -138,6 +151,13 @@ impl Format {
                 ..polygons
             },
             Self::Off => Traits { name: "OFF", extension: "off", texcoords: false, ..polygons },
+            Self::Gltf | Self::Glb => {
+                let gltf = Traits { positions: "f32", face_colors: "", faces: "triangles", ..polygons };
+                match self {
+                    Self::Gltf => Traits { name: "glTF", extension: "gltf", ..gltf },
+                    _ => Traits { name: "GLB", extension: "glb", text: false, binary: true, ..gltf },
+                }
+            }
         }
     }
 
@@ -190,7 +210,7 @@ impl Format {
     }
 }
 
-const KNOWN: &str = "obj, ply, stl, off";
+const KNOWN: &str = "obj, ply, stl, off, gltf, glb";
 
 fn extension(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
@@ -205,9 +225,7 @@ fn extension(path: &Path) -> String {
 /// [`Error::Format`] with the place when its content is not what the format demands, [`Error::Limit`] when it holds
 /// more than 32-bit indices can.
 pub fn read(path: &Path) -> Result<Mesh> {
-    let (format, compression) = Format::from_path(path)?;
-    let content = input::open(path, format, compression)?;
-    read_bytes(&content, format)
+    read_scene(path).map(|scene| scene.mesh)
 }
 
 /// Reads a mesh of `format` from the uncompressed content of a file.
@@ -215,20 +233,7 @@ pub fn read(path: &Path) -> Result<Mesh> {
 /// # Errors
 /// As [`read`], without those of the system.
 pub fn read_bytes(bytes: &[u8], format: Format) -> Result<Mesh> {
-    input::check_content(bytes, format)?;
-    let mesh = match format {
-        Format::Obj => obj::read(bytes),
-        Format::Ply => ply::read(bytes),
-        Format::Stl => stl::read(bytes),
-        Format::Off => off::read(bytes),
-    }?;
-    if mesh.faces.is_empty() {
-        return Err(Error::format(format.name(), Place::File, "no faces: found none, expected at least one triangle"));
-    }
-    if mesh.positions.len() > u32::MAX as usize / 2 || mesh.faces.len() > u32::MAX as usize / 3 {
-        mesh.check()?;
-    }
-    Ok(mesh)
+    read_scene_bytes(bytes, format, None).map(|scene| scene.mesh)
 }
 
 /// Reads a mesh of `format` from a stream to its end, such as standard input.
@@ -236,12 +241,7 @@ pub fn read_bytes(bytes: &[u8], format: Format) -> Result<Mesh> {
 /// # Errors
 /// As [`read`]; [`Error::Read`] names the stream `-`.
 pub fn read_from(stream: &mut dyn io::Read, format: Format, compression: Compression) -> Result<Mesh> {
-    let mut bytes = Vec::new();
-    stream.read_to_end(&mut bytes).map_err(|source| Error::Read { path: PathBuf::from("-"), source })?;
-    match unpack(&bytes, format, compression, u64::MAX)? {
-        Some(content) => read_bytes(&content, format),
-        None => read_bytes(&bytes, format),
-    }
+    read_scene_from(stream, format, compression, None).map(|scene| scene.mesh)
 }
 
 /// The content of a compressed file of these bytes; none where it is not compressed.
@@ -269,10 +269,7 @@ pub struct WriteOptions {
 /// [`Error::Unsupported`] for an unknown extension, [`Error::Mesh`] for an invalid mesh, [`Error::Write`] with the
 /// path when the system refuses; then nothing is left behind and a file already there is untouched.
 pub fn write(mesh: &Mesh, path: &Path, options: &WriteOptions) -> Result<()> {
-    let (format, compression) = Format::from_path(path)?;
-    mesh.check()?;
-    output::atomically(path, |file| output::compressed(file, compression, |out| encode(mesh, format, options, out)))
-        .map_err(|source| Error::Write { path: path.to_path_buf(), source })
+    write_scene(mesh, &Document::None, path, options).map(drop)
 }
 
 /// Writes faces that share the vertices of `mesh` to the OBJ file at `path`, an object for each name, as atomically as
@@ -308,19 +305,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
 /// # Errors
 /// [`Error::Mesh`] for an invalid mesh; [`Error::Write`] names the stream `-`.
 pub fn write_to(mesh: &Mesh, format: Format, options: &WriteOptions, out: &mut dyn Write) -> Result<()> {
-    mesh.check()?;
-    encode(mesh, format, options, out)
-        .and_then(|()| out.flush())
-        .map_err(|source| Error::Write { path: PathBuf::from("-"), source })
-}
-
-fn encode(mesh: &Mesh, format: Format, options: &WriteOptions, out: &mut dyn Write) -> io::Result<()> {
-    match format {
-        Format::Obj => obj::write(mesh, Faces::of(mesh), out),
-        Format::Ply => ply::write(mesh, Faces::of(mesh), options, None, out),
-        Format::Stl => stl::write(mesh, options, out),
-        Format::Off => off::write(mesh, out),
-    }
+    write_scene_to(mesh, &Document::None, format, options, out).map(drop)
 }
 
 #[cfg(test)]
@@ -337,12 +322,12 @@ mod tests {
         ] {
             assert_eq!(Format::from_path(Path::new(path)).ok(), Some(expected), "{path}");
         }
-        for path in ["a", "a.gz", "a.glb", "obj", ".ply", "a.ply.bz2", ""] {
+        for path in ["a", "a.gz", "a.fbx", "obj", ".ply", "a.ply.bz2", ""] {
             let error = Format::from_path(Path::new(path)).unwrap_err();
-            assert!(matches!(&error, Error::Unsupported(m) if m.contains("obj, ply, stl, off")), "{path}: {error}");
+            assert!(matches!(&error, Error::Unsupported(m) if m.contains(KNOWN)), "{path}: {error}");
         }
         assert_eq!(Format::from_name(".StL").ok(), Some(Format::Stl));
-        assert!(Format::from_name("gltf").is_err());
+        assert!(Format::from_name("fbx").is_err());
     }
 
     #[test]

@@ -96,7 +96,7 @@ pub fn write_with_property(
     mesh.check()?;
     let property = Some((name, values));
     output::atomically(path, |file| {
-        output::compressed(file, compression, |out| ply::write(mesh, Faces::of(mesh), options, property, out))
+        output::compressed(file, compression, |out| ply::write(mesh, Faces::of(mesh), options, (property, &[]), out))
     })
     .map_err(|source| Error::Write { path: path.to_path_buf(), source })
 }
@@ -120,7 +120,10 @@ mod tests {
             let mut mesh = cube(1);
             mesh.colors = Some(vec![[1.0, 0.0, 0.0, 1.0]; 8]);
             write_with_property(&mesh, &path, &WriteOptions { ascii }, ("feature", &values)).expect("written");
-            assert_eq!(read(&path).expect("a mesh"), mesh, "{file}");
+            let mut found = read(&path).expect("a mesh");
+            let channel = found.channels.pop().expect("a channel");
+            assert_eq!((channel.name.as_str(), &channel.values[..]), ("feature", &values[..]), "{file}");
+            assert_eq!(found, mesh, "{file}");
             let found = read_property(&path, "feature").expect("the property");
             assert_eq!(found.iter().map(|&x| x as f32).collect::<Vec<_>>(), values, "{file}");
             assert_eq!(read_property(&path, "red").expect("a color"), [255.0; 8], "{file}");

@@ -50,7 +50,9 @@ impl Stream {
         match format {
             Format::Ply => Tables::open(path, metadata.len()).map(|tables| Self::Ply(tables.into())),
             Format::Stl => Facets::open(path, metadata.len()).map(Self::Stl),
-            Format::Obj | Format::Off => Err(refused(&format!("a file of the format {}", format.name()))),
+            Format::Obj | Format::Off | Format::Gltf | Format::Glb => {
+                Err(refused(&format!("a file of the format {}", format.name())))
+            }
         }
     }
 
@@ -86,11 +88,11 @@ impl Stream {
         }
     }
 
-    /// Whether there are texture coordinates, and colors of faces: neither is read here.
-    pub(crate) fn leaves_out(&self) -> [bool; 2] {
+    /// Whether there are texture coordinates, colors of faces, and channels: none is read here.
+    pub(crate) fn leaves_out(&self) -> [bool; 3] {
         match self {
             Self::Ply(tables) => tables.leaves_out(),
-            Self::Stl(_) => [false; 2],
+            Self::Stl(_) => [false; 3],
         }
     }
 

@@ -4,7 +4,7 @@
 pub mod exact;
 pub mod lanes;
 
-pub use glam::{DMat3, DVec2, DVec3, Vec2, Vec3, Vec4};
+pub use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, Vec2, Vec3, Vec4};
 
 /// The ratio of the radii of the circles in and around a triangle with these sides, 0 … ½: cos A + cos B + cos C − 1 \[Liu99\].
 pub fn radius_ratio([a, b, c]: [f64; 3]) -> f64 {

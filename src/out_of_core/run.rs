@@ -98,12 +98,15 @@ fn check_input(input: &Stream, method: &contract::Options) -> Result<()> {
 /// What is left out from the start.
 fn notes(input: &Stream) -> Notes {
     let mut notes = Notes::default();
-    let [texcoords, face_colors] = input.leaves_out();
+    let [texcoords, face_colors, channels] = input.leaves_out();
     if texcoords {
         notes.add("texture coordinates are dropped: they are not carried through parts".into());
     }
     if face_colors {
         notes.add(FACE_COLORS_DROPPED.into());
+    }
+    if channels {
+        notes.add("further properties of vertices are dropped: they are not carried through parts".into());
     }
     notes
 }

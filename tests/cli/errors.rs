@@ -149,9 +149,9 @@ fn unknown_formats_are_unsupported() {
     let dir = Dir::new();
     dir.file("in.obj", TETRAHEDRON).file("in.step", "ISO-10303-21;\n");
     dir.run("simplify in.step out.ply -f 4").fails(5, &["'.step'", "obj, ply, stl, off"]);
-    dir.run("simplify in.obj out.glb -f 4").fails(5, &["'.glb'", "obj, ply, stl, off"]);
+    dir.run("simplify in.obj out.fbx -f 4").fails(5, &["'.fbx'", "obj, ply, stl, off, gltf, glb"]);
     dir.run("simplify in.obj out -f 4").fails(5, &["'out'", "no extension"]);
-    dir.run("simplify in.obj - --format glb -f 4").fails(5, &["'glb'", "obj, ply, stl, off"]);
+    dir.run("simplify in.obj - --format fbx -f 4").fails(5, &["'fbx'", "obj, ply, stl, off"]);
     assert_eq!(dir.files(), ["in.obj", "in.step"]);
 }
 

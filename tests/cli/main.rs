@@ -4,8 +4,12 @@ mod batch;
 mod bench;
 mod compare;
 mod errors;
+mod gltf;
 mod help;
 mod lod;
+#[path = "../support/models.rs"]
+#[expect(dead_code, clippy::print_stdout, reason = "shared by test crates; a skip must be seen")]
+mod models;
 mod output;
 mod regions;
 mod replay;

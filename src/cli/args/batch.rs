@@ -26,8 +26,8 @@ pub struct Batch {
     /// Meshes to read: files, folders, globs
     ///
     /// A file; a folder, searched with all its folders; a glob such as 'scans/**/*.ply', in quotes if the shell is not to
-    /// see it; or sample:NAME[@FACES]. Of folders and globs the files whose extension names a format: OBJ, PLY, STL or OFF,
-    /// each also with .gz or .zst.
+    /// see it; or sample:NAME[@FACES]. Of folders and globs the files whose extension names a format: OBJ, PLY, STL, OFF,
+    /// glTF or GLB, each also with .gz or .zst.
     #[arg(value_name = "INPUTS", required_unless_present = "manifest")]
     pub inputs: Vec<String>,
 
@@ -131,7 +131,7 @@ pub struct Levels {
 
     /// Write text where binary is the default
     ///
-    /// Writes the text form of PLY and STL; OBJ and OFF are text anyway.
+    /// Writes the text form of PLY and STL; OBJ, OFF and glTF are text anyway.
     #[arg(long)]
     pub ascii: bool,
 

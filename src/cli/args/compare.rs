@@ -75,7 +75,7 @@ pub struct Drawing {
     /// Write A colored by deviation: a mesh
     ///
     /// Writes the first mesh with a color at each vertex by its distance to the second: dark blue is none, yellow much.
-    /// PLY, OBJ or OFF.
+    /// PLY, OBJ, OFF, glTF or GLB.
     #[arg(long, value_name = "MESH")]
     pub heatmap: Option<String>,
 
@@ -137,7 +137,7 @@ pub struct Writing {
     #[arg(short = 'w', long)]
     pub overwrite: bool,
 
-    /// Format of '-': obj, ply, stl or off
+    /// Format of '-': obj, ply, stl, off, gltf or glb
     ///
     /// The format of standard input, needed where A or B is '-'.
     #[arg(long, value_name = "EXT")]

@@ -111,7 +111,7 @@ pub struct Inspect {
     #[arg(value_name = "IN")]
     pub input: String,
 
-    /// Format of '-': obj, ply, stl or off
+    /// Format of '-': obj, ply, stl, off, gltf or glb
     ///
     /// The format of standard input, needed where IN is '-'.
     #[arg(long, value_name = "EXT")]

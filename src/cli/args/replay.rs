@@ -72,11 +72,11 @@ pub struct Writing {
 
     /// Write text where binary is the default
     ///
-    /// Writes the text form of PLY and STL; OBJ and OFF are text anyway.
+    /// Writes the text form of PLY and STL; OBJ, OFF and glTF are text anyway.
     #[arg(long)]
     pub ascii: bool,
 
-    /// Format of '-': obj, ply, stl or off
+    /// Format of '-': obj, ply, stl, off, gltf or glb
     ///
     /// The format of standard input and output, needed where IN or OUT is '-'.
     #[arg(long, value_name = "EXT")]

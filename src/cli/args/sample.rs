@@ -15,7 +15,7 @@ pub struct Sample {
     #[arg(value_name = "NAME")]
     pub sample: String,
 
-    /// File to write: obj, ply, stl, off, also with .gz or .zst
+    /// File to write: obj, ply, stl, off, gltf, glb, also with .gz or .zst
     ///
     /// As in `coarsen simplify`.
     #[arg(value_name = "OUT")]

@@ -18,7 +18,7 @@ use crate::cli::values::{self, Weld};
 pub struct Simplify {
     /// Mesh to read: a file, '-', or sample:NAME[@FACES]
     ///
-    /// OBJ, PLY, STL or OFF, each also with .gz or .zst; '-' reads standard input in the format that --format names;
+    /// OBJ, PLY, STL, OFF, glTF or GLB, each also with .gz or .zst; '-' reads standard input in the format that --format names;
     /// sample:NAME is a built-in mesh: statue, part, terrain, assembly, room or office, with @FACES of another size.
     #[arg(value_name = "IN")]
     pub input: String,
@@ -281,11 +281,11 @@ pub struct Writing {
 
     /// Write text where binary is the default
     ///
-    /// Writes the text form of PLY and STL; OBJ and OFF are text anyway.
+    /// Writes the text form of PLY and STL; OBJ, OFF and glTF are text anyway.
     #[arg(long)]
     pub ascii: bool,
 
-    /// Format of '-': obj, ply, stl or off
+    /// Format of '-': obj, ply, stl, off, gltf or glb
     ///
     /// The format of standard input and output, needed where IN or OUT is '-'.
     #[arg(long, value_name = "EXT")]

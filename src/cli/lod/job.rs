@@ -218,6 +218,10 @@ fn outputs(args: &args::Lod, source: &Source, budgets: &[Budget]) -> anyhow::Res
     let indices = match format {
         Format::Obj => None,
         Format::Stl => return Err(refuse(Exit::Usage, "STL has no vertices to share: write OBJ, PLY or OFF")),
+        Format::Gltf | Format::Glb => {
+            let message = format!("--shared-vertices in {}: write OBJ, PLY or OFF", format.name());
+            return Err(refuse(Exit::Usage, message));
+        }
         Format::Ply | Format::Off if args.levels.manifest.is_none() => {
             let message = "--shared-vertices in PLY and OFF needs --manifest: where each level begins is there";
             return Err(refuse(Exit::Usage, message));

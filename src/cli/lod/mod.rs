@@ -7,7 +7,7 @@ mod write;
 
 use std::time::Instant;
 
-use coarsen::formats;
+use coarsen::formats::{self, Scene};
 use coarsen::metrics::{self, deviation};
 use coarsen::{Device, Mesh, Method, Outcome, StopReason, simplify_levels};
 
@@ -28,7 +28,7 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
     let clock = Instant::now();
     let setup = &job.setup;
     let device = setup.open()?;
-    let (input, read) = setup.read(&device)?;
+    let (Scene { mesh: input, document }, read) = setup.read(&device)?;
     let device = setup.within_limit(&input, &job.budgets, device)?;
     let method = weights::method(setup)?;
     weights::write_features(setup, &input, &device)?;
@@ -37,7 +37,7 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
     if outcomes.iter().any(|outcome| outcome.stop == StopReason::Cancelled) {
         return Err(refuse(Exit::Interrupted, "interrupted, nothing is written"));
     }
-    let (written, write) = timed(|| interrupt::shielded(|| device.install(|| write::write(job, &outcomes))));
+    let (written, write) = timed(|| interrupt::shielded(|| device.install(|| write::write(job, &document, &outcomes))));
     let ranges = written?;
     let (measured, measure) = timed(|| measure(job, &input, &outcomes, &device));
     let measured = measured?;

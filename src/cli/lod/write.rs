@@ -1,9 +1,10 @@
 //! The files of a chain.
 
-use coarsen::formats::{self, Format};
+use coarsen::formats::{self, Document, Format};
 use coarsen::{Mesh, Outcome, lod};
 
 use super::job::{Job, Outputs};
+use crate::cli::simplify::warn_of_losses;
 
 /// Where the indices of each level are in their file, first and count; none where there is no such file.
 pub type Ranges = Vec<[usize; 2]>;
@@ -11,12 +12,13 @@ pub type Ranges = Vec<[usize; 2]>;
 /// Writes the levels, and the log where it is asked for. Each file appears when it is complete.
 ///
 /// # Errors
-/// As [`formats::write`], and levels that do not share their vertices though they are to.
-pub fn write(job: &Job, outcomes: &[Outcome]) -> anyhow::Result<Ranges> {
+/// As [`formats::write_scene`], and levels that do not share their vertices though they are to.
+pub fn write(job: &Job, document: &Document, outcomes: &[Outcome]) -> anyhow::Result<Ranges> {
     let ranges = match &job.outputs {
         Outputs::Each(files) => {
             for (file, outcome) in files.iter().zip(outcomes) {
-                formats::write(&outcome.mesh, file, &job.setup.writing)?;
+                let losses = formats::write_scene(&outcome.mesh, document, file, &job.setup.writing)?;
+                warn_of_losses(job.setup.verbosity, &job.setup.source, &losses);
             }
             Ranges::new()
         }

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::io::{self, BufRead, Read, Write};
 
 use super::FORMAT;
+use super::groups::{Groups, KEYWORDS};
 use crate::error::{Error, Place, Result};
 use crate::formats::attributes;
 use crate::formats::text::{Lines, integer, number, quote, tokens};
@@ -83,6 +84,7 @@ pub(super) struct Normalized<'a> {
     /// The line that stands in the buffer.
     pub(super) line: u64,
     pub(super) texture: Texture,
+    pub(super) groups: Groups,
     /// Why the text ended early.
     pub(super) failure: Option<Error>,
 }
@@ -99,6 +101,7 @@ impl<'a> Normalized<'a> {
             read: 0,
             line: 0,
             texture: Texture::default(),
+            groups: Groups::default(),
             failure: None,
         }
     }
@@ -127,7 +130,11 @@ impl<'a> Normalized<'a> {
                         continue;
                     }
                     b"f" => self.face(&text)?,
-                    _ => continue,
+                    word => {
+                        let name = &text.trim_ascii_start()[word.len()..];
+                        self.groups.statement(word, name);
+                        continue;
+                    }
                 }
                 break;
             }
@@ -191,6 +198,7 @@ impl<'a> Normalized<'a> {
         if corner_count < 3 {
             return Err(self.error(format!("found a face of {corner_count} corners, expected at least 3")));
         }
+        self.groups.faces(corner_count - 2);
         self.buffer.push(b'f');
         for corner in tokens(text).skip(1) {
             let mut parts = corner.split(|&b| b == b'/');
@@ -280,7 +288,10 @@ impl<'a> Iterator for Statements<'a> {
     type Item = (u64, Cow<'a, [u8]>);
 
     fn next(&mut self) -> Option<Self::Item> {
-        let mut statement = Cow::Borrowed(without_comment(self.lines.next()?));
+        let line = self.lines.next()?;
+        // A name may have any letter.
+        let is_name = KEYWORDS.contains(&keyword(line));
+        let mut statement = Cow::Borrowed(if is_name { line } else { without_comment(line) });
         let first = self.lines.number;
         // A path or a name may end in a backslash, too.
         if matches!(keyword(&statement), b"v" | b"vn" | b"vt" | b"f") {

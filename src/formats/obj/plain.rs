@@ -6,23 +6,25 @@
 
 use rayon::prelude::*;
 
+use super::groups::{Groups, KEYWORDS};
 use super::normalize::Counts;
-use super::read::{average_normals, unit_colors};
+use super::read::unit_colors;
+use super::shading;
+use super::words::{Indices, NONE, Words};
 use crate::formats::attributes;
 use crate::formats::polygon::Triangulator;
-use crate::formats::text::{integer, number};
-use crate::math::{DVec3, Vec2};
-use crate::mesh::Mesh;
+use crate::math::{DVec3, Vec2, Vec3};
+use crate::mesh::{Materials, Mesh};
 
 /// Bytes a thread parses at a time.
 const CHUNK_BYTES: usize = 1 << 20;
 
 /// Reads OBJ text if it is plain and has a face.
-pub(super) fn read(bytes: &[u8]) -> Option<Mesh> {
+pub(super) fn read(bytes: &[u8]) -> Option<(Mesh, Vec<String>)> {
     read_in_chunks(bytes, CHUNK_BYTES)
 }
 
-fn read_in_chunks(bytes: &[u8], chunk_bytes: usize) -> Option<Mesh> {
+fn read_in_chunks(bytes: &[u8], chunk_bytes: usize) -> Option<(Mesh, Vec<String>)> {
     let mut chunks = split(bytes, chunk_bytes).into_par_iter().map(Chunk::parse).collect::<Option<Vec<_>>>()?;
     let mut totals = Counts::default();
     let befores: Vec<Counts> = chunks
@@ -41,8 +43,9 @@ fn read_in_chunks(bytes: &[u8], chunk_bytes: usize) -> Option<Mesh> {
         return None;
     }
     chunks.par_iter_mut().zip(&befores).try_for_each(|(chunk, before)| chunk.resolve(before, &totals))?;
-    let mesh = assemble(&chunks, totals);
-    (!mesh.faces.is_empty()).then_some(mesh)
+    let (libraries, materials) = grouped(&chunks);
+    let mesh = Mesh { materials, ..assemble(&chunks, totals) };
+    (!mesh.faces.is_empty()).then_some((mesh, libraries))
 }
 
 /// Cuts a text at line ends into pieces of about `chunk_bytes`.
@@ -57,37 +60,59 @@ fn split(mut rest: &[u8], chunk_bytes: usize) -> Vec<&[u8]> {
     pieces
 }
 
-fn assemble(chunks: &[Chunk], totals: Counts) -> Mesh {
+/// The libraries and materials that the statements between the faces tell.
+fn grouped(chunks: &[Chunk<'_>]) -> (Vec<String>, Option<Materials>) {
+    let mut groups = Groups::default();
+    for chunk in chunks {
+        let arity = |face: usize| chunk.arities.get(face).copied().unwrap_or(3);
+        let mut next = 0;
+        for &(face, keyword, name) in &chunk.statements {
+            groups.faces((next..face).map(|face| arity(face) - 2).sum());
+            groups.statement(keyword, name);
+            next = face;
+        }
+        groups.faces((next..chunk.face_count).map(|face| arity(face) - 2).sum());
+    }
+    groups.finish()
+}
+
+fn assemble(chunks: &[Chunk<'_>], totals: Counts) -> Mesh {
     let positions = chunks.iter().map(|chunk| chunk.positions.as_slice()).collect::<Vec<_>>().concat();
     let texcoords = chunks
         .iter()
         .any(|chunk| chunk.texture.has_any())
         .then(|| chunks.iter().map(|chunk| chunk.texcoords.as_slice()).collect::<Vec<_>>().concat());
-    let faces: Vec<_> = chunks.par_iter().map(|chunk| chunk.triangles(&positions, texcoords.as_deref())).collect();
-    let mut mesh = Mesh::new(positions, Vec::with_capacity(faces.iter().map(|(faces, _)| faces.len()).sum()));
+    let is_shaded = chunks.iter().any(|chunk| chunk.shading.has_any());
+    let parts: Vec<_> =
+        chunks.par_iter().map(|chunk| chunk.triangles(&positions, texcoords.as_deref(), is_shaded)).collect();
+    let mut mesh = Mesh::new(positions, Vec::with_capacity(parts.iter().map(|part| part.faces.len()).sum()));
     mesh.texcoords = texcoords.map(|_| Vec::with_capacity(mesh.faces.capacity()));
-    for (faces, rows) in faces {
-        mesh.faces.extend(faces);
-        mesh.texcoords.iter_mut().for_each(|texcoords| texcoords.extend(&rows));
+    let mut shading = Vec::with_capacity(if is_shaded { mesh.faces.capacity() } else { 0 });
+    for part in parts {
+        mesh.faces.extend(part.faces);
+        mesh.texcoords.iter_mut().for_each(|texcoords| texcoords.extend(&part.texcoords));
+        shading.extend(part.shading);
     }
     if totals.colored {
         mesh.colors = Some(unit_colors(&chunks.iter().flat_map(Chunk::padded_colors).collect::<Vec<_>>()));
     }
-    if totals.normals > 0 {
-        let normals: Vec<DVec3> = chunks.iter().flat_map(|chunk| &chunk.normals).copied().collect();
-        let direction = |index: Option<u32>| index.map_or(DVec3::ZERO, |index| normals[index as usize]);
-        let corners = chunks.iter().flat_map(|chunk| {
-            let vertices = chunk.vertices.values.iter().enumerate();
-            vertices.map(|(at, &vertex)| (vertex, direction(chunk.shading.at(at))))
-        });
-        mesh.normals = average_normals(corners, mesh.positions.len());
+    if is_shaded {
+        let normals: Vec<Vec3> = chunks.iter().flat_map(|chunk| &chunk.normals).copied().collect();
+        shading::shade(&mut mesh, &shading, &normals);
     }
     mesh
 }
 
+/// The triangles of a chunk; texture coordinates and numbers of normals where the file has any.
+struct Triangles {
+    faces: Vec<[u32; 3]>,
+    texcoords: Vec<[Vec2; 3]>,
+    shading: Vec<[u32; 3]>,
+}
+
 /// What the lines of a piece of the file hold.
 #[derive(Default)]
-struct Chunk {
+struct Chunk<'a> {
     positions: Vec<DVec3>,
     /// One for each vertex up to the last that has one.
     colors: Vec<[f64; 3]>,
@@ -95,10 +120,12 @@ struct Chunk {
     weighted: bool,
     texcoords: Vec<Vec2>,
     /// Unit length or zero.
-    normals: Vec<DVec3>,
+    normals: Vec<Vec3>,
     /// The corners of each face up to the last that is no triangle.
     arities: Vec<usize>,
     face_count: usize,
+    /// Those of [`KEYWORDS`], with the faces before them.
+    statements: Vec<(usize, &'a [u8], &'a [u8])>,
     vertices: Indices,
     texture: Indices,
     shading: Indices,
@@ -107,8 +134,8 @@ struct Chunk {
 /// The color of a vertex without one among colored ones.
 const WHITE: [f64; 3] = [1.0; 3];
 
-impl Chunk {
-    fn parse(bytes: &[u8]) -> Option<Self> {
+impl<'a> Chunk<'a> {
+    fn parse(bytes: &'a [u8]) -> Option<Self> {
         let mut chunk = Self::default();
         let mut words = Words { rest: bytes };
         while !words.rest.is_empty() {
@@ -117,6 +144,7 @@ impl Chunk {
                 Some(b"vt") => chunk.texcoord(words.numbers()?)?,
                 Some(b"vn") => chunk.normal(words.numbers()?)?,
                 Some(b"f") => chunk.face(&mut words)?,
+                Some(word) if KEYWORDS.contains(&word) => chunk.statements.push((chunk.face_count, word, words.name())),
                 _ => {}
             }
             words.skip_line();
@@ -151,7 +179,7 @@ impl Chunk {
     }
 
     fn normal(&mut self, (values, count): ([f64; 3], usize)) -> Option<()> {
-        self.normals.push(DVec3::from(values).normalize_or_zero());
+        self.normals.push(shading::unit(DVec3::from(values)));
         (count == 3).then_some(())
     }
 
@@ -193,108 +221,34 @@ impl Chunk {
         Some(())
     }
 
-    /// The triangles of all faces and, of `texcoords`, the rows of their corners.
-    fn triangles(&self, positions: &[DVec3], texcoords: Option<&[Vec2]>) -> (Vec<[u32; 3]>, Vec<[Vec2; 3]>) {
+    /// The triangles of all faces.
+    fn triangles(&self, positions: &[DVec3], texcoords: Option<&[Vec2]>, is_shaded: bool) -> Triangles {
         let mut triangulator = Triangulator::new();
-        let (mut faces, mut rows) = (Vec::with_capacity(self.face_count), Vec::new());
+        let mut made =
+            Triangles { faces: Vec::with_capacity(self.face_count), texcoords: Vec::new(), shading: Vec::new() };
         let mut first = 0;
         for face in 0..self.face_count {
             let corners = &self.vertices.values[first..first + self.arities.get(face).unwrap_or(&3)];
             triangulator.split(corners, positions, |triangle| {
-                faces.push(triangle.map(|i| corners[i]));
+                made.faces.push(triangle.map(|i| corners[i]));
                 if let Some(texcoords) = texcoords {
                     let texcoord = |index: u32| texcoords[index as usize];
-                    rows.push(triangle.map(|i| self.texture.at(first + i).map(texcoord).unwrap_or_default()));
+                    let row = triangle.map(|i| self.texture.at(first + i).map(texcoord).unwrap_or_default());
+                    made.texcoords.push(row);
+                }
+                if is_shaded {
+                    made.shading.push(triangle.map(|i| self.shading.at(first + i).unwrap_or(NONE)));
                 }
             });
             first += corners.len();
         }
-        (faces, rows)
+        made
     }
 
     /// A color for each vertex.
     fn padded_colors(&self) -> impl Iterator<Item = [f64; 3]> {
         let missing = self.positions.len() - self.colors.len();
         self.colors.iter().copied().chain(std::iter::repeat_n(WHITE, missing))
-    }
-}
-
-/// The mark of a corner without an index.
-const NONE: u32 = u32::MAX;
-
-/// Indices of one kind, from 0, for each corner up to the last that has one.
-#[derive(Default)]
-struct Indices {
-    values: Vec<u32>,
-    /// Corners with an index that counts back from where it stands, and that index from the start of the chunk.
-    relative: Vec<(usize, i64)>,
-}
-
-impl Indices {
-    /// Adds the index that is written at corner `at`, if there is one, after `seen` rows of this chunk.
-    fn push(&mut self, at: usize, written: &[u8], seen: usize) -> Option<()> {
-        if written.is_empty() {
-            return Some(());
-        }
-        self.values.resize(at, NONE);
-        match integer(written)? {
-            0 => return None,
-            index if index < 0 => {
-                self.relative.push((at, seen as i64 + index));
-                self.values.push(NONE);
-            }
-            index => self.values.push(u32::try_from(index - 1).ok().filter(|&index| index != NONE)?),
-        }
-        Some(())
-    }
-
-    /// Replaces relative indices, of a chunk that comes after `before` rows of `total`; `None` when one is out of range.
-    fn resolve(&mut self, before: usize, total: usize) -> Option<()> {
-        for &(at, index) in &self.relative {
-            self.values[at] = u32::try_from(before as i64 + index).ok()?;
-        }
-        self.values.iter().all(|&index| index == NONE || (index as usize) < total).then_some(())
-    }
-
-    fn at(&self, corner: usize) -> Option<u32> {
-        self.values.get(corner).copied().filter(|&index| index != NONE)
-    }
-
-    fn has_any(&self) -> bool {
-        !self.values.is_empty()
-    }
-}
-
-/// The words of several lines.
-struct Words<'a> {
-    rest: &'a [u8],
-}
-
-impl<'a> Words<'a> {
-    /// The next word on this line before a comment.
-    fn next(&mut self) -> Option<&'a [u8]> {
-        let start = self.rest.iter().position(|&b| b == b'\n' || !b.is_ascii_whitespace())?;
-        self.rest = &self.rest[start..];
-        let end = self.rest.iter().position(|&b| b == b'#' || b.is_ascii_whitespace()).unwrap_or(self.rest.len());
-        let (word, rest) = self.rest.split_at(end);
-        self.rest = rest;
-        (!word.is_empty()).then_some(word)
-    }
-
-    /// The numbers up to the end of the line, zeros after them, and how many there are; at most `N`.
-    fn numbers<const N: usize>(&mut self) -> Option<([f64; N], usize)> {
-        let mut values = [0.0; N];
-        let mut count = 0;
-        while let Some(word) = self.next() {
-            *values.get_mut(count)? = number(word)?;
-            count += 1;
-        }
-        Some((values, count))
-    }
-
-    fn skip_line(&mut self) {
-        let end = self.rest.iter().position(|&b| b == b'\n').map_or(self.rest.len(), |at| at + 1);
-        self.rest = &self.rest[end..];
     }
 }
 
@@ -309,7 +263,7 @@ mod tests {
     use crate::formats::obj::read::read_any;
 
     /// All bits of a mesh: zeros of either sign differ.
-    fn bits(mesh: &Mesh) -> [Option<Vec<u64>>; 5] {
+    fn bits(mesh: &Mesh) -> [Option<Vec<u64>>; 6] {
         fn single<'a>(values: impl Iterator<Item = &'a f32>) -> Vec<u64> {
             values.map(|value| u64::from(value.to_bits())).collect()
         }
@@ -319,6 +273,7 @@ mod tests {
             mesh.normals.as_ref().map(|rows| single(rows.iter().flat_map(|row| row.as_ref()))),
             mesh.colors.as_ref().map(|rows| single(rows.iter().flatten())),
             mesh.texcoords.as_ref().map(|rows| single(rows.iter().flatten().flat_map(|row| row.as_ref()))),
+            mesh.materials.as_ref().map(|materials| materials.of_face.iter().map(|&number| number.into()).collect()),
         ]
     }
 
@@ -326,9 +281,11 @@ mod tests {
     fn is_plain(text: &[u8], name: &str) -> bool {
         let meshes = [1, 33, CHUNK_BYTES].map(|chunk_bytes| read_in_chunks(text, chunk_bytes));
         assert!(meshes.iter().all(|mesh| mesh.is_some() == meshes[0].is_some()), "{name}: depends on the chunks");
-        for mesh in meshes.iter().flatten() {
-            let expected = read_any(text).unwrap_or_else(|error| panic!("{name} was read, expected: {error}"));
+        for (mesh, libraries) in meshes.iter().flatten() {
+            let (expected, of_any) =
+                read_any(text).unwrap_or_else(|error| panic!("{name} was read, expected: {error}"));
             assert!(bits(mesh) == bits(&expected), "{name}:\n{}", String::from_utf8_lossy(text));
+            assert!(mesh.materials == expected.materials && *libraries == of_any, "{name}: names");
         }
         meshes[0].is_some()
     }
@@ -366,7 +323,11 @@ mod tests {
                 };
             }
         }
-        if has(4) { text.replace('\n', " \t# end\r\ng\ts\r\n\r\n") } else { text }
+        if has(4) {
+            text.replace('\n', " \t# end\r\ng\ts\r\n\r\n").replace("\nv 0", "\nusemtl a # b\nv 0")
+        } else {
+            text
+        }
     }
 
     #[test]
@@ -395,7 +356,7 @@ mod tests {
     /// Words in place of others: where the general route refuses or reads something else, this one must not differ.
     #[test]
     fn both_routes_agree_on_mutated_files() {
-        const WORDS: [&str; 24] = [
+        const WORDS: [&str; 28] = [
             "nan",
             "-inf",
             "1e999",
@@ -420,6 +381,10 @@ mod tests {
             "vn 0 0 1 1",
             "v 0 0 0 1 1 1 0.5",
             "\u{a0}",
+            "\nusemtl a#b\n",
+            "\nusemtl#b\n",
+            "\ng\n",
+            "\nmtllib x y\n",
         ];
         let mut state = 1_u64;
         let mut below = |bound: usize| {

@@ -1,23 +1,21 @@
 //! Reads OBJ: plain files by all threads, the others by way of `tobj`.
 
 use super::normalize::{Counts, Normalized, Statements, keyword};
-use super::{FORMAT, plain};
+use super::words::NONE;
+use super::{FORMAT, plain, shading};
 use crate::error::{Error, Place, Result};
 use crate::formats::attributes;
 use crate::formats::polygon::Triangulator;
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::mesh::Mesh;
 
-/// Reads OBJ text.
-pub(in crate::formats) fn read(bytes: &[u8]) -> Result<Mesh> {
-    match plain::read(bytes) {
-        Some(mesh) => Ok(mesh),
-        None => read_any(bytes),
-    }
+/// Reads OBJ text; also returns its libraries of materials.
+pub(in crate::formats) fn read(bytes: &[u8]) -> Result<(Mesh, Vec<String>)> {
+    plain::read(bytes).map_or_else(|| read_any(bytes), Ok)
 }
 
 /// Reads any OBJ text, or says why not.
-pub(super) fn read_any(bytes: &[u8]) -> Result<Mesh> {
+pub(super) fn read_any(bytes: &[u8]) -> Result<(Mesh, Vec<String>)> {
     let counts = Counts::of(bytes);
     let mut text = Normalized::new(bytes, counts);
     // No material library is named in the normalized text, so none is looked for.
@@ -27,9 +25,11 @@ pub(super) fn read_any(bytes: &[u8]) -> Result<Mesh> {
         (Err(error), None) => return Err(Error::format(FORMAT, Place::Line(text.line), explain(error))),
         (Ok(parsed), None) => parsed,
     };
+    let (libraries, materials) = text.groups.finish();
     // Without groups there is one model.
-    let Some(model) = models.into_iter().next() else { return Ok(Mesh::default()) };
-    assemble(bytes, counts, model.mesh, text.texture.of_corners())
+    let Some(model) = models.into_iter().next() else { return Ok((Mesh::default(), libraries)) };
+    let mesh = assemble(bytes, counts, model.mesh, text.texture.of_corners())?;
+    Ok((Mesh { materials, ..mesh }, libraries))
 }
 
 fn explain(error: tobj::LoadError) -> String {
@@ -48,32 +48,35 @@ fn assemble(bytes: &[u8], counts: Counts, parsed: tobj::Mesh, texcoords: Option<
     if let Some(vertex) = positions.iter().position(|position| !position.is_finite()) {
         return Err(not_finite(bytes, vertex, positions[vertex]));
     }
-    let corners = &parsed.indices[counts.vertices.min(parsed.indices.len())..];
+    let behind_prelude = |indices: &[u32]| indices[counts.vertices.min(indices.len())..].to_vec();
+    let [corners, shading] = [&parsed.indices, &parsed.normal_indices].map(|indices| behind_prelude(indices));
     let mut mesh = Mesh::new(positions, Vec::with_capacity(corners.len() / 3));
+    mesh.texcoords = texcoords.as_ref().map(|_| Vec::with_capacity(corners.len() / 3));
+    let mut rows = Vec::new();
+    let mut triangulator = Triangulator::new();
+    let mut first = 0;
     // Without arities all faces are triangles.
-    if parsed.face_arities.is_empty() {
-        mesh.faces.extend(corners.chunks_exact(3).map(|face| [face[0], face[1], face[2]]));
-        mesh.texcoords = texcoords.map(|uvs| uvs.chunks_exact(3).map(|face| [face[0], face[1], face[2]]).collect());
-    } else {
-        let mut triangulator = Triangulator::new();
-        let mut rest = corners;
-        mesh.texcoords = texcoords.as_ref().map(|_| Vec::with_capacity(corners.len() / 3));
-        let mut rest_texcoords = texcoords.as_deref().unwrap_or_default();
-        for &arity in parsed.face_arities.iter().skip(counts.prelude_faces()) {
-            let (face, next) = rest.split_at((arity as usize).min(rest.len()));
-            let (face_texcoords, next_texcoords) = rest_texcoords.split_at(face.len().min(rest_texcoords.len()));
-            triangulator.append(face, face_texcoords, &mut mesh);
-            (rest, rest_texcoords) = (next, next_texcoords);
-        }
+    let arities = parsed.face_arities.iter().skip(counts.prelude_faces()).map(|&arity| arity as usize);
+    let triangles = if parsed.face_arities.is_empty() { corners.len() / 3 } else { 0 };
+    for arity in arities.chain(std::iter::repeat_n(3, triangles)) {
+        let face = &corners[first..corners.len().min(first + arity)];
+        let Mesh { positions, faces, texcoords: uvs, .. } = &mut mesh;
+        triangulator.split(face, positions, |triangle| {
+            faces.push(triangle.map(|i| face[i]));
+            if let (Some(uvs), Some(texcoords)) = (uvs.as_mut(), &texcoords) {
+                uvs.push(triangle.map(|i| texcoords.get(first + i).copied().unwrap_or_default()));
+            }
+            rows.push(triangle.map(|i| shading.get(first + i).copied().unwrap_or(NONE)));
+        });
+        first += face.len();
     }
     if !parsed.vertex_color.is_empty() {
         mesh.colors = Some(unit_colors(parsed.vertex_color.as_chunks().0));
     }
-    if !parsed.normal_indices.is_empty() {
-        let of_corners = &parsed.normal_indices[counts.vertices.min(parsed.normal_indices.len())..];
-        let direction = |normal: u32| DVec3::from_slice(&parsed.normals[3 * normal as usize..]).normalize_or_zero();
-        let directions = of_corners.iter().map(|&normal| direction(normal));
-        mesh.normals = average_normals(corners.iter().copied().zip(directions), mesh.positions.len());
+    if !shading.is_empty() {
+        let normals: Vec<Vec3> =
+            parsed.normals.chunks_exact(3).map(|normal| shading::unit(DVec3::from_slice(normal))).collect();
+        shading::shade(&mut mesh, &rows, &normals);
     }
     Ok(mesh)
 }
@@ -88,16 +91,6 @@ pub(super) fn unit_colors(stored: &[[f64; 3]]) -> Vec<[f32; 4]> {
     stored.iter().map(unit).collect()
 }
 
-/// The mean direction of each vertex from the vertex and the direction of every corner; none when all are zero.
-pub(super) fn average_normals(corners: impl Iterator<Item = (u32, DVec3)>, vertex_count: usize) -> Option<Vec<Vec3>> {
-    let mut sums = vec![DVec3::ZERO; vertex_count];
-    for (vertex, direction) in corners {
-        sums[vertex as usize] += direction;
-    }
-    let unit: Vec<Vec3> = sums.into_iter().map(|sum| sum.normalize_or_zero().as_vec3()).collect();
-    unit.iter().any(|&normal| normal != Vec3::ZERO).then_some(unit)
-}
-
 fn not_finite(bytes: &[u8], vertex: usize, position: DVec3) -> Error {
     let line = Statements::of(bytes).filter(|(_, text)| keyword(text) == b"v").nth(vertex).map(|(line, _)| line);
     let message = format!("found a vertex at {position}, expected finite coordinates");
@@ -107,6 +100,10 @@ fn not_finite(bytes: &[u8], vertex: usize, position: DVec3) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn read(bytes: &[u8]) -> Result<Mesh> {
+        super::read(bytes).map(|(mesh, _)| mesh)
+    }
 
     #[test]
     fn vertices_keep_their_number_and_the_unused_stay() {
@@ -120,6 +117,10 @@ mod tests {
             b"mtllib gone.mtl\no a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nusemtl x\nf 1 2 3\ng b\nusemtl y\nf 3 2 4\n";
         let mesh = read(text).unwrap();
         assert_eq!((mesh.positions.len(), mesh.faces), (4, vec![[0, 1, 2], [2, 1, 3]]));
+        let materials = mesh.materials.unwrap();
+        assert_eq!(materials.of_face, [0, 1]);
+        assert_eq!(materials.names, ["x\no a", "y\no a\ng b"]);
+        assert_eq!(super::read(text).unwrap().1, ["gone.mtl"]);
     }
 
     #[test]
@@ -136,14 +137,13 @@ mod tests {
     }
 
     #[test]
-    fn several_normals_of_a_vertex_are_averaged() {
-        let text = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 2\nvn 1 0 0\nf 1//1 2//1 3//1\nf 1//2 3//2 4\n";
-        let normals = read(text).unwrap().normals.unwrap();
-        let diagonal = Vec3::new(0.5_f32.sqrt(), 0.0, 0.5_f32.sqrt());
-        assert!(
-            normals[0].distance(diagonal) < 1e-6 && normals[1] == Vec3::Z && normals[3] == Vec3::ZERO,
-            "{normals:?}"
-        );
+    fn several_normals_of_a_vertex_repeat_it() {
+        let text = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 2\nvn 1 0 0\nvn 0 -0 4\n\
+            f 1//1 2//1 3//1\nf 1//2 3//3 4\nf 3//2 1//2 2\n";
+        let mesh = read(text).unwrap();
+        assert_eq!(mesh.faces, [[0, 1, 2], [4, 2, 3], [5, 4, 1]]);
+        assert_eq!(mesh.normals, Some(vec![Vec3::Z, Vec3::Z, Vec3::Z, Vec3::ZERO, Vec3::X, Vec3::X]));
+        assert_eq!((mesh.positions[4], mesh.positions[5]), (DVec3::ZERO, DVec3::Y));
     }
 
     #[test]

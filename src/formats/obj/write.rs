@@ -1,19 +1,27 @@
-//! Writes OBJ: `v x y z [r g b]`, `vt u v`, `vn x y z`, `o name`, `f v/vt/vn …` or less.
+//! Writes OBJ: `mtllib name`, `v x y z [r g b]`, `vt u v`, `vn x y z`, `o name`, `g name`, `usemtl name`, `f v/vt/vn …` or less.
 
+use std::hash::Hash;
 use std::io::{self, Write};
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxBuildHasher, FxHashMap};
 
+use super::groups;
 use crate::formats::faces::Faces;
 use crate::formats::{attributes, output};
 use crate::math::Vec2;
-use crate::mesh::Mesh;
+use crate::mesh::{Materials, Mesh};
 
-/// Writes OBJ text. Alpha is dropped.
-pub(in crate::formats) fn write(mesh: &Mesh, faces: Faces<'_>, out: &mut dyn Write) -> io::Result<()> {
-    let texture = faces.texcoords(mesh).map(Texture::of);
-    write_vertices(mesh, faces.len(), texture.as_ref(), out)?;
-    write_faces(mesh, faces, texture.as_ref(), out)
+/// Writes OBJ text, with materials of these libraries. Alpha is dropped.
+pub(in crate::formats) fn write(
+    mesh: &Mesh,
+    faces: Faces<'_>,
+    libraries: &[String],
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let rows = Rows::of(mesh, faces.texcoords(mesh));
+    write_head(&rows, faces.len(), libraries, out)?;
+    write_vertices(mesh, &rows, out)?;
+    write_faces(&rows, faces, mesh.materials.as_ref(), out)
 }
 
 /// Writes OBJ text with an object for each name, of faces that share the vertices of `mesh`. Texture coordinates are left
@@ -23,17 +31,81 @@ pub(in crate::formats) fn write_objects(
     objects: &[(String, &[[u32; 3]])],
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    write_vertices(mesh, objects.iter().map(|(_, faces)| faces.len()).sum(), None, out)?;
+    let rows = Rows::of(mesh, None);
+    write_head(&rows, objects.iter().map(|(_, faces)| faces.len()).sum(), &[], out)?;
+    write_vertices(mesh, &rows, out)?;
     for (name, faces) in objects {
         writeln!(out, "o {name}")?;
-        write_faces(mesh, Faces::Triangles(faces), None, out)?;
+        write_faces(&rows, Faces::Triangles(faces), None, out)?;
     }
     Ok(())
 }
 
-fn write_vertices(mesh: &Mesh, faces: usize, texture: Option<&Texture>, out: &mut dyn Write) -> io::Result<()> {
-    writeln!(out, "# {} vertices, {faces} faces, written by coarsen", mesh.positions.len())?;
-    output::rows(out, mesh.positions.len(), |vertex, buffer| {
+/// Which lines the corners of faces name.
+struct Rows {
+    vertices: Numbered,
+    normals: Option<Numbered>,
+    texture: Option<Texture>,
+}
+
+impl Rows {
+    fn of(mesh: &Mesh, texcoords: Option<&[[Vec2; 3]]>) -> Self {
+        let count = mesh.positions.len();
+        let position = |vertex: usize| {
+            let color = mesh.colors.as_ref().map_or([0; 4], |colors| colors[vertex].map(f32::to_bits));
+            (mesh.positions[vertex].to_array().map(f64::to_bits), color)
+        };
+        // Vertices that repeat a position for the sake of another normal, or of another place in a texture.
+        let is_split = mesh.normals.is_some() || mesh.texcoords.is_some();
+        let normal = |normals: &Vec<_>| {
+            Numbered::of(count, |vertex| attributes::written_normal(normals[vertex]).to_array().map(f32::to_bits))
+        };
+        let (vertices, (normals, texture)) = rayon::join(
+            || if is_split { Numbered::of(count, position) } else { Numbered::each(count) },
+            || rayon::join(|| mesh.normals.as_ref().map(normal), || texcoords.map(Texture::of)),
+        );
+        Self { vertices, normals, texture }
+    }
+}
+
+/// Rows without repetitions, numbered by their first use.
+struct Numbered {
+    /// The first row of each kind.
+    firsts: Vec<u32>,
+    /// The number of each row.
+    numbers: Vec<u32>,
+}
+
+impl Numbered {
+    fn of<K: Hash + Eq>(count: usize, key: impl Fn(usize) -> K) -> Self {
+        let mut firsts = Vec::new();
+        let mut known: FxHashMap<K, u32> = FxHashMap::with_capacity_and_hasher(count, FxBuildHasher);
+        let numbers = (0..count).map(|row| {
+            *known.entry(key(row)).or_insert_with(|| {
+                firsts.push(row as u32);
+                firsts.len() as u32 - 1
+            })
+        });
+        let numbers = numbers.collect();
+        Self { firsts, numbers }
+    }
+
+    /// Every row for itself.
+    fn each(count: usize) -> Self {
+        let rows: Vec<u32> = (0..count as u32).collect();
+        Self { firsts: rows.clone(), numbers: rows }
+    }
+}
+
+fn write_head(rows: &Rows, faces: usize, libraries: &[String], out: &mut dyn Write) -> io::Result<()> {
+    writeln!(out, "# {} vertices, {faces} faces, written by coarsen", rows.vertices.firsts.len())?;
+    libraries.iter().try_for_each(|library| writeln!(out, "mtllib {library}"))
+}
+
+fn write_vertices(mesh: &Mesh, rows: &Rows, out: &mut dyn Write) -> io::Result<()> {
+    let Rows { vertices, normals, texture } = rows;
+    output::rows(out, vertices.firsts.len(), |row, buffer| {
+        let vertex = vertices.firsts[row] as usize;
         buffer.push(b'v');
         output::push_floats(buffer, &mesh.positions[vertex].to_array());
         if let Some(colors) = &mesh.colors {
@@ -49,32 +121,59 @@ fn write_vertices(mesh: &Mesh, faces: usize, texture: Option<&Texture>, out: &mu
             buffer.push(b'\n');
         })?;
     }
-    if let Some(normals) = &mesh.normals {
-        output::rows(out, normals.len(), |vertex, buffer| {
+    if let (Some(rows), Some(normals)) = (normals, &mesh.normals) {
+        output::rows(out, rows.firsts.len(), |row, buffer| {
             buffer.extend_from_slice(b"vn");
-            output::push_floats(buffer, &attributes::written_normal(normals[vertex]).to_array());
+            let normal = normals[rows.firsts[row] as usize];
+            output::push_floats(buffer, &attributes::written_normal(normal).to_array());
             buffer.push(b'\n');
         })?;
     }
     Ok(())
 }
 
-fn write_faces(mesh: &Mesh, faces: Faces<'_>, texture: Option<&Texture>, out: &mut dyn Write) -> io::Result<()> {
-    output::rows(out, faces.len(), |face, buffer| {
+fn write_faces(rows: &Rows, faces: Faces<'_>, materials: Option<&Materials>, out: &mut dyn Write) -> io::Result<()> {
+    let Rows { vertices, normals, texture } = rows;
+    let material = |face: usize| materials.map(|materials| materials.of_face[faces.triangle(face)]);
+    let order = materials.and_then(|materials| sorted(faces.len(), materials.names.len(), &material));
+    let at = |place: usize| order.as_ref().map_or(place, |order| order[place] as usize);
+    output::rows(out, faces.len(), |place, buffer| {
+        let face = at(place);
+        if let (Some(materials), Some(number)) = (materials, material(face)) {
+            let before = place.checked_sub(1).and_then(|place| material(at(place)));
+            if before != Some(number) {
+                let before = before.map(|before| materials.names[before as usize].as_str());
+                let statements = groups::statements(before, &materials.names[number as usize]);
+                buffer.extend_from_slice(statements.as_bytes());
+            }
+        }
         buffer.push(b'f');
-        for (i, corner) in faces.corners(face).iter().enumerate() {
+        for (i, &corner) in faces.corners(face).iter().enumerate() {
             buffer.push(b' ');
-            output::push_integer(buffer, corner + 1);
+            output::push_integer(buffer, vertices.numbers[corner as usize] + 1);
             if let Some(texture) = texture {
                 buffer.push(b'/');
                 output::push_integer(buffer, texture.corners[face][i] + 1);
             }
-            if mesh.normals.is_some() {
+            if let Some(normals) = normals {
                 buffer.extend_from_slice(if texture.is_some() { b"/" } else { b"//" });
-                output::push_integer(buffer, corner + 1);
+                output::push_integer(buffer, normals.numbers[corner as usize] + 1);
             }
         }
         buffer.push(b'\n');
+    })
+}
+
+/// Runs of faces of one material that are few enough to be written as they come, for each name.
+const RUNS_A_NAME: usize = 8;
+
+/// The faces by material, where in their own order they change it all the time.
+fn sorted(count: usize, names: usize, material: &dyn Fn(usize) -> Option<u32>) -> Option<Vec<u32>> {
+    let runs = (1..count).filter(|&face| material(face) != material(face - 1)).count();
+    (runs > RUNS_A_NAME * names).then(|| {
+        let mut order: Vec<u32> = (0..count as u32).collect();
+        order.sort_by_key(|&face| material(face as usize));
+        order
     })
 }
 
@@ -86,16 +185,10 @@ struct Texture {
 
 impl Texture {
     fn of(rows: &[[Vec2; 3]]) -> Self {
-        let mut coordinates = Vec::new();
+        let corners = rows.as_flattened();
         // Equal bits, so that a negative zero is read back as one.
-        let mut numbers: FxHashMap<[u32; 2], u32> = FxHashMap::default();
-        let mut number = |uv: Vec2| {
-            *numbers.entry(uv.to_array().map(f32::to_bits)).or_insert_with(|| {
-                coordinates.push(uv);
-                coordinates.len() as u32 - 1
-            })
-        };
-        let corners = rows.iter().map(|row| row.map(&mut number)).collect();
-        Self { coordinates, corners }
+        let Numbered { firsts, numbers } = Numbered::of(corners.len(), |at| corners[at].to_array().map(f32::to_bits));
+        let coordinates = firsts.iter().map(|&first| corners[first as usize]).collect();
+        Self { coordinates, corners: numbers.as_chunks().0.to_vec() }
     }
 }

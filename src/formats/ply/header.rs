@@ -22,6 +22,8 @@ pub(super) enum Body {
 pub(super) struct Header {
     pub(super) body: Body,
     pub(super) elements: Vec<Element>,
+    /// The lines that are no part of the structure, as they stand.
+    pub(super) comments: Vec<String>,
     /// Where the rows start, in bytes.
     pub(super) body_start: usize,
     /// Lines of the header.
@@ -109,6 +111,7 @@ impl Header {
                 Encoding::BinaryBigEndian => Body::Binary(Order::Big),
             },
             elements: parsed.elements.values().map(element).collect::<Result<_>>()?,
+            comments: text.lines().filter(|line| is_comment(line)).map(Into::into).collect(),
             body_start,
             lines: lines.number,
         };
@@ -155,6 +158,10 @@ impl Header {
         }
         Ok(())
     }
+}
+
+fn is_comment(line: &str) -> bool {
+    matches!(line.split_whitespace().next(), Some("comment" | "obj_info"))
 }
 
 /// Far more than any header has.

@@ -6,6 +6,7 @@
 //! | | nx ny nz | any |
 //! | | red green blue \[alpha\], also with `diffuse_` before | float in `[0, 1]`, ushort, or byte |
 //! | | s t, u v, or texture_u texture_v | float |
+//! | | whatever else is no list: a channel by its name | any |
 //! | face | list vertex_indices or vertex_index | any whole number |
 //! | | list texcoord, two numbers a corner or none | float |
 //! | | red green blue \[alpha\], as at vertices | float in `[0, 1]`, ushort, or byte |
@@ -40,11 +41,12 @@ use crate::mesh::Mesh;
 
 const FORMAT: &str = "PLY";
 
-/// Reads any of the three encodings.
-pub(super) fn read(bytes: &[u8]) -> Result<Mesh> {
+/// Reads any of the three encodings; also returns the comments of the header.
+pub(super) fn read(bytes: &[u8]) -> Result<(Mesh, Vec<String>)> {
     let header = Header::parse(bytes)?;
-    match header.body {
+    let mesh = match header.body {
         Body::Text => ascii::read(&header, bytes),
         Body::Binary(order) => binary::read(&header, order, bytes),
-    }
+    }?;
+    Ok((mesh, header.comments))
 }

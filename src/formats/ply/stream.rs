@@ -125,8 +125,10 @@ impl Tables {
         Rows { normals: self.layout.normal.is_some(), colors: self.layout.color.is_some() }
     }
 
-    pub(in crate::formats) fn leaves_out(&self) -> [bool; 2] {
-        [self.triangle.texcoords.is_some() || self.layout.texcoord.is_some(), self.has_face_colors]
+    /// Whether there are texture coordinates, colors of faces, and channels: none is read here.
+    pub(in crate::formats) fn leaves_out(&self) -> [bool; 3] {
+        let texcoords = self.triangle.texcoords.is_some() || self.layout.texcoord.is_some();
+        [texcoords, self.has_face_colors, !self.layout.channels.is_empty()]
     }
 
     pub(in crate::formats) fn positions(

@@ -2,11 +2,11 @@
 
 use super::FORMAT;
 use super::color::{ColorLayout, scalar};
-use super::header::Property;
+use super::header::{Kind, Property};
 use crate::error::{Error, Place, Result};
 use crate::formats::attributes;
 use crate::math::{DVec3, Vec2, Vec3};
-use crate::mesh::Mesh;
+use crate::mesh::{Channel, ChannelKind, Mesh};
 
 /// The places of the values in the row, as indices of properties.
 #[derive(Debug)]
@@ -15,6 +15,8 @@ pub(super) struct VertexLayout {
     pub(super) normal: Option<[usize; 3]>,
     pub(super) color: Option<ColorLayout>,
     pub(super) texcoord: Option<[usize; 2]>,
+    /// All other numbers, by their names.
+    pub(super) channels: Vec<(String, usize)>,
 }
 
 /// Vertices as they are read: the texture coordinates wait here for the faces, whose corners get them.
@@ -53,7 +55,15 @@ impl VertexLayout {
         let texcoord = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]]
             .into_iter()
             .find_map(|[u, v]| Some([float(u)?, float(v)?]));
-        Ok(Self { position, normal: places(["nx", "ny", "nz"]), color: ColorLayout::of(properties), texcoord })
+        let (normal, color) = (places(["nx", "ny", "nz"]), ColorLayout::of(properties));
+        let is_standard = |place: &usize| {
+            let mut listed = position.iter().chain(normal.iter().flatten()).chain(texcoord.iter().flatten());
+            listed.any(|standard| standard == place) || color.as_ref().is_some_and(|color| color.contains(*place))
+        };
+        let scalars = properties.iter().enumerate().filter(|(_, property)| matches!(property.kind, Kind::Scalar(_)));
+        let others = scalars.filter(|(place, _)| !is_standard(place));
+        let channels = others.map(|(place, property)| (property.name.clone(), place)).collect();
+        Ok(Self { position, normal, color, texcoord, channels })
     }
 
     /// The position of the row whose property `at` has the value `value(at)`.
@@ -75,6 +85,20 @@ impl VertexLayout {
         if let (Some(places), Some(texcoords)) = (self.texcoord, texcoords) {
             texcoords.push(texcoord(places, &value));
         }
+        for ((_, place), channel) in self.channels.iter().zip(&mut mesh.channels) {
+            channel.values.push(scalar_of(value(*place)));
+        }
+    }
+
+    /// The channels, of these values.
+    pub(super) fn channels(&self, values: impl Fn(usize) -> Vec<f32>) -> Vec<Channel> {
+        let channel = |(name, place): &(String, usize)| Channel {
+            name: name.clone(),
+            kind: ChannelKind::Linear,
+            width: 1,
+            values: values(*place),
+        };
+        self.channels.iter().map(channel).collect()
     }
 
     /// No vertices, ready for [`VertexLayout::push`].
@@ -82,10 +106,17 @@ impl VertexLayout {
         let mesh = Mesh {
             normals: self.normal.is_some().then(Vec::new),
             colors: self.color.is_some().then(Vec::new),
+            channels: self.channels(|_| Vec::new()),
             ..Mesh::default()
         };
         Vertices { mesh, texcoords: self.texcoord.is_some().then(Vec::new) }
     }
+}
+
+/// A number of a channel, which others can be added to.
+pub(super) fn scalar_of(value: f64) -> f32 {
+    let value = value as f32;
+    if value.is_finite() { value } else { 0.0 }
 }
 
 /// The texture coordinates of a row.

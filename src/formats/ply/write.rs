@@ -6,25 +6,84 @@ use crate::formats::faces::Faces;
 use crate::formats::{WriteOptions, attributes, output};
 use crate::mesh::Mesh;
 
-/// The greatest way that rounding to f32 may move a vertex, as a fraction of the bounding box's diagonal.
-const ROUNDING_FRACTION: f64 = 1e-6;
-
 /// A name and a number for each vertex.
 type Property<'a> = (&'a str, &'a [f32]);
 
-/// Writes binary PLY, or text with [`WriteOptions::ascii`].
+/// A property of the file: its name, the numbers of a channel or of one column of it.
+struct Column<'a> {
+    name: String,
+    values: &'a [f32],
+    width: usize,
+    at: usize,
+}
+
+impl Column<'_> {
+    fn value(&self, vertex: usize) -> f32 {
+        self.values[vertex * self.width + self.at]
+    }
+}
+
+/// The channels of a mesh, a property for each of their numbers; one of its own takes the place of one that is called the same.
+fn columns<'a>(mesh: &'a Mesh, own: Option<Property<'a>>) -> Vec<Column<'a>> {
+    let mut columns: Vec<Column<'_>> = Vec::new();
+    for channel in &mesh.channels {
+        let plain: String =
+            channel.name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '_' }).collect();
+        for at in 0..channel.width {
+            let name = if channel.width == 1 { plain.clone() } else { format!("{plain}_{at}") };
+            columns.push(Column { name, values: &channel.values, width: channel.width, at });
+        }
+    }
+    if let Some((name, values)) = own {
+        columns.push(Column { name: name.into(), values, width: 1, at: 0 });
+    }
+    // The last of a name counts, and none of those that mean something else.
+    let names: Vec<String> = columns.iter().map(|column| column.name.clone()).collect();
+    let mut place = 0;
+    columns.retain(|column| {
+        place += 1;
+        !column.name.is_empty() && !names[place..].contains(&column.name) && !STANDARD.contains(&column.name.as_str())
+    });
+    columns
+}
+
+/// Names of properties that readers take for something else.
+const STANDARD: [&str; 20] = [
+    "x",
+    "y",
+    "z",
+    "nx",
+    "ny",
+    "nz",
+    "red",
+    "green",
+    "blue",
+    "alpha",
+    "s",
+    "t",
+    "u",
+    "v",
+    "texture_u",
+    "texture_v",
+    "diffuse_red",
+    "diffuse_green",
+    "diffuse_blue",
+    "diffuse_alpha",
+];
+
+/// Writes binary PLY, or text with [`WriteOptions::ascii`]; with a property beside the mesh's own, and lines of the header.
 pub(in crate::formats) fn write(
     mesh: &Mesh,
     faces: Faces<'_>,
     options: &WriteOptions,
-    property: Option<Property<'_>>,
+    (property, comments): (Option<Property<'_>>, &[String]),
     out: &mut dyn Write,
 ) -> io::Result<()> {
     let form = Form::of(mesh, faces);
-    out.write_all(header(mesh, faces, options, form, property).as_bytes())?;
-    let values = property.map_or(&[][..], |(_, values)| values);
+    let columns = columns(mesh, property);
+    out.write_all(header(mesh, faces, options, form, (&columns, comments)).as_bytes())?;
     let write = if options.ascii { write_text } else { write_binary };
-    write(mesh, faces, form, values, out)
+    write(mesh, faces, form, &columns, out)
 }
 
 /// What the rows hold.
@@ -47,7 +106,7 @@ impl Form {
             Some(_) => 3,
         };
         Self {
-            double: needs_double(mesh),
+            double: attributes::needs_double(mesh),
             channels: channels(&mesh.colors),
             face_channels: channels(&mesh.face_colors),
             counts_int: faces.most_corners() > u8::MAX.into(),
@@ -55,17 +114,16 @@ impl Form {
     }
 }
 
-fn needs_double(mesh: &Mesh) -> bool {
-    let greatest = ROUNDING_FRACTION * mesh.diagonal();
-    mesh.positions.iter().any(|position| {
-        let rounded = position.as_vec3();
-        !rounded.is_finite() || rounded.as_dvec3().distance(*position) > greatest
-    })
-}
-
-fn header(mesh: &Mesh, faces: Faces<'_>, options: &WriteOptions, form: Form, own: Option<Property<'_>>) -> String {
+fn header(
+    mesh: &Mesh,
+    faces: Faces<'_>,
+    options: &WriteOptions,
+    form: Form,
+    (columns, comments): (&[Column<'_>], &[String]),
+) -> String {
     let encoding = if options.ascii { "ascii" } else { "binary_little_endian" };
-    let mut header = format!("ply\nformat {encoding} 1.0\nelement vertex {}\n", mesh.positions.len());
+    let comments: String = comments.iter().map(|line| format!("{line}\n")).collect();
+    let mut header = format!("ply\nformat {encoding} 1.0\n{comments}element vertex {}\n", mesh.positions.len());
     const CHANNELS: [&str; 4] = ["red", "green", "blue", "alpha"];
     let lines = |kind: &str, names: &[&str]| -> String {
         names.iter().map(|name| format!("property {kind} {name}\n")).collect()
@@ -76,9 +134,7 @@ fn header(mesh: &Mesh, faces: Faces<'_>, options: &WriteOptions, form: Form, own
         property("float", &["nx", "ny", "nz"]);
     }
     property("uchar", &CHANNELS[..form.channels]);
-    if let Some((name, _)) = own {
-        property("float", &[name]);
-    }
+    columns.iter().for_each(|column| property("float", &[&column.name]));
     let count = if form.counts_int { "int" } else { "uchar" };
     header.push_str(&format!("element face {}\nproperty list {count} int vertex_indices\n", faces.len()));
     if faces.texcoords(mesh).is_some() {
@@ -89,7 +145,13 @@ fn header(mesh: &Mesh, faces: Faces<'_>, options: &WriteOptions, form: Form, own
     header
 }
 
-fn write_binary(mesh: &Mesh, faces: Faces<'_>, form: Form, values: &[f32], out: &mut dyn Write) -> io::Result<()> {
+fn write_binary(
+    mesh: &Mesh,
+    faces: Faces<'_>,
+    form: Form,
+    columns: &[Column<'_>],
+    out: &mut dyn Write,
+) -> io::Result<()> {
     output::rows(out, mesh.positions.len(), |vertex, buffer| {
         for coordinate in mesh.positions[vertex].to_array() {
             if form.double {
@@ -105,9 +167,7 @@ fn write_binary(mesh: &Mesh, faces: Faces<'_>, form: Form, values: &[f32], out: 
         if let Some(colors) = &mesh.colors {
             buffer.extend_from_slice(&attributes::to_bytes(colors[vertex])[..form.channels]);
         }
-        if let Some(value) = values.get(vertex) {
-            buffer.extend_from_slice(&value.to_le_bytes());
-        }
+        columns.iter().for_each(|column| buffer.extend_from_slice(&column.value(vertex).to_le_bytes()));
     })?;
     let texcoords = faces.texcoords(mesh);
     output::rows(out, faces.len(), |face, buffer| {
@@ -129,7 +189,13 @@ fn write_binary(mesh: &Mesh, faces: Faces<'_>, form: Form, values: &[f32], out: 
     })
 }
 
-fn write_text(mesh: &Mesh, faces: Faces<'_>, form: Form, values: &[f32], out: &mut dyn Write) -> io::Result<()> {
+fn write_text(
+    mesh: &Mesh,
+    faces: Faces<'_>,
+    form: Form,
+    columns: &[Column<'_>],
+    out: &mut dyn Write,
+) -> io::Result<()> {
     output::rows(out, mesh.positions.len(), |vertex, buffer| {
         let position = mesh.positions[vertex];
         output::push_float(buffer, position.x);
@@ -140,9 +206,8 @@ fn write_text(mesh: &Mesh, faces: Faces<'_>, form: Form, values: &[f32], out: &m
         if let Some(colors) = &mesh.colors {
             output::push_channels(buffer, &attributes::to_bytes(colors[vertex])[..form.channels]);
         }
-        if let Some(&value) = values.get(vertex) {
-            output::push_floats(buffer, &[value]);
-        }
+        let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
+        columns.iter().for_each(|column| output::push_floats(buffer, &[finite(column.value(vertex))]));
         buffer.push(b'\n');
     })?;
     let texcoords = faces.texcoords(mesh);

@@ -1,0 +1,90 @@
+//! A document for a mesh that came from another format.
+
+use serde_json::{Map, Value, json};
+
+use super::document::Gltf;
+use super::number::Number;
+use super::part::{Attribute, Part, Place};
+use super::scene::Placement;
+use crate::formats::attributes;
+use crate::math::DVec3;
+use crate::mesh::{ChannelKind, Mesh};
+
+/// One node with one mesh, a primitive for each material.
+pub(super) fn document(mesh: &Mesh) -> Gltf {
+    let names = mesh.materials.as_ref().map_or(&[][..], |materials| &materials.names);
+    // Map coordinates would lose what the eye can see.
+    let shift = if attributes::needs_double(mesh) { center(mesh) } else { DVec3::ZERO };
+    let attributes = attributes_of(mesh);
+    let part = |primitive| Part {
+        mesh: 0,
+        primitive,
+        placement: Placement::shift(shift),
+        attributes: attributes.clone(),
+        indices_said: Map::new(),
+    };
+    let parts: Vec<Part> = (0..names.len().max(1)).map(part).collect();
+    let primitive = |number| match names.is_empty() {
+        true => json!({}),
+        false => json!({ "material": number }),
+    };
+    let mut json = json!({
+        "asset": { "version": "2.0", "generator": format!("coarsen {}", env!("CARGO_PKG_VERSION")) },
+        "scene": 0,
+        "scenes": [{ "nodes": [0] }],
+        "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": (0..parts.len()).map(primitive).collect::<Vec<Value>>() }],
+    });
+    if shift != DVec3::ZERO {
+        json["nodes"][0]["translation"] = json!(shift.to_array());
+    }
+    if !names.is_empty() {
+        // The first line of a name is the material, what follows are groups.
+        let name = |name: &String| json!({ "name": name.lines().next().unwrap_or_default() });
+        json["materials"] = names.iter().map(name).collect();
+    }
+    Gltf { json, binary: Vec::new(), parts, folder: None, has_data_uris: false }
+}
+
+/// The middle of the bounding box, in whole numbers: nothing is lost by taking it off.
+fn center(mesh: &Mesh) -> DVec3 {
+    let (low, high) = mesh.bounds();
+    (low * 0.5 + high * 0.5).round()
+}
+
+fn attributes_of(mesh: &Mesh) -> Vec<Attribute> {
+    let standard = [
+        (true, "POSITION", Place::Positions, 3, Number::F32),
+        (mesh.normals.is_some(), "NORMAL", Place::Normals, 3, Number::F32),
+        (mesh.texcoords.is_some(), "TEXCOORD_0", Place::Texcoords, 2, Number::F32),
+        // Bytes of light would lose dark shades.
+        (mesh.colors.is_some(), "COLOR_0", Place::Colors, 4, Number::U16),
+    ];
+    let of = |(_, semantic, place, width, number): (bool, &str, Place, usize, Number)| Attribute {
+        semantic: semantic.into(),
+        target: None,
+        place,
+        width,
+        shape: shape(width).into(),
+        number,
+        said: Map::new(),
+    };
+    let mut attributes: Vec<Attribute> = standard.into_iter().filter(|(is_there, ..)| *is_there).map(of).collect();
+    for channel in &mesh.channels {
+        let semantic = match channel.kind {
+            // Joints say nothing without a skin, nor targets without their mesh.
+            ChannelKind::Joints => continue,
+            ChannelKind::Linear if channel.name.contains('.') || channel.width > 4 => continue,
+            ChannelKind::Linear if channel.name.starts_with('_') => channel.name.clone(),
+            ChannelKind::Linear => format!("_{}", channel.name.to_ascii_uppercase()),
+            ChannelKind::Texcoords | ChannelKind::Tangent => channel.name.clone(),
+        };
+        let place = Place::Channel(channel.name.clone(), channel.kind);
+        attributes.push(of((true, &semantic, place, channel.width, Number::F32)));
+    }
+    attributes
+}
+
+fn shape(width: usize) -> &'static str {
+    ["SCALAR", "VEC2", "VEC3", "VEC4"][width.clamp(1, 4) - 1]
+}

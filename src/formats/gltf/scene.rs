@@ -1,0 +1,235 @@
+//! Where the nodes of a scene put its meshes.
+
+use serde_json::Value;
+
+use super::json::Json;
+use crate::error::Result;
+use crate::math::{DAffine3, DMat3, DMat4, DQuat, DVec3, Vec3};
+
+/// From the space of a mesh to that of the scene, and back.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Placement {
+    to_scene: DAffine3,
+    from_scene: DAffine3,
+    /// Whether nothing is to be done.
+    is_identity: bool,
+    /// Whether directions stay what they are: nothing but a shift and a size.
+    keeps_directions: bool,
+    /// Whether faces turn over.
+    pub(super) is_mirrored: bool,
+}
+
+impl Placement {
+    pub(super) const IDENTITY: Self = Self {
+        to_scene: DAffine3::IDENTITY,
+        from_scene: DAffine3::IDENTITY,
+        is_identity: true,
+        keeps_directions: true,
+        is_mirrored: false,
+    };
+
+    /// That of a transform; one that cannot be undone is left out.
+    pub(super) fn new(to_scene: DAffine3) -> Self {
+        let from_scene = to_scene.inverse();
+        let matrix = to_scene.matrix3;
+        // Scales of a thousandth are common, a flat matrix of rounding errors is none.
+        let volume = matrix.x_axis.length() * matrix.y_axis.length() * matrix.z_axis.length();
+        let determinant = matrix.determinant();
+        if !(to_scene.is_finite() && from_scene.is_finite() && determinant.abs() > 1e-12 * volume) {
+            return Self::IDENTITY;
+        }
+        let size = matrix.x_axis.x;
+        Self {
+            is_identity: to_scene == DAffine3::IDENTITY,
+            keeps_directions: size > 0.0 && matrix == DMat3::from_diagonal(DVec3::splat(size)),
+            is_mirrored: determinant < 0.0,
+            to_scene,
+            from_scene,
+        }
+    }
+
+    /// A shift.
+    pub(super) fn shift(by: DVec3) -> Self {
+        Self::new(DAffine3::from_translation(by))
+    }
+
+    pub(super) fn point_to_scene(&self, point: Vec3) -> DVec3 {
+        let point = point.as_dvec3();
+        if self.is_identity { point } else { self.to_scene.transform_point3(point) }
+    }
+
+    pub(super) fn point_from_scene(&self, point: DVec3) -> Vec3 {
+        if self.is_identity {
+            return point.as_vec3();
+        }
+        let DAffine3 { matrix3, translation } = self.from_scene;
+        // What is only rounding was zero: the sides of a box stay flat.
+        let magnitude = matrix3.abs() * point.abs() + translation.abs();
+        let kept = |x: f64, magnitude: f64| if x.abs() <= 4.0 * f64::EPSILON * magnitude { 0.0 } else { x as f32 };
+        let moved = matrix3 * point + translation;
+        Vec3::from_array([0, 1, 2].map(|axis| kept(moved[axis], magnitude[axis])))
+    }
+
+    pub(super) fn normal_to_scene(&self, normal: Vec3) -> Vec3 {
+        self.direction(normal, self.from_scene.matrix3.transpose())
+    }
+
+    pub(super) fn normal_from_scene(&self, normal: Vec3) -> Vec3 {
+        self.direction(normal, self.to_scene.matrix3.transpose())
+    }
+
+    /// A tangent: a direction along the surface, and the side of the third axis.
+    pub(super) fn tangent_to_scene(&self, tangent: [f32; 4]) -> [f32; 4] {
+        self.tangent(tangent, self.to_scene.matrix3)
+    }
+
+    pub(super) fn tangent_from_scene(&self, tangent: [f32; 4]) -> [f32; 4] {
+        self.tangent(tangent, self.from_scene.matrix3)
+    }
+
+    fn tangent(&self, [x, y, z, side]: [f32; 4], matrix: DMat3) -> [f32; 4] {
+        let [x, y, z] = self.direction(Vec3::new(x, y, z), matrix).to_array();
+        [x, y, z, if self.is_mirrored { -side } else { side }]
+    }
+
+    fn direction(&self, direction: Vec3, matrix: DMat3) -> Vec3 {
+        if self.keeps_directions {
+            return direction;
+        }
+        (matrix * direction.as_dvec3()).normalize_or_zero().as_vec3()
+    }
+}
+
+/// For each mesh where the first node that has it puts it; as it is without a node, or with a skin, whose joints place it.
+///
+/// # Errors
+/// [`crate::Error::Format`] for nodes that are their own descendants or have two parents.
+pub(super) fn placements(json: &Value) -> Result<Vec<Placement>> {
+    let root = Json::root(json);
+    let nodes = root.elements("nodes")?;
+    let transforms = world_transforms(&nodes)?;
+    let mut placements = vec![None; root.elements("meshes")?.len()];
+    for (node, transform) in nodes.iter().zip(transforms) {
+        let Some(mesh) = node.optional_whole("mesh")? else { continue };
+        let Some(placement) = placements.get_mut(mesh) else {
+            return Err(node.error(format!("has no meshes[{mesh}]")));
+        };
+        let is_skinned = node.get("skin").is_some();
+        let place = || if is_skinned { Placement::IDENTITY } else { Placement::new(transform) };
+        placement.get_or_insert_with(place);
+    }
+    Ok(placements.into_iter().map(|placement| placement.unwrap_or(Placement::IDENTITY)).collect())
+}
+
+/// From each node's space to that of the scene.
+fn world_transforms(nodes: &[Json<'_>]) -> Result<Vec<DAffine3>> {
+    let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
+    let mut children = Vec::with_capacity(nodes.len());
+    for (parent, node) in nodes.iter().enumerate() {
+        let mut own = Vec::new();
+        for child in node.elements("children")? {
+            let index = child.whole()?;
+            match parents.get_mut(index) {
+                None => return Err(child.error(format!("has no nodes[{index}]"))),
+                Some(Some(other)) => {
+                    return Err(child.error(format!("nodes[{index}] is a child of nodes[{other}] too")));
+                }
+                Some(none) => *none = Some(parent),
+            }
+            own.push(index);
+        }
+        children.push(own);
+    }
+    let mut transforms = vec![None; nodes.len()];
+    let mut open: Vec<(usize, DAffine3)> =
+        (0..nodes.len()).filter(|&node| parents[node].is_none()).map(|node| (node, DAffine3::IDENTITY)).collect();
+    while let Some((node, outer)) = open.pop() {
+        let transform = outer * local_transform(&nodes[node])?;
+        transforms[node] = Some(transform);
+        open.extend(children[node].iter().map(|&child| (child, transform)));
+    }
+    // With one parent each, what no root leads to goes round in a circle.
+    let of_node = |(node, transform): (usize, Option<DAffine3>)| {
+        transform.ok_or_else(|| nodes[node].error("is its own descendant, expected a tree"))
+    };
+    transforms.into_iter().enumerate().map(of_node).collect()
+}
+
+fn local_transform(node: &Json<'_>) -> Result<DAffine3> {
+    if let Some(matrix) = node.numbers::<16>("matrix")? {
+        let matrix = DMat4::from_cols_array(&matrix);
+        return Ok(DAffine3 { matrix3: DMat3::from_mat4(matrix), translation: matrix.w_axis.truncate() });
+    }
+    let translation = node.numbers::<3>("translation")?.map_or(DVec3::ZERO, DVec3::from);
+    let scale = node.numbers::<3>("scale")?.map_or(DVec3::ONE, DVec3::from);
+    let rotation = node.numbers::<4>("rotation")?.map(DQuat::from_array);
+    // A rotation written with few digits is not quite of length 1.
+    let rotation =
+        rotation.filter(|rotation| rotation.length_squared() > 0.0).map_or(DQuat::IDENTITY, DQuat::normalize);
+    let rotated = if rotation == DQuat::IDENTITY { DMat3::IDENTITY } else { DMat3::from_quat(rotation) };
+    Ok(DAffine3 { matrix3: rotated * DMat3::from_diagonal(scale), translation })
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn of(nodes: Value) -> Result<Vec<Placement>> {
+        placements(&json!({ "nodes": nodes, "meshes": [{}, {}] }))
+    }
+
+    #[test]
+    fn the_first_node_places_a_mesh() {
+        let nodes = json!([
+            { "children": [1, 2], "scale": [2, 2, 2] },
+            { "mesh": 1, "translation": [1, 0, 0] },
+            { "mesh": 1, "translation": [9, 9, 9] },
+            { "mesh": 0, "skin": 0, "translation": [9, 9, 9] },
+        ]);
+        let placements = of(nodes).expect("a tree");
+        assert_eq!(placements[1].point_to_scene(Vec3::Y), DVec3::new(2.0, 2.0, 0.0));
+        assert_eq!(placements[1].point_from_scene(DVec3::new(2.0, 2.0, 0.0)), Vec3::Y);
+        assert!(placements[1].keeps_directions && !placements[1].is_mirrored);
+        assert!(placements[0].is_identity, "joints place what has a skin");
+    }
+
+    #[test]
+    fn mirrors_turn_normals_and_sides() {
+        let placement = &of(json!([{ "mesh": 0, "scale": [-2, 1, 1] }])).expect("a tree")[0];
+        assert!(placement.is_mirrored);
+        let slanted = Vec3::new(0.6, 0.8, 0.0);
+        let turned = placement.normal_to_scene(slanted);
+        assert!(
+            turned.x < 0.0 && turned.is_normalized() && placement.normal_from_scene(turned).distance(slanted) < 1e-6
+        );
+        assert_eq!(placement.tangent_to_scene([1.0, 0.0, 0.0, 1.0]), [-1.0, 0.0, 0.0, -1.0]);
+    }
+
+    #[test]
+    fn what_is_no_tree_is_refused() {
+        for (nodes, part) in [
+            (json!([{ "children": [1] }, { "children": [0] }]), "nodes[0]: is its own descendant"),
+            (json!([{ "children": [0] }]), "its own descendant"),
+            (
+                json!([{ "children": [2] }, { "children": [2] }, {}]),
+                "nodes[1].children[0]: nodes[2] is a child of nodes[0]",
+            ),
+            (json!([{ "children": [7] }]), "has no nodes[7]"),
+            (json!([{ "mesh": 2 }]), "has no meshes[2]"),
+            (json!([{ "scale": [1, 1] }]), "nodes[0].scale: expected 3 finite numbers"),
+        ] {
+            let error = of(nodes).expect_err(part).to_string();
+            assert!(error.contains(part), "{error}");
+        }
+    }
+
+    /// Depth is bounded by the file alone: no call stack grows with it.
+    #[test]
+    fn deep_chains_and_flat_transforms_are_no_trouble() {
+        let mut nodes: Vec<Value> = (1..100_000).map(|child| json!({ "children": [child] })).collect();
+        nodes.push(json!({ "mesh": 0, "scale": [1, 0, 1] }));
+        assert!(of(Value::Array(nodes)).expect("a chain")[0].is_identity);
+    }
+}

@@ -1,0 +1,118 @@
+//! What faces are made of and belong to: `usemtl`, `g`, `o`; and where materials are described: `mtllib`.
+
+use rustc_hash::FxHashMap;
+
+use crate::mesh::Materials;
+
+/// The statements that hold until the next of their kind.
+pub(super) const KEYWORDS: [&[u8]; 4] = [b"usemtl", b"g", b"o", b"mtllib"];
+
+/// Materials and groups of faces, as they come.
+///
+/// A face's material is named by up to three lines: the name behind `usemtl`, then `o …` and `g …` where the face has them.
+#[derive(Debug, Default)]
+pub(super) struct Groups {
+    libraries: Vec<String>,
+    /// The names behind `usemtl`, `g`, `o` in force.
+    current: [String; 3],
+    /// The number of the current name, once a face has it.
+    number: Option<u32>,
+    numbers: FxHashMap<String, u32>,
+    names: Vec<String>,
+    of_face: Vec<u32>,
+    is_told: bool,
+}
+
+impl Groups {
+    /// A statement of [`KEYWORDS`]; others are passed over.
+    pub(super) fn statement(&mut self, keyword: &[u8], name: &[u8]) {
+        let name = String::from_utf8_lossy(name.trim_ascii());
+        match KEYWORDS.iter().position(|known| *known == keyword) {
+            Some(3) => self.libraries.push(name.into()),
+            Some(kind) => {
+                self.is_told = true;
+                if self.current[kind] != name {
+                    self.current[kind] = name.into();
+                    self.number = None;
+                }
+            }
+            None => {}
+        }
+    }
+
+    /// The next triangles.
+    pub(super) fn faces(&mut self, count: usize) {
+        if count == 0 {
+            return;
+        }
+        let number = match self.number {
+            Some(number) => number,
+            None => {
+                let name = name(&self.current);
+                let next = self.names.len() as u32;
+                *self.numbers.entry(name.clone()).or_insert_with(|| {
+                    self.names.push(name);
+                    next
+                })
+            }
+        };
+        self.number = Some(number);
+        self.of_face.resize(self.of_face.len() + count, number);
+    }
+
+    /// The libraries, and the materials where any are told.
+    pub(super) fn finish(self) -> (Vec<String>, Option<Materials>) {
+        let materials = Materials { of_face: self.of_face, names: self.names };
+        (self.libraries, self.is_told.then_some(materials))
+    }
+}
+
+fn name([material, group, object]: &[String; 3]) -> String {
+    let mut name = material.clone();
+    for (keyword, text) in [("o", object), ("g", group)] {
+        if !text.is_empty() {
+            name.push_str(&format!("\n{keyword} {text}"));
+        }
+    }
+    name
+}
+
+/// The statements that lead from faces of one name to faces of another.
+pub(super) fn statements(before: Option<&str>, after: &str) -> String {
+    let parts = |name: &str| {
+        let line = |keyword: &str| {
+            let named = name.lines().skip(1).find_map(|line| line.strip_prefix(keyword)?.strip_prefix(' '));
+            named.unwrap_or_default().to_string()
+        };
+        [("o", line("o")), ("g", line("g")), ("usemtl", name.lines().next().unwrap_or_default().to_string())]
+    };
+    let before = before.map_or_else(|| parts(""), parts);
+    let changed = parts(after).into_iter().zip(before).filter(|(after, before)| after != before);
+    changed.map(|((keyword, name), _)| format!("{keyword} {name}").trim_end().to_string() + "\n").collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_lead_back_to_statements() {
+        let mut groups = Groups::default();
+        let told: [(&[u8], &[u8]); 5] =
+            [(b"mtllib", b" a b.mtl "), (b"o", b"car"), (b"usemtl", b" red #2"), (b"s", b"1"), (b"g", b"door left")];
+        groups.faces(1);
+        told.iter().for_each(|(keyword, name)| groups.statement(keyword, name));
+        groups.faces(2);
+        groups.statement(b"g", b"");
+        groups.faces(1);
+        groups.statement(b"g", b"door left");
+        groups.faces(1);
+        let (libraries, materials) = groups.finish();
+        let materials = materials.expect("some");
+        assert_eq!((libraries, &materials.of_face), (vec!["a b.mtl".to_string()], &vec![0, 1, 1, 2, 1]));
+        assert_eq!(materials.names, ["", "red #2\no car\ng door left", "red #2\no car"]);
+        assert_eq!(statements(None, &materials.names[1]), "o car\ng door left\nusemtl red #2\n");
+        assert_eq!(statements(Some(&materials.names[1]), &materials.names[2]), "g\n");
+        assert_eq!(statements(Some(&materials.names[2]), ""), "o\nusemtl\n");
+    }
+}

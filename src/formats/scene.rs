@@ -1,0 +1,181 @@
+//! A mesh with what its file says beside it.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use super::faces::Faces;
+use super::{Compression, Format, WriteOptions, gltf, input, obj, off, output, ply, stl};
+use crate::error::{Error, Place, Result};
+use crate::mesh::Mesh;
+
+/// What a file holds that is no mesh. It goes into a file of the same format.
+#[derive(Debug, Clone, Default)]
+#[non_exhaustive]
+pub enum Document {
+    /// Nothing.
+    #[default]
+    None,
+    /// The `mtllib` lines of an OBJ file.
+    Obj(Vec<String>),
+    /// The comments of a PLY file, each with its first word.
+    Ply(Vec<String>),
+    /// Nodes, materials, textures, skins, animations of a glTF file.
+    Gltf(Box<gltf::Gltf>),
+}
+
+/// A mesh and the rest of its file.
+#[derive(Debug, Clone, Default)]
+pub struct Scene {
+    /// All triangles.
+    pub mesh: Mesh,
+    /// What is no triangle.
+    pub document: Document,
+}
+
+/// Reads the mesh at `path` with what the file says beside it.
+///
+/// # Errors
+/// As [`read`](super::read()).
+pub fn read_scene(path: &Path) -> Result<Scene> {
+    let (format, compression) = Format::from_path(path)?;
+    let content = input::open(path, format, compression)?;
+    read_scene_bytes(&content, format, path.parent())
+}
+
+/// Reads a scene of `format` from the uncompressed content of a file; `folder` is where it looks for files beside it.
+///
+/// # Errors
+/// As [`read_scene`]; [`Error::Unsupported`] for a glTF with bytes in other files, and no folder.
+pub fn read_scene_bytes(bytes: &[u8], format: Format, folder: Option<&Path>) -> Result<Scene> {
+    input::check_content(bytes, format)?;
+    let plain = |mesh| (mesh, Document::None);
+    let (mesh, document) = match format {
+        Format::Obj => obj::read(bytes).map(|(mesh, libraries)| (mesh, Document::Obj(libraries))),
+        Format::Ply => ply::read(bytes).map(|(mesh, comments)| (mesh, Document::Ply(comments))),
+        Format::Stl => stl::read(bytes).map(plain),
+        Format::Off => off::read(bytes).map(plain),
+        Format::Gltf | Format::Glb => {
+            gltf::read(bytes, format, folder).map(|(mesh, document)| (mesh, Document::Gltf(Box::new(document))))
+        }
+    }?;
+    if mesh.faces.is_empty() {
+        return Err(Error::format(format.name(), Place::File, "no faces: found none, expected at least one triangle"));
+    }
+    if mesh.positions.len() > u32::MAX as usize / 2 || mesh.faces.len() > u32::MAX as usize / 3 {
+        mesh.check()?;
+    }
+    Ok(Scene { mesh, document })
+}
+
+/// Reads a scene of `format` from a stream to its end, such as standard input; `folder` as for [`read_scene_bytes`].
+///
+/// # Errors
+/// As [`read_scene_bytes`]; [`Error::Read`] names the stream `-`.
+pub fn read_scene_from(
+    stream: &mut dyn io::Read,
+    format: Format,
+    compression: Compression,
+    folder: Option<&Path>,
+) -> Result<Scene> {
+    let mut bytes = Vec::new();
+    stream.read_to_end(&mut bytes).map_err(|source| Error::Read { path: PathBuf::from("-"), source })?;
+    let content = input::decompress(&bytes, format, compression, u64::MAX)?;
+    read_scene_bytes(content.as_deref().unwrap_or(&bytes), format, folder)
+}
+
+/// Writes `mesh` to `path` in the format and compression its extensions name, with what `document` says beside it where
+/// that is of the same format; returns what is lost or has to be known, a sentence each.
+///
+/// Atomic as [`write`](super::write()); the bytes of a `.gltf` go to a `.bin` beside it, which is written first.
+///
+/// # Errors
+/// As [`write`](super::write()).
+pub fn write_scene(mesh: &Mesh, document: &Document, path: &Path, options: &WriteOptions) -> Result<Vec<String>> {
+    let (format, compression) = Format::from_path(path)?;
+    mesh.check()?;
+    let mut warnings = document.losses(format, Some(path));
+    let written = match format {
+        Format::Gltf | Format::Glb => {
+            let mut prepared = gltf::prepare(mesh, document.gltf());
+            warnings.append(&mut prepared.warnings);
+            prepared.write(path, format, compression)
+        }
+        _ => output::atomically(path, |file| {
+            output::compressed(file, compression, |out| encode(mesh, document, format, options, out))
+        }),
+    };
+    written.map(|()| warnings).map_err(|source| Error::Write { path: path.to_path_buf(), source })
+}
+
+/// Writes `mesh` in `format`, uncompressed, to a stream such as standard output, and flushes it; for the rest as
+/// [`write_scene`]. A glTF has its bytes in the JSON.
+///
+/// # Errors
+/// [`Error::Mesh`] for an invalid mesh; [`Error::Write`] names the stream `-`.
+pub fn write_scene_to(
+    mesh: &Mesh,
+    document: &Document,
+    format: Format,
+    options: &WriteOptions,
+    out: &mut dyn Write,
+) -> Result<Vec<String>> {
+    mesh.check()?;
+    let mut warnings = document.losses(format, None);
+    let written = match format {
+        Format::Gltf | Format::Glb => {
+            let mut prepared = gltf::prepare(mesh, document.gltf());
+            warnings.append(&mut prepared.warnings);
+            prepared.write_to(format, out)
+        }
+        _ => encode(mesh, document, format, options, out),
+    };
+    let written = written.and_then(|()| out.flush()).map(|()| warnings);
+    written.map_err(|source| Error::Write { path: PathBuf::from("-"), source })
+}
+
+/// Writes one of the formats that are a row after the other.
+fn encode(
+    mesh: &Mesh,
+    document: &Document,
+    format: Format,
+    options: &WriteOptions,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let faces = Faces::of(mesh);
+    match (format, document) {
+        (Format::Obj, Document::Obj(libraries)) => obj::write(mesh, faces, libraries, out),
+        (Format::Obj, _) => obj::write(mesh, faces, &[], out),
+        (Format::Ply, Document::Ply(comments)) => ply::write(mesh, faces, options, (None, comments), out),
+        (Format::Ply, _) => ply::write(mesh, faces, options, (None, &[]), out),
+        (Format::Stl, _) => stl::write(mesh, options, out),
+        (Format::Off, _) => off::write(mesh, out),
+        (Format::Gltf | Format::Glb, _) => gltf::prepare(mesh, document.gltf()).write_to(format, out),
+    }
+}
+
+impl Document {
+    fn gltf(&self) -> Option<&gltf::Gltf> {
+        match self {
+            Self::Gltf(document) => Some(document),
+            _ => None,
+        }
+    }
+
+    /// What a file of `format` at `path` will not have or not find.
+    fn losses(&self, format: Format, path: Option<&Path>) -> Vec<String> {
+        let name = format.name();
+        let loss = match self {
+            Self::Gltf(document) if matches!(format, Format::Gltf | Format::Glb) => path
+                .filter(|path| document.leaves_behind(path))
+                .map(|_| "the pictures beside the input are not copied: put them beside the output".to_string()),
+            Self::Gltf(_) => {
+                Some(format!("nodes, materials, textures and animations are not written: {name} has none"))
+            }
+            Self::Obj(libraries) if format != Format::Obj && !libraries.is_empty() => {
+                Some(format!("the materials of the OBJ's libraries are not written: {name} names none"))
+            }
+            _ => None,
+        };
+        loss.into_iter().collect()
+    }
+}

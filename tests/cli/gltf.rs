@@ -1,0 +1,134 @@
+//! glTF through the program: what is no triangle goes from input to output.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::Dir;
+use super::models;
+
+/// The JSON of a glTF or a GLB.
+fn json_of(path: &Path) -> Value {
+    let bytes = fs::read(path).expect("a file");
+    let text = match bytes.strip_prefix(b"glTF") {
+        Some(rest) => &rest[16..16 + u32::from_le_bytes(rest[8..12].try_into().expect("four bytes")) as usize],
+        None => &bytes[..],
+    };
+    serde_json::from_slice(text).expect("JSON")
+}
+
+/// A sphere-like sheet of 200 faces with a node, an animation, extras, and a picture beside it.
+fn write_sheet(dir: &Dir) -> Value {
+    let side = 11_u16;
+    let mut binary: Vec<u8> = Vec::new();
+    for vertex in 0..side * side {
+        let (x, y) = (f32::from(vertex % side), f32::from(vertex / side));
+        [x, y, (x * y / 30.0).sin()].iter().for_each(|x| binary.extend_from_slice(&x.to_le_bytes()));
+    }
+    let indices_start = binary.len();
+    for cell in (0..side * (side - 1)).filter(|cell| cell % side < side - 1) {
+        let corners = [cell, cell + 1, cell + side + 1, cell, cell + side + 1, cell + side];
+        corners.iter().for_each(|corner| binary.extend_from_slice(&corner.to_le_bytes()));
+    }
+    let end = binary.len();
+    binary.extend_from_slice(&[0; 8]);
+    let json = json!({
+        "asset": { "version": "2.0", "copyright": "nobody" },
+        "scenes": [{ "nodes": [0, 1] }],
+        "nodes": [{ "mesh": 0, "translation": [1, 2, 3], "extras": { "keep": [1, 2.5] } }, { "name": "empty" }],
+        "meshes": [{ "name": "sheet", "primitives": [{ "attributes": { "POSITION": 0 }, "indices": 1, "material": 0 }] }],
+        "materials": [{ "name": "cloth", "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }],
+        "textures": [{ "source": 0 }],
+        "images": [{ "uri": "cloth.png" }],
+        "animations": [{
+            "channels": [{ "sampler": 0, "target": { "node": 1, "path": "scale" } }],
+            "samplers": [{ "input": 2, "output": 2 }],
+        }],
+        "accessors": [
+            { "bufferView": 0, "componentType": 5126, "count": 121, "type": "VEC3", "min": [0, 0, -1], "max": [10, 10, 1] },
+            { "bufferView": 1, "componentType": 5123, "count": 600, "type": "SCALAR" },
+            { "bufferView": 2, "componentType": 5126, "count": 2, "type": "SCALAR" },
+        ],
+        "bufferViews": [
+            { "buffer": 0, "byteLength": indices_start },
+            { "buffer": 0, "byteOffset": indices_start, "byteLength": end - indices_start },
+            { "buffer": 0, "byteOffset": end, "byteLength": 8 },
+        ],
+        "buffers": [{ "byteLength": binary.len(), "uri": "sheet.bin" }],
+    });
+    dir.file("sheet.bin", binary).file("sheet.gltf", json.to_string());
+    json
+}
+
+const UNTOUCHED: [&str; 6] = ["asset", "scenes", "nodes", "materials", "textures", "images"];
+
+#[test]
+fn every_verb_carries_what_is_no_triangle() {
+    let dir = Dir::new();
+    let json = write_sheet(&dir);
+    dir.run("simplify sheet.gltf one.glb -f 50 -g cpu -q").succeeds();
+    dir.run("simplify sheet.gltf two.gltf -f 50 -g cpu -q").succeeds();
+    dir.run("lod sheet.gltf level{level}.glb --levels 2 --ratio-step 50% -g cpu -q").succeeds();
+    dir.run("batch sheet.gltf -d out --ratios 25% -g cpu -q").succeeds();
+    assert_eq!(json_of(&dir.path("two.gltf"))["buffers"][0]["uri"], "two.bin");
+    let batched = fs::read_dir(dir.path("out")).expect("a folder").map(|entry| entry.expect("an entry").path());
+    let batched = batched.filter(|path| path.extension().is_some_and(|extension| extension == "gltf"));
+    let outputs = ["one.glb", "two.gltf", "level1.glb", "level2.glb"].map(|name| dir.path(name));
+    let outputs: Vec<_> = outputs.into_iter().chain(batched).collect();
+    assert_eq!(outputs.len(), 5);
+    for path in outputs {
+        let written = json_of(&path);
+        for key in UNTOUCHED {
+            assert_eq!(written[key], json[key], "{}: {key}", path.display());
+        }
+        assert_eq!(written["meshes"][0]["name"], "sheet");
+        assert_eq!(written["animations"][0]["channels"], json["animations"][0]["channels"]);
+    }
+    let found = dir.run("inspect two.gltf --json").succeeds().json();
+    assert_eq!(found["materials"], json!([{ "name": "0.0 sheet: cloth", "faces": 50 }]));
+    // Its place in the scene is what is measured and compared.
+    assert_eq!(found["bounds"]["low"][0], 1.0);
+    let ran = dir.run("simplify sheet.gltf out.ply -f 50 -g cpu").succeeds();
+    assert!(ran.err.contains("warning: 'sheet.gltf': nodes, materials, textures"), "{}", ran.err);
+    let ran = dir.run("simplify sheet.gltf out/far.glb -f 50 -g cpu").succeeds();
+    assert!(ran.err.contains("pictures beside the input are not copied"), "{}", ran.err);
+}
+
+#[test]
+fn what_is_not_understood_is_an_exit_code() {
+    let dir = Dir::new();
+    let mut json = write_sheet(&dir);
+    json["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]);
+    dir.file("draco.gltf", json.to_string()).file("cut.glb", b"glTF\x02\0\0\0");
+    dir.run("simplify draco.gltf out.glb -f 4").fails(5, &["KHR_draco_mesh_compression"]);
+    dir.run("simplify cut.glb out.glb -f 4").fails(4, &["'cut.glb': glTF byte 8"]);
+    fs::remove_file(dir.path("sheet.bin")).expect("removed");
+    dir.run("simplify sheet.gltf out.glb -f 4").fails(4, &["sheet.bin"]);
+    dir.run("lod sheet.gltf out.glb --shared-vertices").fails(2, &["--shared-vertices in GLB"]);
+}
+
+/// Half of the faces of every real file; what is no triangle is as it was.
+#[test]
+fn real_files_are_halved() {
+    let dir = Dir::new();
+    for path in models::all().iter().filter(|path| path.extension().is_some_and(|e| e == "glb" || e == "gltf")) {
+        let name = path.display();
+        let ran = dir.run(&format!("simplify {name} out.glb -w --ratio 50% -g cpu")).succeeds();
+        let written = json_of(&dir.path("out.glb"));
+        let half = dir.run("inspect out.glb --json").succeeds().json();
+        let whole = dir.run(&format!("inspect {name} --json")).succeeds().json();
+        let faces = |record: &Value| record["stored"]["faces"].as_u64().expect("a number");
+        assert!(2 * faces(&half) <= faces(&whole) + 1, "{name}: {}", ran.err);
+        if !ran.err.contains("does not tell its materials apart") {
+            let before = json_of(path);
+            for key in UNTOUCHED.iter().chain(&["samplers", "cameras", "extras"]) {
+                assert_eq!(
+                    written.get(key).filter(|_| *key != "images"),
+                    before.get(key).filter(|_| *key != "images"),
+                    "{name}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! What OBJ and PLY files say beside their faces, and what the vertices carry: materials, groups, normals, properties.
+
+use std::fs;
+
+use coarsen::Mesh;
+use coarsen::formats::{self, Document, Format, Scene, WriteOptions};
+use coarsen::math::{DVec3, Vec3};
+use coarsen::mesh::Materials;
+
+/// Two squares that meet in a crease, of two materials and three groups.
+const ROOF: &str = "mtllib two words.mtl\nmtllib second.mtl\no roof\nv 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 1\nv 1 2 0\nv 0 2 0\n\
+    vt 0 0\nvt 1 0\nvt 1 1\nvn 0 -1 1\nvn 0 1 1\ng left\nusemtl tiles\nf 1/1/1 2/2/1 3/3/1\nf 1/1/1 3/3/1 4/1/1\n\
+    g right\nf 4/1/2 3/2/2 5/3/2\nusemtl moss\nf 4//2 5//2 6//2\n";
+
+fn scene(text: &str, format: Format) -> Scene {
+    formats::read_scene_bytes(text.as_bytes(), format, None).expect("a scene")
+}
+
+fn text(mesh: &Mesh, document: &Document, format: Format) -> String {
+    let mut bytes = Vec::new();
+    formats::write_scene_to(mesh, document, format, &WriteOptions { ascii: true }, &mut bytes).expect("written");
+    String::from_utf8(bytes).expect("text")
+}
+
+#[test]
+fn obj_keeps_creases_materials_groups_and_libraries() {
+    let Scene { mesh, document } = scene(ROOF, Format::Obj);
+    let materials = mesh.materials.as_ref().expect("materials");
+    assert_eq!(materials.of_face, [0, 0, 1, 2]);
+    assert_eq!(materials.names, ["tiles\no roof\ng left", "tiles\no roof\ng right", "moss\no roof\ng right"]);
+    // The ridge, vertices 2 and 3, is there twice, with the same positions and other normals.
+    assert_eq!(mesh.faces, [[0, 1, 2], [0, 2, 3], [6, 7, 4], [6, 4, 5]]);
+    let normals = mesh.normals.as_ref().expect("normals");
+    assert_eq!([mesh.positions[6], mesh.positions[7]], [DVec3::new(0.0, 1.0, 1.0), DVec3::new(1.0, 1.0, 1.0)]);
+    assert!(normals[3].distance(Vec3::new(0.0, -1.0, 1.0).normalize()) < 1e-6 && normals[6].y > 0.0);
+    let written = text(&mesh, &document, Format::Obj);
+    let lines = |word: &str| written.lines().filter(|line| line.split(' ').next() == Some(word)).count();
+    assert_eq!(["v", "vt", "vn", "f", "mtllib"].map(lines), [6, 3, 2, 4, 2], "{written}");
+    assert!(written.contains("mtllib two words.mtl\nmtllib second.mtl\n"), "{written}");
+    let statements: Vec<&str> = written.lines().filter(|line| "ogu".contains(&line[..1])).collect();
+    assert_eq!(statements, ["o roof", "g left", "usemtl tiles", "g right", "usemtl moss"]);
+    let again = scene(&written, Format::Obj);
+    assert_eq!(again.mesh, mesh);
+    assert_eq!(text(&again.mesh, &again.document, Format::Obj), written);
+}
+
+#[test]
+fn faces_are_sorted_where_materials_change_all_the_time() {
+    let mut mesh = coarsen::mesh::shapes::cube(4);
+    let of_face = (0..mesh.faces.len() as u32).map(|face| face % 3).collect();
+    mesh.materials = Some(Materials { of_face, names: ["a", "b", "c"].map(Into::into).into() });
+    let written = text(&mesh, &Document::None, Format::Obj);
+    assert_eq!(written.matches("usemtl").count(), 3);
+    let again = scene(&written, Format::Obj).mesh;
+    let third: Vec<[u32; 3]> = mesh.faces.iter().step_by(3).copied().collect();
+    assert_eq!(again.faces[..third.len()], third);
+}
+
+/// What was cut apart on purpose stays apart where nothing says otherwise.
+#[test]
+fn repeated_positions_stay_repeated_without_attributes() {
+    let soup = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0\nv 0 1 0\nv -1 0 0\nf 1 2 3\nf 4 5 6\n";
+    let Scene { mesh, document } = scene(soup, Format::Obj);
+    assert_eq!(mesh.materials, None);
+    assert_eq!(scene(&text(&mesh, &document, Format::Obj), Format::Obj).mesh, mesh);
+}
+
+const SCAN: &str = "ply\nformat ascii 1.0\ncomment TextureFile skin.png\nobj_info num_cols 512\nelement vertex 3\n\
+    property float x\nproperty float confidence\nproperty float y\nproperty list uchar int ids\nproperty float z\n\
+    property uchar quality\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+    0 0.5 0 2 7 8 0 200\n1 0.25 0 0 0 1\n0 nan 1 1 9 0 0\n3 0 1 2\n";
+
+#[test]
+fn ply_keeps_properties_and_comments() {
+    let Scene { mesh, document } = scene(SCAN, Format::Ply);
+    let channels: Vec<_> = mesh.channels.iter().map(|channel| (channel.name.as_str(), &channel.values[..])).collect();
+    assert_eq!(channels, [("confidence", &[0.5, 0.25, 0.0][..]), ("quality", &[200.0, 1.0, 0.0])]);
+    let written = text(&mesh, &document, Format::Ply);
+    assert!(written.contains("format ascii 1.0\ncomment TextureFile skin.png\nobj_info num_cols 512\n"), "{written}");
+    assert!(written.contains("property float confidence\nproperty float quality\n"), "{written}");
+    let again = scene(&written, Format::Ply);
+    assert_eq!(again.mesh, mesh);
+    // The same from bytes, through a file.
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scan.ply.gz");
+    formats::write_scene(&mesh, &document, &path, &WriteOptions::default()).expect("written");
+    let Scene { mesh: found, document } = formats::read_scene(&path).expect("a scene");
+    assert_eq!(found, mesh);
+    assert!(matches!(document, Document::Ply(comments) if comments.len() == 2));
+    // Numbers that are no scalars become several properties, and names words.
+    let mut wide = mesh.clone();
+    wide.channels[0].name = "two words".into();
+    wide.channels[1].width = 2;
+    wide.channels[1].values = vec![1.0, 2.0, 3.0, 4.0, 5.0, f32::NAN];
+    let names = scene(&text(&wide, &Document::None, Format::Ply), Format::Ply).mesh.channels;
+    let names: Vec<String> = names.into_iter().map(|channel| channel.name).collect();
+    assert_eq!(names, ["two_words", "quality_0", "quality_1"]);
+}
+
+#[test]
+fn losses_are_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("roof.obj"), ROOF).expect("written");
+    let Scene { mesh, document } = formats::read_scene(&folder.path().join("roof.obj")).expect("a scene");
+    let losses = |name: &str| {
+        formats::write_scene(&mesh, &document, &folder.path().join(name), &WriteOptions::default()).expect("written")
+    };
+    assert!(losses("same.obj").is_empty());
+    assert!(losses("other.ply")[0].contains("libraries"));
+}
