@@ -9,6 +9,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::boundary::Boundary;
+use super::fit::area_around;
 use super::surface::Surface;
 use crate::backend::Queue;
 use crate::error::Result;
@@ -27,9 +28,15 @@ pub struct Tolerances {
     pub chord_ratio: f64,
     /// Difference of a color's channel, in the unit of the colors.
     pub color: f64,
+    /// Difference of color times area that a segment's vertices may lose together, in the frame.
+    pub worth: f64,
 }
 
 impl Tolerances {
+    /// No limit.
+    pub const ANY: Self =
+        Self { distance: f64::INFINITY, chord_ratio: f64::INFINITY, color: f64::INFINITY, worth: f64::INFINITY };
+
     /// How far over them a vertex is; 1 and more is too far.
     fn excess(self, distance: f64, color: f64, chord: f64) -> f64 {
         let share = |off: f64, allowed: f64| if off < allowed || allowed > 0.0 { off / allowed } else { f64::INFINITY };
@@ -125,7 +132,8 @@ impl<'a> Chains<'a> {
         Ok(())
     }
 
-    /// Where to split a segment, by the deviations of the vertices between its ends.
+    /// Where to split a segment, by the deviations of the vertices between its ends: at the one that is farthest off, or where
+    /// most light is lost.
     fn worst(&self, [first, last]: Segment, tolerances: Tolerances, rows: &[[f32; 2]]) -> Option<usize> {
         let chord = (self.point(last) - self.point(first)).length();
         let mut worst = (1.0, -1.0);
@@ -137,7 +145,23 @@ impl<'a> Chains<'a> {
                 (worst, at) = (excess, Some(place));
             }
         }
-        at
+        at.or_else(|| self.darkest([first, last], tolerances.worth, rows))
+    }
+
+    /// Where most light is lost between the ends of a segment, if all of it together is worth more than `worth`.
+    fn darkest(&self, [first, last]: Segment, worth: f64, rows: &[[f32; 2]]) -> Option<usize> {
+        if worth.is_infinite() {
+            return None;
+        }
+        let (mut sum, mut most, mut at) = (0.0, 0.0, None);
+        for (place, &[_, color]) in (first + 1..last).zip(rows) {
+            let lost = f64::from(color) * area_around(self.surface, self.boundary.chain_vertices[place]);
+            sum += lost;
+            if lost > most {
+                (most, at) = (lost, Some(place));
+            }
+        }
+        at.filter(|_| sum > worth)
     }
 
     fn point(&self, place: usize) -> DVec3 {
@@ -200,9 +224,6 @@ mod tests {
     use crate::mesh::{Mesh, shapes};
     use crate::partition::Partition;
 
-    const NOTHING: Tolerances =
-        Tolerances { distance: f64::INFINITY, chord_ratio: f64::INFINITY, color: f64::INFINITY };
-
     fn kept(mesh: &Mesh, tolerances: Tolerances, color: Option<fn(DVec3) -> f32>) -> Vec<usize> {
         let surface = Surface::new(mesh, Some(0.0)).expect("a valid mesh");
         let partition = Partition { labels: vec![0; surface.faces.len()], region_count: 1 };
@@ -219,18 +240,18 @@ mod tests {
     #[test]
     fn straight_sides_keep_their_corners() {
         let plane = shapes::plane(8, 5);
-        assert_eq!(kept(&plane, Tolerances { distance: 1e-3, ..NOTHING }, None), [5]);
-        assert_eq!(kept(&plane, Tolerances { chord_ratio: 1e-3, ..NOTHING }, None), [5]);
-        assert_eq!(kept(&plane, NOTHING, None), [2]);
-        assert_eq!(kept(&plane, Tolerances { distance: 0.0, ..NOTHING }, None), [27]);
+        assert_eq!(kept(&plane, Tolerances { distance: 1e-3, ..Tolerances::ANY }, None), [5]);
+        assert_eq!(kept(&plane, Tolerances { chord_ratio: 1e-3, ..Tolerances::ANY }, None), [5]);
+        assert_eq!(kept(&plane, Tolerances::ANY, None), [2]);
+        assert_eq!(kept(&plane, Tolerances { distance: 0.0, ..Tolerances::ANY }, None), [27]);
     }
 
     #[test]
     fn colors_split_what_is_straight() {
         let plane = shapes::plane(8, 8);
-        let sides = kept(&plane, Tolerances { distance: 1e-3, ..NOTHING }, None)[0];
+        let sides = kept(&plane, Tolerances { distance: 1e-3, ..Tolerances::ANY }, None)[0];
         let step = |p: DVec3| if p.x > 3.5 { 100.0 } else { 0.0 };
-        let both = kept(&plane, Tolerances { distance: 1e-3, color: 2.0, ..NOTHING }, Some(step))[0];
+        let both = kept(&plane, Tolerances { distance: 1e-3, color: 2.0, ..Tolerances::ANY }, Some(step))[0];
         assert_eq!((sides, both), (5, 9), "two vertices on either of the two sides that the step crosses");
     }
 }

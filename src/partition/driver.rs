@@ -21,10 +21,6 @@ use super::surface::Surface;
 
 /// How often regions that cannot be drawn are cut in two.
 const MOST_CUTS: usize = 8;
-/// A vertex inside a region is worth keeping where its absence costs more light than this share of the squared tolerance and the
-/// squared diagonal. What is off over all, and not only where it is most, has to be even: with halved tolerances a flat of even
-/// bends takes twice the triangles, each of half the area, so that both shrink by the square.
-const WORTH: f64 = 1.0 / 12.0;
 
 /// Partitions and rebuilds on `device`; the calling thread belongs to its pool.
 pub fn run(
@@ -58,16 +54,13 @@ pub fn run(
     while !cancelled {
         let boundary = Boundary::new(&surface, &parts.partition);
         let mut chains = Chains::new(&surface, &boundary);
-        queues.run(&mut warnings, |queue| chains.simplify(found.tolerances, found.colors.as_deref(), queue))?;
+        let colors = found.light.as_ref().map(|light| &light.colors[..]);
+        queues.run(&mut warnings, |queue| chains.simplify(found.tolerances, colors, queue))?;
         seconds.cost += lapped();
         let recipe = Recipe {
             triangulation: options.triangulation,
             fills_in_space,
-            light: found.colors.as_deref().map(|colors| Light {
-                colors,
-                tolerance: found.inner_color,
-                worth: WORTH * (found.inner_color * surface.diagonal).powi(2),
-            }),
+            light: found.light.as_ref().map(|light| Light { colors: &light.colors, limits: light.limits }),
         };
         rebuilt = rebuild(&surface, &parts.partition, &boundary, &mut chains, recipe);
         seconds.apply += lapped();
@@ -86,9 +79,12 @@ pub fn run(
         let count = rebuilt.undrawn.len();
         warnings.push(format!("{count} regions, or parts of them, cannot be drawn anew and keep their faces"));
     }
-    let fitted = (found.colors.as_deref().filter(|_| found.fits_light && !cancelled))
-        .map(|colors| fit(&surface, colors, &rebuilt.faces, &rebuilt.samples, found.inner_color / 2.0));
-    let light = fitted.as_deref().map(VertexLight::Fitted).or(found.colors.as_deref().map(VertexLight::Own));
+    let fitted = found.light.as_ref().filter(|_| !cancelled).and_then(|light| {
+        let most = light.most_moved?;
+        Some(fit(&surface, &light.colors, &rebuilt.faces, &rebuilt.samples, most))
+    });
+    let own = found.light.as_ref().map(|light| VertexLight::Own(&light.colors));
+    let light = fitted.as_deref().map(VertexLight::Fitted).or(own);
     let error_estimate = surface.frame.length_to_model(rebuilt.deviation);
     let Restored { mesh, vertex_origin, mut regions } = restore(mesh, &surface, &parts, rebuilt, light);
     regions.proxies = found.proxies;

@@ -7,6 +7,7 @@ use crate::mesh::Mesh;
 use crate::simplify::Budget;
 
 use super::chains::Tolerances;
+use super::interior::Limits;
 use super::queues::Queues;
 use super::surface::Surface;
 use super::{By, Options, Partition, Superfaces, Variational, coplanar, superface, vsa};
@@ -16,12 +17,8 @@ use super::{By, Options, Partition, Superfaces, Variational, coplanar, superface
 pub struct Found {
     pub partition: Partition,
     pub tolerances: Tolerances,
-    /// The color of every vertex, where it counts.
-    pub colors: Option<Vec<[f32; 4]>>,
-    /// How far a vertex inside a region may be from the color in its place.
-    pub inner_color: f64,
-    /// Whether colors may move.
-    pub fits_light: bool,
+    /// Where it counts.
+    pub light: Option<SurfaceLight>,
     pub proxies: Vec<vsa::Proxy>,
     pub energies: Vec<f64>,
     pub is_cancelled: bool,
@@ -38,21 +35,28 @@ pub struct Search<'a> {
     pub report: &'a mut (dyn FnMut() -> ControlFlow<()> + Send),
 }
 
-/// No limit.
-const ANY: Tolerances = Tolerances { distance: f64::INFINITY, chord_ratio: f64::INFINITY, color: f64::INFINITY };
+/// The light of a surface.
+#[derive(Debug)]
+pub struct SurfaceLight {
+    /// The color of every vertex.
+    pub colors: Vec<[f32; 4]>,
+    /// What of it may be lost.
+    pub limits: Limits,
+    /// How far colors may be moved; nothing where they stay.
+    pub most_moved: Option<f64>,
+}
+
+/// Light may be off inside a region by this many times as much as at a vertex of its border: there it is only the few vertices
+/// beside a hard shadow that are off so far.
+const INNER: f64 = 4.0;
+/// A vertex is worth keeping where its absence costs more light than this share of the squared tolerance of borders and the
+/// squared diagonal. What is off over all, and not only where it is most, has to be even: with halved tolerances a flat of even
+/// bends takes twice the triangles, each of half the area, so that both shrink by the square.
+const WORTH: f64 = 1.0 / 12.0;
 
 impl Found {
     fn new(partition: Partition, tolerances: Tolerances) -> Self {
-        Self {
-            partition,
-            tolerances,
-            colors: None,
-            inner_color: f64::INFINITY,
-            fits_light: false,
-            proxies: Vec::new(),
-            energies: Vec::new(),
-            is_cancelled: false,
-        }
+        Self { partition, tolerances, light: None, proxies: Vec::new(), energies: Vec::new(), is_cancelled: false }
     }
 }
 
@@ -68,7 +72,7 @@ impl Search<'_> {
                 let is_wall = self.walls();
                 let partition = coplanar::partition(surface, flatness.angle_rad, distance, is_wall);
                 let is_cancelled = (self.report)().is_break();
-                Ok(Found { is_cancelled, ..Found::new(partition, Tolerances { distance, ..ANY }) })
+                Ok(Found { is_cancelled, ..Found::new(partition, Tolerances { distance, ..Tolerances::ANY }) })
             }
             By::Variational(variational) => self.variational(variational, limit),
             By::Superfaces(superfaces) => self.superfaces(superfaces, limit),
@@ -96,7 +100,7 @@ impl Search<'_> {
             proxies: found.proxies,
             energies: found.energies,
             is_cancelled: found.is_cancelled,
-            ..Found::new(found.partition, Tolerances { chord_ratio, distance, ..ANY })
+            ..Found::new(found.partition, Tolerances { chord_ratio, distance, ..Tolerances::ANY })
         })
     }
 
@@ -112,15 +116,18 @@ impl Search<'_> {
         let moved =
             mesh.face_colors.is_some().then(|| "face colors become those of vertices, without steps between".into());
         self.warnings.extend(moved);
+        let most = superfaces.inner_color.unwrap_or(INNER * superfaces.border_color) / 255.0;
+        let limits = Limits { most, worth: WORTH * (most / INNER * surface.diagonal).powi(2) };
         let tolerances = Tolerances {
             distance: limit.min(superfaces.border_distance * surface.diagonal),
             color: superfaces.border_color / 255.0,
-            ..ANY
+            worth: limits.worth,
+            ..Tolerances::ANY
         };
+        let colors = superface::vertex_lights(surface, mesh);
+        let most_moved = superfaces.fits_light.then_some(most / INNER);
         Ok(Found {
-            colors: Some(superface::vertex_lights(surface, mesh)),
-            inner_color: superfaces.inner_color.unwrap_or(2.0 * superfaces.border_color) / 255.0,
-            fits_light: superfaces.fits_light,
+            light: Some(SurfaceLight { colors, limits, most_moved }),
             is_cancelled: (self.report)().is_break(),
             ..Found::new(found.partition, tolerances)
         })

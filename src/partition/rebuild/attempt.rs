@@ -5,7 +5,7 @@ use crate::math::DVec3;
 use crate::partition::boundary::{Boundary, Pass};
 use crate::partition::chains::{Chains, Segment};
 use crate::partition::fit::{Sample, area_at};
-use crate::partition::interior::{Color, Edges, Limits, Places, Shade, thin};
+use crate::partition::interior::{Color, Edges, Places, Shade, thin};
 use crate::partition::plane::Plane;
 use crate::partition::surface::Surface;
 use crate::partition::triangulate::{Fault, Misfit, Outline, Triangulation, improve, triangulate};
@@ -71,8 +71,7 @@ impl Flat {
         }
         let places = Places { points: &points, colors: &colors, areas: &areas, vertex_count };
         let kept: Edges = (0..).zip(self.outline.successors()).map(|(a, b)| [a.min(b), a.max(b)]).collect();
-        let limits = Limits { most: light.tolerance, worth: light.worth };
-        let (triangles, members) = thin(places, std::mem::take(&mut self.triangles), &kept, limits);
+        let (triangles, members) = thin(places, std::mem::take(&mut self.triangles), &kept, light.limits);
         let mut samples = Vec::with_capacity(members.iter().map(Vec::len).sum());
         for ((face, &corners), members) in (0..).zip(&triangles).zip(&members) {
             let corners = corners.map(|v| points[v as usize]);

@@ -22,7 +22,7 @@ use super::Partition;
 use super::boundary::Boundary;
 use super::chains::Chains;
 use super::fit::{AT_VERTICES, Sample, area};
-use super::interior::Color;
+use super::interior::{Color, Limits};
 use super::plane::Plane;
 use super::surface::Surface;
 use super::triangulate::{Triangulation, fill_in_space};
@@ -61,15 +61,13 @@ pub struct Recipe<'a> {
     pub light: Option<Light<'a>>,
 }
 
-/// What light may be lost.
+/// The light of the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Light<'a> {
     /// Of every vertex of the surface.
     pub colors: &'a [[f32; 4]],
-    /// Greatest difference of a channel at a vertex.
-    pub tolerance: f64,
-    /// The difference of color times area that a vertex inside is worth at least, in the frame.
-    pub worth: f64,
+    /// What of it may be lost.
+    pub limits: Limits,
 }
 
 impl Light<'_> {
