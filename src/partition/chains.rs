@@ -254,4 +254,16 @@ mod tests {
         let both = kept(&plane, Tolerances { distance: 1e-3, color: 2.0, ..Tolerances::ANY }, Some(step))[0];
         assert_eq!((sides, both), (5, 9), "two vertices on either of the two sides that the step crosses");
     }
+
+    /// Light that is a little off at every vertex of a side is worth as much as a step.
+    #[test]
+    fn light_lost_on_the_whole_splits_too() {
+        let plane = shapes::plane(8, 8);
+        let arch = |p: DVec3| (p.x - 4.0).powi(2) as f32;
+        let kept =
+            |worth| kept(&plane, Tolerances { distance: 1e-3, color: 20.0, worth, ..Tolerances::ANY }, Some(arch));
+        assert_eq!([kept(f64::INFINITY), kept(1e6)], [[5], [5]], "16 at the most");
+        let [some, all] = [kept(1e-3)[0], kept(0.0)[0]];
+        assert!(some > 5 && all == 4 + 2 * 7 + 1, "{some} and {all}: both sides that it runs along, whole");
+    }
 }

@@ -14,6 +14,7 @@ use super::chains::Chains;
 use super::cut::Parts;
 use super::find::Search;
 use super::fit::fit;
+use super::plane::Plane;
 use super::queues::Queues;
 use super::rebuild::{Light, Rebuilt, Recipe, rebuild};
 use super::restore::{Restored, VertexLight, restore};
@@ -57,7 +58,13 @@ pub fn run(
         let colors = found.light.as_ref().map(|light| &light.colors[..]);
         queues.run(&mut warnings, |queue| chains.simplify(found.tolerances, colors, queue))?;
         seconds.cost += lapped();
+        // Held to its plane, a region is drawn in no other: that through all of it may be past the limit.
+        let planes = match &found.planes {
+            Some(planes) => parts.whole.iter().map(|&whole| planes[whole as usize]).collect(),
+            None => Plane::of_regions(&surface, &parts.partition),
+        };
         let recipe = Recipe {
+            planes: &planes,
             triangulation: options.triangulation,
             fills_in_space,
             light: found.light.as_ref().map(|light| Light { colors: &light.colors, limits: light.limits }),

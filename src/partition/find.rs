@@ -8,6 +8,7 @@ use crate::simplify::Budget;
 
 use super::chains::Tolerances;
 use super::interior::Limits;
+use super::plane::Plane;
 use super::queues::Queues;
 use super::surface::Surface;
 use super::{By, Options, Partition, Superfaces, Variational, coplanar, superface, vsa};
@@ -16,6 +17,8 @@ use super::{By, Options, Partition, Superfaces, Variational, coplanar, superface
 #[derive(Debug)]
 pub struct Found {
     pub partition: Partition,
+    /// The plane that each region lies in, where its vertices were held to one; parts of it are drawn in that too.
+    pub planes: Option<Vec<Option<Plane>>>,
     pub tolerances: Tolerances,
     /// Where it counts.
     pub light: Option<SurfaceLight>,
@@ -56,7 +59,15 @@ const WORTH: f64 = 1.0 / 12.0;
 
 impl Found {
     fn new(partition: Partition, tolerances: Tolerances) -> Self {
-        Self { partition, tolerances, light: None, proxies: Vec::new(), energies: Vec::new(), is_cancelled: false }
+        Self {
+            partition,
+            planes: None,
+            tolerances,
+            light: None,
+            proxies: Vec::new(),
+            energies: Vec::new(),
+            is_cancelled: false,
+        }
     }
 }
 
@@ -72,7 +83,8 @@ impl Search<'_> {
                 let is_wall = self.walls();
                 let partition = coplanar::partition(surface, flatness.angle_rad, distance, is_wall);
                 let is_cancelled = (self.report)().is_break();
-                Ok(Found { is_cancelled, ..Found::new(partition, Tolerances { distance, ..Tolerances::ANY }) })
+                let planes = Some(Plane::of_regions(surface, &partition));
+                Ok(Found { planes, is_cancelled, ..Found::new(partition, Tolerances { distance, ..Tolerances::ANY }) })
             }
             By::Variational(variational) => self.variational(variational, limit),
             By::Superfaces(superfaces) => self.superfaces(superfaces, limit),
@@ -127,6 +139,7 @@ impl Search<'_> {
         let colors = superface::vertex_lights(surface, mesh);
         let most_moved = superfaces.fits_light.then_some(most / INNER);
         Ok(Found {
+            planes: Some(found.planes),
             light: Some(SurfaceLight { colors, limits, most_moved }),
             is_cancelled: (self.report)().is_break(),
             ..Found::new(found.partition, tolerances)

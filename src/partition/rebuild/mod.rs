@@ -54,6 +54,8 @@ enum Filling {
 /// How regions are rebuilt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Recipe<'a> {
+    /// The plane that each is drawn in, where it has one.
+    pub planes: &'a [Option<Plane>],
     pub triangulation: Triangulation,
     /// Whether what no plane shows is filled in space: nearer to the surface is a region cut in two, where that is possible.
     pub fills_in_space: bool,
@@ -168,9 +170,8 @@ impl<'a> Work<'a> {
         let (side_starts, sides) = sides(boundary, partition.region_count);
         let mut on_boundary = vec![false; surface.points.len()];
         boundary.chain_vertices.iter().for_each(|&v| on_boundary[v as usize] = true);
-        let plane = |ends: &[u32]| Plane::of(surface, &faces[ends[0] as usize..ends[1] as usize]);
         Self {
-            planes: face_starts.par_windows(2).map(plane).collect(),
+            planes: recipe.planes.to_vec(),
             is_planar: planar_regions(surface, partition, boundary),
             fillings: (0..partition.region_count).map(|_| Filling::Open).collect(),
             attempts: vec![0; partition.region_count],
