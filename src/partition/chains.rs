@@ -11,9 +11,10 @@ use rayon::prelude::*;
 use super::boundary::Boundary;
 use super::fit::area_around;
 use super::surface::Surface;
-use crate::backend::Queue;
+use crate::backend::{Buffer, Queue};
 use crate::error::Result;
 use crate::kernel::chain_deviations::ChainDeviations;
+use crate::kernel::rows::Position;
 use crate::math::DVec3;
 
 /// Rows that a thread takes at a time.
@@ -46,6 +47,28 @@ impl Tolerances {
     }
 }
 
+/// The vertices of a surface on a device, for all chains that are drawn along them.
+#[derive(Debug)]
+pub struct Vertices {
+    positions: Buffer<Position>,
+    colors: Buffer<[f32; 4]>,
+    has_colors: bool,
+}
+
+impl Vertices {
+    /// Copies them to the device of `queue`, with the color of each where it counts.
+    ///
+    /// # Errors
+    /// Those of the device.
+    pub fn new(surface: &Surface, colors: Option<&[[f32; 4]]>, queue: &mut Queue) -> Result<Self> {
+        Ok(Self {
+            positions: queue.buffer_from(surface.positions.clone())?,
+            colors: queue.buffer_from(colors.map_or_else(|| vec![[0.0; 4]], <[_]>::to_vec))?,
+            has_colors: colors.is_some(),
+        })
+    }
+}
+
 /// Which vertices of chains stay.
 #[derive(Debug)]
 pub struct Chains<'a> {
@@ -73,42 +96,20 @@ impl<'a> Chains<'a> {
         Self { surface, boundary, kept, missing }
     }
 
-    /// Splits segments until all are within `tolerances`; `colors` has one row a vertex of the surface.
+    /// Splits segments until all are within `tolerances`.
     ///
     /// In rounds: the deviations of all vertices of segments not settled on the device, the splits on the host.
     ///
     /// # Errors
     /// Those of the queue's device; the chains are then as they were.
-    pub fn simplify(&mut self, tolerances: Tolerances, colors: Option<&[[f32; 4]]>, queue: &mut Queue) -> Result<()> {
+    pub fn simplify(&mut self, tolerances: Tolerances, vertices: &Vertices, queue: &mut Queue) -> Result<()> {
         let all = |chain| self.boundary.places(chain);
         let mut open: Vec<Segment> = (0..self.boundary.chain_count()).map(|c| [all(c).start, all(c).end - 1]).collect();
         open.retain(|[first, last]| last - first > 1);
-        let positions = queue.buffer_from(self.surface.positions.clone())?;
-        let has_colors = colors.is_some();
-        let colors = queue.buffer_from(colors.map_or_else(|| vec![[0.0; 4]], <[_]>::to_vec))?;
         let mut kept = self.kept.clone();
         let mut rows = Vec::new();
         while !open.is_empty() {
-            let vertex = |place: usize| self.boundary.chain_vertices[place];
-            let spans: Vec<[u32; 4]> = (open.par_iter().with_min_len(ROWS))
-                .flat_map_iter(|&[first, last]| {
-                    (first + 1..last).map(move |place| [vertex(place), vertex(first), vertex(last), 0])
-                })
-                .collect();
-            let span_count = spans.len() as u32;
-            let mut deviations = queue.buffer(spans.len())?;
-            let spans = queue.buffer_from(spans)?;
-            queue.run(ChainDeviations {
-                positions: &positions,
-                colors: &colors,
-                spans: &spans,
-                span_count,
-                has_colors,
-                deviations: &mut deviations,
-            })?;
-            rows.clear();
-            queue.read(&deviations, 0..span_count as usize, &mut rows)?;
-
+            self.measure(&open, vertices, queue, &mut rows)?;
             let mut begins = Vec::with_capacity(open.len());
             let mut begin = 0;
             for [first, last] in &open {
@@ -130,6 +131,35 @@ impl<'a> Chains<'a> {
             *missing = self.kept[self.boundary.places(chain)].iter().filter(|&&kept| !kept).count() as u32;
         }
         Ok(())
+    }
+
+    /// How far every vertex between the ends of these segments is off, in place and in color.
+    fn measure(
+        &self,
+        open: &[Segment],
+        vertices: &Vertices,
+        queue: &mut Queue,
+        rows: &mut Vec<[f32; 2]>,
+    ) -> Result<()> {
+        let vertex = |place: usize| self.boundary.chain_vertices[place];
+        let spans: Vec<[u32; 4]> = (open.par_iter().with_min_len(ROWS))
+            .flat_map_iter(|&[first, last]| {
+                (first + 1..last).map(move |place| [vertex(place), vertex(first), vertex(last), 0])
+            })
+            .collect();
+        let span_count = spans.len() as u32;
+        let mut deviations = queue.buffer(spans.len())?;
+        let spans = queue.buffer_from(spans)?;
+        queue.run(ChainDeviations {
+            positions: &vertices.positions,
+            colors: &vertices.colors,
+            spans: &spans,
+            span_count,
+            has_colors: vertices.has_colors,
+            deviations: &mut deviations,
+        })?;
+        rows.clear();
+        queue.read(&deviations, 0..span_count as usize, rows)
     }
 
     /// Where to split a segment, by the deviations of the vertices between its ends: at the one that is farthest off, or where
@@ -233,7 +263,9 @@ mod tests {
         let at = |v: u32| mesh.positions[v as usize];
         let colors: Option<Vec<[f32; 4]>> =
             color.map(|color| surface.vertex_source.iter().map(|&v| [color(at(v)), 0.0, 0.0, 1.0]).collect());
-        chains.simplify(tolerances, colors.as_deref(), &mut device.cpu_queue()).expect("chains");
+        let mut queue = device.cpu_queue();
+        let vertices = Vertices::new(&surface, colors.as_deref(), &mut queue).expect("memory");
+        chains.simplify(tolerances, &vertices, &mut queue).expect("chains");
         (0..boundary.chain_count()).map(|chain| chains.kept(chain).count()).collect()
     }
 

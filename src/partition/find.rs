@@ -7,6 +7,7 @@ use crate::mesh::Mesh;
 use crate::simplify::Budget;
 
 use super::chains::Tolerances;
+use super::cut::Parts;
 use super::interior::Limits;
 use super::plane::Plane;
 use super::queues::Queues;
@@ -28,7 +29,7 @@ pub struct Found {
 }
 
 /// Where and with what.
-pub struct Search<'a> {
+pub struct Partitioner<'a> {
     pub mesh: &'a Mesh,
     pub surface: &'a Surface,
     pub budget: &'a Budget,
@@ -69,9 +70,18 @@ impl Found {
             is_cancelled: false,
         }
     }
+
+    /// The planes that parts of regions are drawn in. Held to its plane, a region is drawn in no other: that through all of it may
+    /// be past the limit.
+    pub fn planes_of(&self, parts: &Parts, surface: &Surface) -> Vec<Option<Plane>> {
+        match &self.planes {
+            Some(planes) => parts.whole.iter().map(|&whole| planes[whole as usize]).collect(),
+            None => Plane::of_regions(surface, &parts.partition),
+        }
+    }
 }
 
-impl Search<'_> {
+impl Partitioner<'_> {
     /// Finds the regions.
     pub fn find(mut self, options: &Options) -> Result<Found> {
         let surface = self.surface;

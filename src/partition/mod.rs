@@ -33,7 +33,7 @@ pub mod vsa;
 
 pub use coplanar::Flatness;
 pub use labels::{Fault, Partition};
-pub use restore::{NO_REGION, Regions};
+pub use restore::{NO_REGION, NotPlanar, Regions};
 pub use surface::Surface;
 pub use triangulate::Triangulation;
 

@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 use super::super::triangulate::sides::{triangle_holds, turn};
 use super::drawing::{Drawing, Star};
 use super::grid::Grid;
-use super::{Color, Edges, Limits, Places, Shade, length};
+use super::{Color, KeptEdges, Limits, Places, Shade, length};
 use crate::math::{DVec2, tie_hash};
 use crate::mesh::dual::NONE;
 
@@ -28,7 +28,7 @@ const MOST_TURNS: usize = 16;
 pub fn thin(
     places: Places<'_>,
     triangles: Vec<[u32; 3]>,
-    kept: &Edges,
+    kept: &KeptEdges,
     limits: Limits,
 ) -> (Vec<[u32; 3]>, Vec<Vec<u32>>) {
     let mut thinning = Thinning {
@@ -312,7 +312,7 @@ mod tests {
         let inside = (0..n * n).filter(|i| (1..corner).contains(&(i % n)) && (1..corner).contains(&(i / n)));
         let points: Vec<DVec2> = corners.into_iter().chain(inside).map(at).collect();
         let colors: Vec<[f64; 3]> = points.iter().map(|&p| [light(p); 3]).collect();
-        let kept = Edges::from_iter([[0, 1], [1, 2], [2, 3], [0, 3]]);
+        let kept = KeptEdges::from_iter([[0, 1], [1, 2], [2, 3], [0, 3]]);
         let areas = vec![1.0; points.len()];
         let places = Places { points: &points, colors: &colors, areas: &areas, vertex_count: points.len() as u32 };
         let (triangles, members) = thin(places, vec![[0, 1, 2], [0, 2, 3]], &kept, limits);
