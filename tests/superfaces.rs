@@ -111,8 +111,8 @@ fn colors_are_within_the_tolerance_on_average() {
     }
 }
 
-/// The result's vertices are the input's, with their colors unless these are fitted, the topology is kept, so that both sides of a border have the same
-/// vertices, and the area is that of the input.
+/// The result's vertices are the input's, with their colors unless these are fitted, the topology is kept, so that both sides of a
+/// border have the same vertices, and the area is that of the input.
 #[test]
 fn scenes_are_kept() {
     for (name, pair) in SCENES.into_iter().flat_map(|name| PAIRS.map(|pair| (name, pair))) {

@@ -23,8 +23,8 @@ const MOST_TURNS: usize = 16;
 /// what they are worth, which is by how much the light of the best fan in their place is off. `triangles` are counter-clockwise
 /// and keep the edges `kept`, their outline among them. Returns triangles, and the places in each that are no corner.
 ///
-/// Edges turn between passes, to the diagonals that light runs along. What a vertex is worth is found anew when it comes up; it goes if no other is worth less by then. With N places and M vertices
-/// that stay O(N log (N / M)) differences of color.
+/// Edges turn between passes, to the diagonals that light runs along. What a vertex is worth is found anew when it comes up; it
+/// goes if no other is worth less by then. With N places and M vertices that stay O(N log (N / M)) differences of color.
 pub fn thin(
     places: Places<'_>,
     triangles: Vec<[u32; 3]>,
