@@ -9,6 +9,8 @@ use std::path::Path;
 use coarsen::cluster::{self, Representative};
 use coarsen::contract::{Options, Placement};
 use coarsen::mesh::{SAMPLES, sample};
+use coarsen::partition::vsa::{Goal, Solver};
+use coarsen::partition::{self, By, Flatness, Superfaces, Variational};
 use coarsen::removal::{self, Fill};
 use coarsen::{Budget, Mesh, Method, Outcome, simplify, simplify_levels};
 use support::deviation::deviation;
@@ -49,6 +51,13 @@ fn record() -> String {
     }
     for &(name, ..) in SAMPLES {
         let mesh = sample(name, Some(FACES)).expect("a sample");
+        for (by, method) in partitions(&mesh) {
+            let outcome = simplify(&mesh, &method, &Budget::default(), &cpu(1), None).expect("a valid mesh");
+            lines += &row(&format!("{name:8} Region {by:9} -    "), &mesh, &outcome);
+        }
+    }
+    for &(name, ..) in SAMPLES {
+        let mesh = sample(name, Some(FACES)).expect("a sample");
         let budgets = SHARES.map(Budget::keep);
         let levels = simplify_levels(&mesh, &Method::default(), &budgets, &cpu(1), None).expect("a valid mesh");
         for (level, share) in levels.iter().zip(SHARES) {
@@ -56,6 +65,26 @@ fn record() -> String {
         }
     }
     lines
+}
+
+/// Every way to make regions that a mesh has what it takes for.
+fn partitions(mesh: &Mesh) -> Vec<(&'static str, Method)> {
+    let solved_by = |solver| {
+        let mut variational = Variational::new(Goal::Regions(60));
+        variational.regions.solver = solver;
+        partition::Options { by: By::Variational(variational), ..partition::Options::variational(Goal::Regions(60)) }
+    };
+    let bent = Flatness { angle_rad: 0.3, distance: 0.003 };
+    let superfaces = mesh.face_colors.is_some() || mesh.colors.is_some();
+    let mut all = vec![
+        ("Coplanar", partition::Options::coplanar(Flatness::default())),
+        ("Bent", partition::Options::coplanar(bent)),
+        ("Greedy", solved_by(Solver::Greedy)),
+        ("Rounds", solved_by(Solver::Rounds)),
+        ("Lloyd", solved_by(Solver::Lloyd)),
+    ];
+    all.extend(superfaces.then(|| ("Superface", partition::Options::superfaces(Superfaces::default()))));
+    all.into_iter().map(|(by, options)| (by, Method::Partition(options))).collect()
 }
 
 fn row(what: &str, mesh: &Mesh, outcome: &Outcome) -> String {

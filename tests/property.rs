@@ -7,9 +7,11 @@ use std::ops::ControlFlow;
 
 use coarsen::contract::{Metric, Options, Placement};
 use coarsen::math::DVec3;
-use coarsen::mesh::{SAMPLES, sample, shapes};
+use coarsen::mesh::{Rings, SAMPLES, dual, sample, shapes};
+use coarsen::partition::vsa::Goal;
+use coarsen::partition::{self, Flatness, Partition, Superfaces};
 use coarsen::simplify::Progress;
-use coarsen::{Budget, Mesh, Method, Outcome, StopReason, simplify};
+use coarsen::{Budget, Device, Mesh, Method, Outcome, StopReason, simplify};
 use support::deviation::{Random, deviation};
 use support::engine::{METRICS, asked, assert_kept, bytes, contract, contract_on, cpu, defects, options};
 use support::independent::topology;
@@ -193,7 +195,73 @@ fn a_moebius_strip_stays_one() {
     }
 }
 
+/// Regions of each kind.
+fn partitions() -> [(&'static str, Method); 4] {
+    let bent = Flatness { angle_rad: 0.3, distance: 0.003 };
+    [
+        ("coplanar", partition::Options::coplanar(Flatness::default())),
+        ("bent", partition::Options::coplanar(bent)),
+        ("vsa", partition::Options::variational(Goal::Regions(60))),
+        ("superface", partition::Options::superfaces(Superfaces::default())),
+    ]
+    .map(|(name, options)| (name, Method::Partition(options)))
+}
+
+/// The meshes with light that runs evenly over them, so that superfaces have it too.
+fn lit_meshes() -> Vec<(String, Mesh)> {
+    let lit = |mesh: Mesh| {
+        let (low, high) = mesh.bounds();
+        let light = |&p: &DVec3| {
+            let share = (p - low) / (high - low).max(DVec3::splat(f64::MIN_POSITIVE));
+            [share.x as f32, share.y as f32, share.z as f32, 1.0]
+        };
+        Mesh { colors: Some(mesh.positions.iter().map(light).collect()), ..mesh }
+    };
+    meshes().into_iter().map(|(name, mesh)| (name, lit(mesh))).collect()
+}
+
+fn partition_on(device: &Device, mesh: &Mesh, method: &Method) -> Outcome {
+    simplify(mesh, method, &Budget::default(), device, None).expect("a valid mesh")
+}
+
+/// Every face has a region, none of them is torn, and what is drawn in their place has the topology, no more faces, and only
+/// vertices of the input.
+#[test]
+fn regions_keep_the_topology() {
+    for (name, mesh) in lit_meshes() {
+        let across = dual::neighbors(&mesh.faces, &Rings::new(&mesh.faces, mesh.positions.len()));
+        for (kind, method) in partitions() {
+            let (name, outcome) = (format!("{name} {kind}"), partition_on(&cpu(1), &mesh, &method));
+            assert_kept(&name, &mesh, &outcome);
+            assert!(outcome.mesh.faces.len() <= mesh.faces.len(), "{name}: {} faces", outcome.mesh.faces.len());
+            for (&p, &origin) in outcome.mesh.positions.iter().zip(&outcome.vertex_origin) {
+                assert_eq!(p, mesh.positions[origin as usize], "{name}: vertex {origin}");
+            }
+            let regions = outcome.regions.expect("regions");
+            let partition = Partition { labels: regions.labels, region_count: regions.count };
+            assert_eq!(partition.validate(&across), [], "{name}");
+        }
+    }
+}
+
 // The same again
+
+#[test]
+fn regions_are_the_same_on_any_number_of_threads() {
+    let threads = [2, 3, 1].map(cpu);
+    for (name, mesh) in lit_meshes() {
+        let input = mesh.clone();
+        for (kind, method) in partitions() {
+            let first = partition_on(&cpu(1), &mesh, &method);
+            for device in &threads {
+                let again = partition_on(device, &mesh, &method);
+                assert!(bytes(&again.mesh) == bytes(&first.mesh), "{name} {kind}: {}", device.description());
+                assert_eq!(again.regions, first.regions, "{name} {kind}: {}", device.description());
+            }
+        }
+        assert_eq!(input, mesh, "{name}: the input changed");
+    }
+}
 
 #[test]
 fn the_same_call_returns_the_same_bytes_and_leaves_the_input() {
@@ -242,6 +310,20 @@ fn a_power_of_two_scales_the_result_exactly() {
                 let expected = mapped(&plain.mesh, |p| p * scale);
                 assert!(scaled.mesh == expected, "{name} {metric:?} {scale:e}");
                 assert_eq!(scaled.error_estimate, plain.error_estimate * scale, "{name} {metric:?} {scale:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_power_of_two_scales_regions_exactly() {
+    for (name, mesh) in lit_meshes().into_iter().take(6) {
+        for (kind, method) in partitions() {
+            let plain = partition_on(&cpu(1), &mesh, &method);
+            for scale in [-300, -20, -1, 1, 3, 20, 300].map(|exponent| 2f64.powi(exponent)) {
+                let scaled = partition_on(&cpu(1), &mapped(&mesh, |p| p * scale), &method);
+                assert!(scaled.mesh == mapped(&plain.mesh, |p| p * scale), "{name} {kind} {scale:e}");
+                assert_eq!(scaled.error_estimate, plain.error_estimate * scale, "{name} {kind} {scale:e}");
             }
         }
     }

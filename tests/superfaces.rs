@@ -9,11 +9,12 @@ use coarsen::backend::GpuOptions;
 use coarsen::mesh::sample;
 use coarsen::metrics::{self, deviation};
 use coarsen::papers::light::{PAIRS, curves, superfaces};
-use coarsen::partition::superface::Criterion;
-use coarsen::partition::{By, Superfaces};
+use coarsen::partition::superface::{self, Criterion};
+use coarsen::partition::{By, Flatness, Options, Superfaces};
 use coarsen::{Budget, Device, Mesh, Method, Outcome, StopReason, simplify};
 use support::engine::{assert_kept, bytes, cpu, gpu};
 use support::independent::topology;
+use support::shapes::torus;
 
 /// Fitting brings the light nearer on the whole.
 #[test]
@@ -60,6 +61,26 @@ fn run(scene: &Mesh, pair: [f64; 2]) -> Outcome {
     run_on(&cpu(2), scene, pair)
 }
 
+/// Every vertex lies within the limit of the plane that its superface is drawn in, and of what takes the place of its borders.
+#[test]
+fn bent_superfaces_keep_to_an_error_limit() {
+    let ring = torus(120, 60);
+    let lit = Mesh { colors: Some(vec![[0.5, 0.5, 0.5, 1.0]; ring.positions.len()]), ..ring };
+    let guard = Flatness { angle_rad: 20_f64.to_radians(), distance: 1e-3 };
+    let regions = superface::Options { guard, ..superface::Options::default() };
+    let method = Method::Partition(Options::superfaces(Superfaces { regions, ..Superfaces::default() }));
+    for share in [0.0005, 0.001, 0.002, 0.005, 0.01] {
+        let outcome = simplify(&lit, &method, &Budget::error(share), &cpu(2), None).expect("a mesh with light");
+        let (estimate, limit) = (outcome.error_estimate, share * lit.diagonal());
+        println!("{} faces, {estimate:.5} of {limit:.5}", outcome.mesh.faces.len());
+        assert!(
+            estimate <= limit * (1.0 + 1e-9) && outcome.mesh.faces.len() < lit.faces.len(),
+            "{share}: {estimate} of {limit}"
+        );
+        assert_kept(&format!("{share}"), &lit, &outcome);
+    }
+}
+
 #[test]
 fn faces_fall_with_either_tolerance() {
     for name in SCENES {
@@ -90,8 +111,8 @@ fn colors_are_within_the_tolerance_on_average() {
     }
 }
 
-/// The result's vertices are the input's, with their colors unless these are fitted, the topology is kept, so that both sides of a border have the same
-/// vertices, and the area is that of the input.
+/// The result's vertices are the input's, with their colors unless these are fitted, the topology is kept, so that both sides of a
+/// border have the same vertices, and the area is that of the input.
 #[test]
 fn scenes_are_kept() {
     for (name, pair) in SCENES.into_iter().flat_map(|name| PAIRS.map(|pair| (name, pair))) {
@@ -186,6 +207,11 @@ fn bytes_are_the_same_everywhere() {
             let outcome = run_on(device, &scene, pair);
             assert!(bytes(&outcome.mesh) == bytes(&known.mesh), "{name} by {}", device.description());
             assert_eq!(outcome.regions, known.regions, "{name} by {}", device.description());
+        }
+        if let Some(device) = &on_gpu {
+            // The kernels of light and of chains, each with what it reads.
+            let moved = run_on(device, &scene, pair).bytes_moved;
+            assert!(moved > 50 * scene.faces.len() as u64, "{name}: {moved} bytes moved: nothing ran on the device");
         }
     }
 }

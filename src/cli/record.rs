@@ -92,7 +92,7 @@ struct Regions {
 
 impl From<&partition::Regions> for Regions {
     fn from(regions: &partition::Regions) -> Self {
-        let partition::Regions { count, undrawn, spatial, .. } = *regions;
+        let partition::Regions { count, not_planar: partition::NotPlanar { undrawn, spatial }, .. } = *regions;
         Self { count, undrawn, spatial, energy: regions.energies.last().copied() }
     }
 }

@@ -24,9 +24,9 @@ const NONE: u32 = u32::MAX;
 
 /// A chain as a loop passes it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Pass(u32);
+pub struct Leg(u32);
 
-impl Pass {
+impl Leg {
     fn new(chain: u32, reversed: bool) -> Self {
         Self(chain << 1 | u32::from(reversed))
     }
@@ -47,7 +47,7 @@ impl Pass {
 /// # Invariants
 /// - Every boundary edge of the surface is in one chain, once; the ends of a chain are junctions, or the same vertex where a
 ///   loop meets none.
-/// - Every boundary half-edge is in one pass of one loop of its region, and a pass is a whole chain.
+/// - Every boundary half-edge is in one leg of one loop of its region, and a leg is a whole chain.
 #[derive(Debug, Default)]
 pub struct Boundary {
     /// C + 1 starts into `chain_vertices`.
@@ -56,10 +56,10 @@ pub struct Boundary {
     pub chain_vertices: Vec<u32>,
     /// R + 1 starts into `loop_starts`.
     pub region_starts: Vec<u32>,
-    /// L + 1 starts into `passes`.
+    /// L + 1 starts into `legs`.
     pub loop_starts: Vec<u32>,
     /// The chains of every loop in order.
-    pub passes: Vec<Pass>,
+    pub legs: Vec<Leg>,
 }
 
 impl Boundary {
@@ -89,9 +89,9 @@ impl Boundary {
     }
 
     /// The loops of a region, each the chains it passes.
-    pub fn loops(&self, region: usize) -> impl Iterator<Item = &[Pass]> {
+    pub fn loops(&self, region: usize) -> impl Iterator<Item = &[Leg]> {
         let loops = self.region_starts[region] as usize..self.region_starts[region + 1] as usize;
-        loops.map(|l| &self.passes[self.loop_starts[l] as usize..self.loop_starts[l + 1] as usize])
+        loops.map(|l| &self.legs[self.loop_starts[l] as usize..self.loop_starts[l + 1] as usize])
     }
 }
 
@@ -196,14 +196,14 @@ impl<'a> Graph<'a> {
             }
             self.turn_to_start(&mut turns);
             for run in self.runs(&turns) {
-                boundary.passes.push(self.pass(
+                boundary.legs.push(self.leg(
                     run,
                     &mut chained,
                     &mut boundary.chain_starts,
                     &mut boundary.chain_vertices,
                 ));
             }
-            boundary.loop_starts.push(boundary.passes.len() as u32);
+            boundary.loop_starts.push(boundary.legs.len() as u32);
             regions.push(partition.labels[self.half_edges[first] as usize / 3]);
         }
         boundary.sort_loops(&regions, partition.region_count);
@@ -232,13 +232,13 @@ impl<'a> Graph<'a> {
     }
 
     /// The chain along a run, new or known.
-    fn pass(&self, run: &[usize], chained: &mut [(u32, u32)], starts: &mut Vec<u32>, vertices: &mut Vec<u32>) -> Pass {
+    fn leg(&self, run: &[usize], chained: &mut [(u32, u32)], starts: &mut Vec<u32>, vertices: &mut Vec<u32>) -> Leg {
         let edge = self.edges[run[0]] as usize;
         let [a, b] = ends(self.surface, self.half_edges[run[0]]);
         let (chain, index) = chained[edge];
         if chain != NONE {
             let at = (starts[chain as usize] + index) as usize;
-            return Pass::new(chain, [vertices[at], vertices[at + 1]] != [a, b]);
+            return Leg::new(chain, [vertices[at], vertices[at + 1]] != [a, b]);
         }
         let chain = starts.len() as u32 - 1;
         for (index, &place) in (0..).zip(run) {
@@ -247,7 +247,7 @@ impl<'a> Graph<'a> {
         }
         vertices.push(ends(self.surface, self.half_edges[run[run.len() - 1]])[1]);
         starts.push(vertices.len() as u32);
-        Pass::new(chain, false)
+        Leg::new(chain, false)
     }
 }
 
@@ -255,13 +255,13 @@ impl Boundary {
     /// Brings loops into the order of their regions; `regions` has that of each.
     fn sort_loops(&mut self, regions: &[u32], region_count: usize) {
         let (region_starts, order) = group(regions.len(), region_count, |l| [regions[l]]);
-        let (starts, passes) = (std::mem::take(&mut self.loop_starts), std::mem::take(&mut self.passes));
+        let (starts, legs) = (std::mem::take(&mut self.loop_starts), std::mem::take(&mut self.legs));
         self.region_starts = region_starts;
         self.loop_starts = vec![0];
         for l in order {
             let ends = [l as usize, l as usize + 1].map(|l| starts[l] as usize);
-            self.passes.extend_from_slice(&passes[ends[0]..ends[1]]);
-            self.loop_starts.push(self.passes.len() as u32);
+            self.legs.extend_from_slice(&legs[ends[0]..ends[1]]);
+            self.loop_starts.push(self.legs.len() as u32);
         }
     }
 }
@@ -303,15 +303,15 @@ mod tests {
         lengths.sort_unstable();
         assert_eq!(lengths, [3, 7, 7]);
         for region in 0..2 {
-            let loops: Vec<&[Pass]> = boundary.loops(region).collect();
+            let loops: Vec<&[Leg]> = boundary.loops(region).collect();
             assert_eq!((loops.len(), loops[0].len()), (1, 2));
         }
         let shared = |region: usize| {
-            boundary.loops(region).flatten().copied().find(|pass| boundary.chain(pass.chain()).len() == 3)
+            boundary.loops(region).flatten().copied().find(|leg| boundary.chain(leg.chain()).len() == 3)
         };
         assert_ne!(
-            shared(0).map(Pass::is_reversed),
-            shared(1).map(Pass::is_reversed),
+            shared(0).map(Leg::is_reversed),
+            shared(1).map(Leg::is_reversed),
             "the sides pass it in opposite senses"
         );
     }
@@ -332,7 +332,7 @@ mod tests {
         assert_eq!(chain.first(), chain.last());
         let first = surface.points[chain[0] as usize].x;
         assert!(chain.iter().all(|&v| surface.points[v as usize].x <= first));
-        assert_ne!(boundary.passes[0].is_reversed(), boundary.passes[1].is_reversed());
+        assert_ne!(boundary.legs[0].is_reversed(), boundary.legs[1].is_reversed());
     }
 
     /// Three regions in crumbs, with an edge of three faces among them.
@@ -358,9 +358,9 @@ mod tests {
                     .map(|(f, k)| ends(&surface, (3 * f + k) as u32))
                     .collect();
                 let mut passed = Vec::new();
-                for pass in boundary.loops(region).flatten() {
-                    let mut chain = boundary.chain(pass.chain()).to_vec();
-                    if pass.is_reversed() {
+                for leg in boundary.loops(region).flatten() {
+                    let mut chain = boundary.chain(leg.chain()).to_vec();
+                    if leg.is_reversed() {
                         chain.reverse();
                     }
                     passed.extend(chain.windows(2).map(|pair| [pair[0], pair[1]]));

@@ -51,7 +51,8 @@ impl Flatness {
     }
 }
 
-/// Grows flat regions from the largest faces, within `distance` of a plane in the frame; `is_wall` tells faces that never share a region though they meet.
+/// Grows flat regions from the largest faces, within `distance` of a plane in the frame; `is_wall` tells faces that never share a
+/// region though they meet.
 ///
 /// Every vertex of a region is within the distance of the plane that it is drawn in.
 pub fn partition(surface: &Surface, angle_rad: f64, distance: f64, is_wall: impl Fn(u32, u32) -> bool) -> Partition {

@@ -10,21 +10,17 @@ use crate::simplify::{Blocked, Budget, OnProgress, Outcome, Phases, Progress, St
 
 use super::Options;
 use super::boundary::Boundary;
-use super::chains::Chains;
+use super::chains::{Chains, Vertices};
 use super::cut::Parts;
-use super::find::Search;
+use super::find::{Found, Partitioner, SurfaceLight};
 use super::fit::fit;
-use super::queues::Queues;
+use super::queues::{OnDevice, Queues};
 use super::rebuild::{Light, Rebuilt, Recipe, rebuild};
 use super::restore::{Restored, VertexLight, restore};
 use super::surface::Surface;
 
 /// How often regions that cannot be drawn are cut in two.
 const MOST_CUTS: usize = 8;
-/// A vertex inside a region is worth keeping where its absence costs more light than this share of the squared tolerance and the
-/// squared diagonal. What is off over all, and not only where it is most, has to be even: with halved tolerances a flat of even
-/// bends takes twice the triangles, each of half the area, so that both shrink by the square.
-const WORTH: f64 = 1.0 / 12.0;
 
 /// Partitions and rebuilds on `device`; the calling thread belongs to its pool.
 pub fn run(
@@ -36,67 +32,30 @@ pub fn run(
 ) -> Result<Outcome> {
     let clock = Instant::now();
     let mut surface = Surface::new(mesh, options.weld)?;
-    let mut warnings = std::mem::take(&mut surface.warnings);
-    if mesh.texcoords.is_some() {
-        warnings.push("texture coordinates are dropped: they are not carried through regions".into());
-    }
-    let mut seconds = Phases { build: clock.elapsed().as_secs_f64(), ..Phases::default() };
-    let mut queues = Queues::new(device);
-    let mut lap = Instant::now();
-    let mut lapped = move || std::mem::replace(&mut lap, Instant::now()).elapsed().as_secs_f64();
-
+    let mut run = Run {
+        queues: Queues::new(device),
+        warnings: warnings(mesh, &mut surface),
+        seconds: Phases { build: clock.elapsed().as_secs_f64(), ..Phases::default() },
+        lap: Instant::now(),
+    };
     let now = Progress { faces: surface.faces.len(), faces_in: mesh.faces.len(), target: 0 };
     let mut report = || progress.as_mut().map_or(ControlFlow::Continue(()), |report| report(now));
-    let search =
-        Search { mesh, surface: &surface, budget, queues: &mut queues, warnings: &mut warnings, report: &mut report };
-    let found = search.find(options)?;
-    seconds.select = lapped();
-    let mut cancelled = found.is_cancelled;
-    let mut parts = Parts::new(found.partition);
-    let mut rebuilt = Rebuilt::nothing(&surface, &parts.partition);
-    let (mut cuts, mut fills_in_space) = (0, false);
-    while !cancelled {
-        let boundary = Boundary::new(&surface, &parts.partition);
-        let mut chains = Chains::new(&surface, &boundary);
-        queues.run(&mut warnings, |queue| chains.simplify(found.tolerances, found.colors.as_deref(), queue))?;
-        seconds.cost += lapped();
-        let recipe = Recipe {
-            triangulation: options.triangulation,
-            fills_in_space,
-            light: found.colors.as_deref().map(|colors| Light {
-                colors,
-                tolerance: found.inner_color,
-                worth: WORTH * (found.inner_color * surface.diagonal).powi(2),
-            }),
-        };
-        rebuilt = rebuild(&surface, &parts.partition, &boundary, &mut chains, recipe);
-        seconds.apply += lapped();
-        if rebuilt.undrawn.is_empty() || fills_in_space {
-            break;
-        }
-        // What cannot be cut any more is filled in space at last.
-        cuts += 1;
-        fills_in_space = cuts > MOST_CUTS || !parts.cut(&surface, &rebuilt.undrawn);
-        cancelled = report().is_break();
-    }
-    if cancelled {
-        rebuilt = Rebuilt::nothing(&surface, &parts.partition);
-    }
-    if !rebuilt.undrawn.is_empty() {
-        let count = rebuilt.undrawn.len();
-        warnings.push(format!("{count} regions, or parts of them, cannot be drawn anew and keep their faces"));
-    }
-    let fitted = (found.colors.as_deref().filter(|_| found.fits_light && !cancelled))
-        .map(|colors| fit(&surface, colors, &rebuilt.faces, &rebuilt.samples, found.inner_color / 2.0));
-    let light = fitted.as_deref().map(VertexLight::Fitted).or(found.colors.as_deref().map(VertexLight::Own));
+    let Run { queues, warnings, .. } = &mut run;
+    let mut found =
+        Partitioner { mesh, surface: &surface, budget, queues, warnings, report: &mut report }.find(options)?;
+    run.seconds.select = run.lapped();
+    let mut parts = Parts::new(std::mem::take(&mut found.partition));
+    let rebuilt = run.rebuild(&surface, &found, &mut parts, options, &mut report)?;
+    let cancelled = rebuilt.is_none();
+    let rebuilt = rebuilt.unwrap_or_else(|| Rebuilt::nothing(&surface, &parts.partition));
     let error_estimate = surface.frame.length_to_model(rebuilt.deviation);
-    let Restored { mesh, vertex_origin, mut regions } = restore(mesh, &surface, &parts, rebuilt, light);
-    regions.proxies = found.proxies;
-    regions.proxies.iter_mut().for_each(|proxy| *proxy = proxy.in_model(&surface));
+    let Restored { mesh, vertex_origin, mut regions } =
+        restore_lit(mesh, &surface, &parts, rebuilt, found.light.as_ref());
+    regions.proxies = found.proxies.iter().map(|proxy| proxy.in_model(&surface)).collect();
     regions.energies = found.energies;
-    seconds.apply += lapped();
-    seconds.transfer = queues.seconds_moving();
-    seconds.total = clock.elapsed().as_secs_f64();
+    run.seconds.apply += run.lapped();
+    run.seconds.transfer = run.queues.seconds_moving();
+    run.seconds.total = clock.elapsed().as_secs_f64();
     Ok(Outcome {
         mesh,
         vertex_origin,
@@ -111,9 +70,105 @@ pub fn run(
         log: None,
         regions: Some(regions),
         rounds: Vec::new(),
-        seconds,
-        bytes_moved: queues.bytes_moved(),
-        device: queues.description(device),
-        warnings,
+        seconds: run.seconds,
+        bytes_moved: run.queues.bytes_moved(),
+        device: run.queues.description(device),
+        warnings: run.warnings,
     })
+}
+
+/// What the surface tells, and what is left behind.
+fn warnings(mesh: &Mesh, surface: &mut Surface) -> Vec<String> {
+    let mut warnings = std::mem::take(&mut surface.warnings);
+    if mesh.texcoords.is_some() {
+        warnings.push("texture coordinates are dropped: they are not carried through regions".into());
+    }
+    warnings
+}
+
+/// [`restore`] with the light that was found, moved where it may be.
+fn restore_lit(
+    mesh: &Mesh,
+    surface: &Surface,
+    parts: &Parts,
+    rebuilt: Rebuilt,
+    light: Option<&SurfaceLight>,
+) -> Restored {
+    let Some(SurfaceLight { colors, most_moved, .. }) = light else {
+        return restore(mesh, surface, parts, rebuilt, None);
+    };
+    // What was not rebuilt has none.
+    let most_moved = most_moved.filter(|_| !rebuilt.samples.is_empty());
+    let fitted = most_moved.map(|most| fit(surface, colors, &rebuilt.faces, &rebuilt.samples, most));
+    let light = fitted.as_deref().map_or(VertexLight::Own(colors), VertexLight::Fitted);
+    restore(mesh, surface, parts, rebuilt, Some(light))
+}
+
+/// Where a run is done, what it tells, and how long it takes.
+struct Run {
+    queues: Queues,
+    warnings: Vec<String>,
+    seconds: Phases,
+    /// When the last phase ended.
+    lap: Instant,
+}
+
+/// May ask to stop.
+type Report<'a> = dyn FnMut() -> ControlFlow<()> + Send + 'a;
+
+impl Run {
+    fn lapped(&mut self) -> f64 {
+        std::mem::replace(&mut self.lap, Instant::now()).elapsed().as_secs_f64()
+    }
+
+    /// Rebuilds all regions, those cut in two that cannot be drawn; nothing when it was asked to stop.
+    fn rebuild(
+        &mut self,
+        surface: &Surface,
+        found: &Found,
+        parts: &mut Parts,
+        options: &Options,
+        report: &mut Report<'_>,
+    ) -> Result<Option<Rebuilt>> {
+        if found.is_cancelled {
+            return Ok(None);
+        }
+        let colors = found.light.as_ref().map(|light| &light.colors[..]);
+        let mut vertices = OnDevice::new();
+        let (mut cuts, mut fills_in_space) = (0, false);
+        loop {
+            let boundary = Boundary::new(surface, &parts.partition);
+            let mut chains = Chains::new(surface, &boundary);
+            self.queues.run(&mut self.warnings, |queue| {
+                let vertices = vertices.get(queue, |queue| Vertices::new(surface, colors, queue))?;
+                chains.simplify(found.tolerances, vertices, queue)
+            })?;
+            self.seconds.cost += self.lapped();
+            let recipe = Recipe {
+                planes: &found.planes_of(parts, surface),
+                triangulation: options.triangulation,
+                fills_in_space,
+                light: found.light.as_ref().map(|light| Light { colors: &light.colors, limits: light.limits }),
+            };
+            let rebuilt = rebuild(surface, &parts.partition, &boundary, &mut chains, recipe);
+            self.seconds.apply += self.lapped();
+            if rebuilt.undrawn.is_empty() || fills_in_space {
+                self.tell_of(&rebuilt);
+                return Ok(Some(rebuilt));
+            }
+            // What cannot be cut any more is filled in space at last.
+            cuts += 1;
+            fills_in_space = cuts > MOST_CUTS || !parts.cut(surface, &rebuilt.undrawn);
+            if report().is_break() {
+                return Ok(None);
+            }
+        }
+    }
+
+    fn tell_of(&mut self, rebuilt: &Rebuilt) {
+        if !rebuilt.undrawn.is_empty() {
+            let count = rebuilt.undrawn.len();
+            self.warnings.push(format!("{count} regions, or parts of them, cannot be drawn anew and keep their faces"));
+        }
+    }
 }

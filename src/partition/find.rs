@@ -7,6 +7,9 @@ use crate::mesh::Mesh;
 use crate::simplify::Budget;
 
 use super::chains::Tolerances;
+use super::cut::Parts;
+use super::interior::Limits;
+use super::plane::Plane;
 use super::queues::Queues;
 use super::surface::Surface;
 use super::{By, Options, Partition, Superfaces, Variational, coplanar, superface, vsa};
@@ -15,20 +18,18 @@ use super::{By, Options, Partition, Superfaces, Variational, coplanar, superface
 #[derive(Debug)]
 pub struct Found {
     pub partition: Partition,
+    /// The plane that each region lies in, where its vertices were held to one; parts of it are drawn in that too.
+    pub planes: Option<Vec<Option<Plane>>>,
     pub tolerances: Tolerances,
-    /// The color of every vertex, where it counts.
-    pub colors: Option<Vec<[f32; 4]>>,
-    /// How far a vertex inside a region may be from the color in its place.
-    pub inner_color: f64,
-    /// Whether colors may move.
-    pub fits_light: bool,
+    /// Where it counts.
+    pub light: Option<SurfaceLight>,
     pub proxies: Vec<vsa::Proxy>,
     pub energies: Vec<f64>,
     pub is_cancelled: bool,
 }
 
 /// Where and with what.
-pub struct Search<'a> {
+pub struct Partitioner<'a> {
     pub mesh: &'a Mesh,
     pub surface: &'a Surface,
     pub budget: &'a Budget,
@@ -38,25 +39,49 @@ pub struct Search<'a> {
     pub report: &'a mut (dyn FnMut() -> ControlFlow<()> + Send),
 }
 
-/// No limit.
-const ANY: Tolerances = Tolerances { distance: f64::INFINITY, chord_ratio: f64::INFINITY, color: f64::INFINITY };
+/// The light of a surface.
+#[derive(Debug)]
+pub struct SurfaceLight {
+    /// The color of every vertex.
+    pub colors: Vec<[f32; 4]>,
+    /// What of it may be lost.
+    pub limits: Limits,
+    /// How far colors may be moved; nothing where they stay.
+    pub most_moved: Option<f64>,
+}
+
+/// Light may be off inside a region by this many times as much as at a vertex of its border: there it is only the few vertices
+/// beside a hard shadow that are off so far.
+const INNER: f64 = 4.0;
+/// A vertex is worth keeping where its absence costs more light than this share of the squared tolerance of borders and the
+/// squared diagonal. What is off over all, and not only where it is most, has to be even: with halved tolerances a flat of even
+/// bends takes twice the triangles, each of half the area, so that both shrink by the square.
+const WORTH: f64 = 1.0 / 12.0;
 
 impl Found {
     fn new(partition: Partition, tolerances: Tolerances) -> Self {
         Self {
             partition,
+            planes: None,
             tolerances,
-            colors: None,
-            inner_color: f64::INFINITY,
-            fits_light: false,
+            light: None,
             proxies: Vec::new(),
             energies: Vec::new(),
             is_cancelled: false,
         }
     }
+
+    /// The planes that parts of regions are drawn in. Held to its plane, a region is drawn in no other: that through all of it may
+    /// be past the limit.
+    pub fn planes_of(&self, parts: &Parts, surface: &Surface) -> Vec<Option<Plane>> {
+        match &self.planes {
+            Some(planes) => parts.whole.iter().map(|&whole| planes[whole as usize]).collect(),
+            None => Plane::of_regions(surface, &parts.partition),
+        }
+    }
 }
 
-impl Search<'_> {
+impl Partitioner<'_> {
     /// Finds the regions.
     pub fn find(mut self, options: &Options) -> Result<Found> {
         let surface = self.surface;
@@ -68,7 +93,8 @@ impl Search<'_> {
                 let is_wall = self.walls();
                 let partition = coplanar::partition(surface, flatness.angle_rad, distance, is_wall);
                 let is_cancelled = (self.report)().is_break();
-                Ok(Found { is_cancelled, ..Found::new(partition, Tolerances { distance, ..ANY }) })
+                let planes = Some(Plane::of_regions(surface, &partition));
+                Ok(Found { planes, is_cancelled, ..Found::new(partition, Tolerances { distance, ..Tolerances::ANY }) })
             }
             By::Variational(variational) => self.variational(variational, limit),
             By::Superfaces(superfaces) => self.superfaces(superfaces, limit),
@@ -96,7 +122,7 @@ impl Search<'_> {
             proxies: found.proxies,
             energies: found.energies,
             is_cancelled: found.is_cancelled,
-            ..Found::new(found.partition, Tolerances { chord_ratio, distance, ..ANY })
+            ..Found::new(found.partition, Tolerances { chord_ratio, distance, ..Tolerances::ANY })
         })
     }
 
@@ -112,15 +138,19 @@ impl Search<'_> {
         let moved =
             mesh.face_colors.is_some().then(|| "face colors become those of vertices, without steps between".into());
         self.warnings.extend(moved);
+        let most = superfaces.inner_color.unwrap_or(INNER * superfaces.border_color) / 255.0;
+        let limits = Limits { most, worth: WORTH * (most / INNER * surface.diagonal).powi(2) };
         let tolerances = Tolerances {
             distance: limit.min(superfaces.border_distance * surface.diagonal),
             color: superfaces.border_color / 255.0,
-            ..ANY
+            worth: limits.worth,
+            ..Tolerances::ANY
         };
+        let colors = superface::vertex_lights(surface, mesh);
+        let most_moved = superfaces.fits_light.then_some(most / INNER);
         Ok(Found {
-            colors: Some(superface::vertex_lights(surface, mesh)),
-            inner_color: superfaces.inner_color.unwrap_or(2.0 * superfaces.border_color) / 255.0,
-            fits_light: superfaces.fits_light,
+            planes: Some(found.planes),
+            light: Some(SurfaceLight { colors, limits, most_moved }),
             is_cancelled: (self.report)().is_break(),
             ..Found::new(found.partition, tolerances)
         })

@@ -27,10 +27,15 @@ pub struct Sample {
     pub area: f64,
 }
 
-/// The share of a third of the faces' area around a vertex that its own color stands for.
+/// The share of the area around a vertex that its own color stands for.
 pub fn area_at(surface: &Surface, vertex: u32) -> f64 {
+    area_around(surface, vertex) * AT_VERTICES
+}
+
+/// A third of the faces' area around a vertex.
+pub fn area_around(surface: &Surface, vertex: u32) -> f64 {
     let area = |&f: &u32| area(surface, f);
-    surface.rings.ring(vertex).iter().map(area).sum::<f64>() / 3.0 * AT_VERTICES
+    surface.rings.ring(vertex).iter().map(area).sum::<f64>() / 3.0
 }
 
 /// The area of a face of the input, in the frame.

@@ -33,7 +33,7 @@ pub mod vsa;
 
 pub use coplanar::Flatness;
 pub use labels::{Fault, Partition};
-pub use restore::{NO_REGION, Regions};
+pub use restore::{NO_REGION, NotPlanar, Regions};
 pub use surface::Surface;
 pub use triangulate::Triangulation;
 
@@ -64,9 +64,10 @@ pub struct Superfaces {
     pub border_color: f64,
     /// Greatest distance of a border from what takes its place, as a fraction of the bounding box's diagonal: the paper's d.
     pub border_distance: f64,
-    /// Greatest difference of color at a vertex inside a region, in 255ths; twice that along borders without one.
+    /// Greatest difference of color at a vertex inside a region, in 255ths; four times that along borders without one. Most
+    /// vertices are off by far less: what all of them lose together decides.
     pub inner_color: Option<f64>,
-    /// Whether colors of vertices are moved, by half of that at most, so that the light between them is right on average.
+    /// Whether colors of vertices are moved, by a quarter of that at most, so that the light between them is right on average.
     pub fits_light: bool,
 }
 

@@ -1,7 +1,10 @@
 //! The plane that a region is drawn in.
 
+use rayon::prelude::*;
+
+use super::Partition;
+use super::surface::Surface;
 use crate::math::{DVec2, DVec3};
-use crate::partition::surface::Surface;
 
 /// A plane with axes: `u`, `v`, `normal` are orthonormal and right-handed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,6 +34,13 @@ impl Plane {
             moment += (a + b + c) * (length / 3.0);
         }
         (sum.length() > FOLDED * area && area > 0.0).then(|| Self::new(about + moment / area, sum))
+    }
+
+    /// The plane of every region.
+    pub fn of_regions(surface: &Surface, partition: &Partition) -> Vec<Option<Self>> {
+        let (starts, faces) = partition.faces_by_region();
+        let of = |ends: &[u32]| Self::of(surface, &faces[ends[0] as usize..ends[1] as usize]);
+        starts.par_windows(2).map(of).collect()
     }
 
     /// The plane through a point across a direction.

@@ -55,3 +55,29 @@ impl Queues {
         if self.is_on_gpu() { device.description() } else { device.cpu_description() }
     }
 }
+
+/// What is copied to a device once.
+#[derive(Debug)]
+pub struct OnDevice<T> {
+    /// Whether it is on the host, and what it is.
+    copied: Option<(bool, T)>,
+}
+
+impl<T> OnDevice<T> {
+    pub fn new() -> Self {
+        Self { copied: None }
+    }
+
+    /// What is on the device of `queue`, put there by `copy` where it is not: at first, and when the GPU has failed since.
+    ///
+    /// # Errors
+    /// Those of `copy`.
+    pub fn get(&mut self, queue: &mut Queue, copy: impl FnOnce(&mut Queue) -> Result<T>) -> Result<&mut T> {
+        let on_host = queue.is_on_host();
+        let copied = match self.copied.take().filter(|copied| copied.0 == on_host) {
+            Some(copied) => copied,
+            None => (on_host, copy(queue)?),
+        };
+        Ok(&mut self.copied.insert(copied).1)
+    }
+}

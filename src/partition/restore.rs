@@ -26,14 +26,21 @@ pub struct Regions {
     /// The result without edges inside regions: each is one polygon, or several where it was cut to be drawn, and one a face
     /// where it keeps its faces or has vertices inside. Edge flips come after this and change no polygon.
     pub polygons: Polygons,
-    /// Regions, or parts of them, that keep the input's faces for they could not be drawn anew.
-    pub undrawn: usize,
-    /// Those that no plane shows without folds, filled between their borders in space.
-    pub spatial: usize,
+    /// Those that are not drawn in a plane.
+    pub not_planar: NotPlanar,
     /// What each region is like on the whole, in model units, of variational shape approximation.
     pub proxies: Vec<Proxy>,
     /// Its energy after every pass, the last that of the regions.
     pub energies: Vec<f64>,
+}
+
+/// How many regions, or parts of them where they were cut, no plane shows without folds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct NotPlanar {
+    /// They keep the input's faces.
+    pub undrawn: usize,
+    /// They are filled between their borders in space.
+    pub spatial: usize,
 }
 
 /// The mesh, the input vertex of each of its vertices, and its regions.
@@ -63,12 +70,7 @@ pub fn restore(
 ) -> Restored {
     let Rebuilt { faces, region_starts, is_whole, undrawn, spatial, .. } = rebuilt;
     let whole = |part: u32| parts.whole[part as usize];
-    let mut used = vec![false; surface.points.len()];
-    faces.iter().flatten().for_each(|&v| used[v as usize] = true);
-    let mut order: Vec<u32> = (0..used.len() as u32).filter(|&v| used[v as usize]).collect();
-    order.par_sort_unstable_by_key(|&v| surface.vertex_source[v as usize]);
-    let mut renamed = vec![0; used.len()];
-    (0..).zip(&order).for_each(|(new, &old)| renamed[old as usize] = new);
+    let (order, renamed) = names(surface, &faces);
     let vertex_origin: Vec<u32> = order.iter().map(|&v| surface.vertex_source[v as usize]).collect();
 
     let is_turned = turned_regions(surface, parts);
@@ -105,9 +107,20 @@ pub fn restore(
     // Parts come last: the number of regions is that of the wholes.
     let count = parts.whole.iter().max().map_or(0, |&last| last as usize + 1);
     let polygons = polygons(&mesh, &region_starts, &is_whole);
-    let regions =
-        Regions { labels, count, face_labels, polygons, undrawn: undrawn.len(), spatial, ..Regions::default() };
+    let not_planar = NotPlanar { undrawn: undrawn.len(), spatial };
+    let regions = Regions { labels, count, face_labels, polygons, not_planar, ..Regions::default() };
     Restored { mesh, vertex_origin, regions }
+}
+
+/// The vertices that faces use in the order of the input, and the place of each there.
+fn names(surface: &Surface, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
+    let mut used = vec![false; surface.points.len()];
+    faces.iter().flatten().for_each(|&v| used[v as usize] = true);
+    let mut order: Vec<u32> = (0..used.len() as u32).filter(|&v| used[v as usize]).collect();
+    order.par_sort_unstable_by_key(|&v| surface.vertex_source[v as usize]);
+    let mut renamed = vec![0; used.len()];
+    (0..).zip(&order).for_each(|(new, &old)| renamed[old as usize] = new);
+    (order, renamed)
 }
 
 /// The mean color of every part's faces, by area: theirs, where they have one.

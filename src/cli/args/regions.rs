@@ -76,8 +76,8 @@ pub struct Regions {
     /// Color off along borders: 2 of 255
     ///
     /// With --method superface: how far the color of a vertex on a border may be from that of what takes its place, in 255ths
-    /// of a channel; twice as far inside a region. Without the option 2. Colors that are moved after that, unless --keep-colors is
-    /// given, may add as much.
+    /// of a channel; four times as far inside a region. Without the option 2. Colors that are moved after that, unless
+    /// --keep-colors is given, may add as much.
     #[arg(long, value_name = "D", value_parser = values::length)]
     pub border_color: Option<f64>,
 

@@ -6,7 +6,7 @@ use rustc_hash::FxHashMap;
 use robust::{Coord, incircle};
 
 use super::super::triangulate::sides::turn;
-use super::Edges;
+use super::KeptEdges;
 use crate::math::DVec2;
 use crate::mesh::dual::NONE;
 
@@ -24,7 +24,7 @@ pub struct Drawing<'a> {
     across: Vec<[u32; 3]>,
     /// The points in each triangle that are no corner.
     members: Vec<Vec<u32>>,
-    kept: &'a Edges,
+    kept: &'a KeptEdges,
 }
 
 /// A vertex inside and what is around it.
@@ -46,7 +46,7 @@ enum Place {
 
 impl<'a> Drawing<'a> {
     /// Triangles of `points` that keep the edges `kept`.
-    pub fn new(points: &'a [DVec2], triangles: Vec<[u32; 3]>, kept: &'a Edges) -> Self {
+    pub fn new(points: &'a [DVec2], triangles: Vec<[u32; 3]>, kept: &'a KeptEdges) -> Self {
         let mut across = vec![[NONE; 3]; triangles.len()];
         let mut open: FxHashMap<[u32; 2], (u32, usize)> = FxHashMap::default();
         for (t, corners) in (0..).zip(&triangles) {
@@ -374,7 +374,7 @@ mod tests {
     #[test]
     fn a_point_in_a_triangle_makes_three() {
         let points = points(&[[0.0, 0.0], [3.0, 0.0], [0.0, 3.0], [1.0, 1.0]]);
-        let kept = Edges::default();
+        let kept = KeptEdges::default();
         let mut drawing = Drawing::new(&points, vec![[0, 1, 2]], &kept);
         assert!(put(&mut drawing, 3));
         check(&drawing);
@@ -385,7 +385,7 @@ mod tests {
     fn a_point_on_an_edge_makes_four_unless_the_edge_stays() {
         let points = points(&[[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0], [1.0, 1.0], [1.0, 0.0], [5.0, 5.0]]);
         let triangles = vec![[0, 1, 2], [0, 2, 3]];
-        let kept = Edges::default();
+        let kept = KeptEdges::default();
         let mut drawing = Drawing::new(&points, triangles.clone(), &kept);
         assert!(put(&mut drawing, 4));
         check(&drawing);
@@ -393,7 +393,7 @@ mod tests {
         assert!(!put(&mut drawing, 6), "outside");
         assert!(!put(&mut drawing, 4), "at a corner");
         assert_eq!(sorted(drawing), [[0, 1, 4], [0, 4, 3], [1, 2, 4], [2, 3, 4]]);
-        let kept = Edges::from_iter([[0, 2]]);
+        let kept = KeptEdges::from_iter([[0, 2]]);
         let mut drawing = Drawing::new(&points, triangles.clone(), &kept);
         assert!(!put(&mut drawing, 4));
         assert_eq!(sorted(drawing), triangles);
@@ -404,12 +404,12 @@ mod tests {
     fn edges_flip_toward_delaunay() {
         let points = points(&[[0.0, 0.0], [4.0, -1.0], [8.0, 0.0], [4.0, 1.0], [4.0, -0.5]]);
         let triangles = vec![[0, 1, 2], [0, 2, 3]];
-        let kept = Edges::default();
+        let kept = KeptEdges::default();
         let mut drawing = Drawing::new(&points, triangles.clone(), &kept);
         assert!(put(&mut drawing, 4));
         check(&drawing);
         assert_eq!(sorted(drawing), [[0, 1, 4], [0, 4, 3], [1, 2, 4], [2, 3, 4]]);
-        let kept = Edges::from_iter([[0, 2]]);
+        let kept = KeptEdges::from_iter([[0, 2]]);
         let mut drawing = Drawing::new(&points, triangles, &kept);
         assert!(put(&mut drawing, 4));
         assert_eq!(sorted(drawing), [[0, 1, 4], [0, 2, 3], [0, 4, 2], [1, 2, 4]]);
@@ -420,7 +420,7 @@ mod tests {
     fn a_fan_takes_the_place_of_a_star() {
         let list = [[0.0, 0.0], [4.0, 0.0], [5.0, 3.0], [2.0, 5.0], [-1.0, 3.0], [2.0, 2.0], [2.5, 1.0], [1.0, 3.0]];
         let points = points(&list);
-        let kept = Edges::default();
+        let kept = KeptEdges::default();
         for apex in 0..5 {
             let triangles = (0..5).map(|i| [i, (i + 1) % 5, 5]).collect();
             let mut drawing = Drawing::new(&points, triangles, &kept);
@@ -466,7 +466,7 @@ mod tests {
             let (j, inner) = ((i + 1) % 4, i + 4);
             [[i, j, inner], [j, j + 4, inner]]
         });
-        let kept: Edges = (0..4)
+        let kept: KeptEdges = (0..4)
             .flat_map(|i| [[i, (i + 1) % 4], [i + 4, (i + 1) % 4 + 4]])
             .map(|[a, b]: [u32; 2]| [a.min(b), a.max(b)])
             .collect();

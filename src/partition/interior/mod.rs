@@ -15,7 +15,7 @@ mod thin;
 pub use thin::thin;
 
 /// Edges that stay, the lower end first.
-pub type Edges = FxHashSet<[u32; 2]>;
+pub type KeptEdges = FxHashSet<[u32; 2]>;
 
 /// Red, green and blue.
 pub type Color = [f64; 3];

@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 use super::super::triangulate::sides::{triangle_holds, turn};
 use super::drawing::{Drawing, Star};
 use super::grid::Grid;
-use super::{Edges, Limits, Places, Shade, length};
+use super::{Color, KeptEdges, Limits, Places, Shade, length};
 use crate::math::{DVec2, tie_hash};
 use crate::mesh::dual::NONE;
 
@@ -14,7 +14,7 @@ use crate::mesh::dual::NONE;
 const LEAST_HEIGHT: f64 = 1e-3;
 /// An edge turns where that saves more than this share of the difference.
 const GAIN: f64 = 1e-9;
-/// How often all vertices that are left are asked.
+/// How often edges turn and all vertices that are left are asked.
 const MOST_PASSES: usize = 4;
 /// Edges turned toward the light, for each triangle: a limit that rounding cannot reach.
 const MOST_TURNS: usize = 16;
@@ -23,12 +23,12 @@ const MOST_TURNS: usize = 16;
 /// what they are worth, which is by how much the light of the best fan in their place is off. `triangles` are counter-clockwise
 /// and keep the edges `kept`, their outline among them. Returns triangles, and the places in each that are no corner.
 ///
-/// What a vertex is worth is found anew when it comes up; it goes if no other is worth less by then. With N places and M vertices
-/// that stay O(N log (N / M)) differences of color.
+/// Edges turn between passes, to the diagonals that light runs along. What a vertex is worth is found anew when it comes up; it
+/// goes if no other is worth less by then. With N places and M vertices that stay O(N log (N / M)) differences of color.
 pub fn thin(
     places: Places<'_>,
     triangles: Vec<[u32; 3]>,
-    kept: &Edges,
+    kept: &KeptEdges,
     limits: Limits,
 ) -> (Vec<[u32; 3]>, Vec<Vec<u32>>) {
     let mut thinning = Thinning {
@@ -38,12 +38,19 @@ pub fn thin(
         losses: Vec::new(),
         triangle_of: vec![NONE; places.vertex_count as usize],
         star: Star::default(),
+        spots: Vec::new(),
         shades: Vec::new(),
     };
     thinning.place();
     thinning.fill();
-    thinning.turn_edges();
-    thinning.thin();
+    thinning.measure();
+    // What could not go may be able to once others have gone, or edges have turned.
+    for _ in 0..MOST_PASSES {
+        thinning.turn_edges();
+        if !thinning.pass() {
+            break;
+        }
+    }
     thinning.drawing.into_parts()
 }
 
@@ -56,7 +63,30 @@ struct Thinning<'a> {
     /// A triangle of every vertex; none for those that are no corner.
     triangle_of: Vec<u32>,
     star: Star,
+    /// What the triangles of the star hold.
+    spots: Vec<Spot>,
     shades: Vec<Shade>,
+}
+
+/// The light that a place should have. Those around a vertex lie together in memory: every fan in its place asks for all of them.
+#[derive(Debug, Clone, Copy)]
+struct Spot {
+    at: DVec2,
+    color: Color,
+    area: f64,
+    /// Greatest difference of a channel.
+    most: f64,
+}
+
+impl Spot {
+    /// By how much the light is off, over the area that it stands for.
+    fn off(&self, shade: &Shade) -> f64 {
+        length(shade.difference(self.at, self.color)) * self.area
+    }
+
+    fn may_have(&self, shade: &Shade) -> bool {
+        shade.difference(self.at, self.color).into_iter().all(|channel| channel.abs() <= self.most)
+    }
 }
 
 impl Thinning<'_> {
@@ -100,9 +130,20 @@ impl Thinning<'_> {
         }
     }
 
-    /// Turns edges where that brings the light nearer: of the two diagonals of a square the one that the input had.
+    /// Finds what every triangle loses, and a triangle of every vertex.
+    fn measure(&mut self) {
+        self.losses = vec![0.0; self.drawing.len()];
+        (0..self.drawing.len() as u32).for_each(|t| self.measure_one(t));
+    }
+
+    /// Finds anew what a triangle loses that changed.
+    fn measure_one(&mut self, t: u32) {
+        self.losses[t as usize] = self.loss(t);
+        self.drawing.corners(t).iter().for_each(|&v| self.triangle_of[v as usize] = t);
+    }
+
+    /// Turns edges where that brings the light nearer: at first, of the two diagonals of a square the one that the input had.
     fn turn_edges(&mut self) {
-        self.losses = (0..self.drawing.len() as u32).map(|t| self.loss(t)).collect();
         let mut turns = MOST_TURNS * self.drawing.len();
         let mut open: Vec<u32> = (0..self.drawing.len() as u32).rev().collect();
         while let Some(t) = open.pop() {
@@ -112,7 +153,7 @@ impl Thinning<'_> {
             }
             turns -= 1;
             for t in self.drawing.flip(t, k) {
-                self.losses[t as usize] = self.loss(t);
+                self.measure_one(t);
                 open.push(t);
             }
         }
@@ -133,26 +174,18 @@ impl Thinning<'_> {
         let [from, to] = [d, c].map(|v| self.places.points[v as usize]);
         let mut turned = 0.0;
         for &point in self.drawing.members(t).iter().chain(self.drawing.members(o)) {
-            let is_left = (to - from).perp_dot(self.places.points[point as usize] - from) >= 0.0;
-            turned += self.off(&shades[usize::from(!is_left)], point);
-        }
-        turned < now * (1.0 - GAIN)
-    }
-
-    /// Takes out what is worth least, until nothing may go.
-    fn thin(&mut self) {
-        for t in 0..self.drawing.len() as u32 {
-            self.drawing.corners(t).iter().for_each(|&v| self.triangle_of[v as usize] = t);
-        }
-        // What could not go may be able to once others have gone.
-        for _ in 0..MOST_PASSES {
-            if !self.pass() {
-                break;
+            let spot = self.spot(point);
+            let is_left = (to - from).perp_dot(spot.at - from) >= 0.0;
+            let shade = &shades[usize::from(!is_left)];
+            turned += spot.off(shade);
+            if turned >= now * (1.0 - GAIN) || !spot.may_have(shade) {
+                return false;
             }
         }
+        true
     }
 
-    /// Asks every vertex once, and again where what is around it has changed; whether any went.
+    /// Takes out what is worth least: asks every vertex once, and again where what is around it has changed; whether any went.
     fn pass(&mut self) -> bool {
         let corners: Vec<u32> =
             (0..self.places.vertex_count).filter(|&v| self.triangle_of[v as usize] != NONE).collect();
@@ -169,17 +202,16 @@ impl Thinning<'_> {
                 continue;
             }
             is_any = true;
-            for &t in self.drawing.remove(vertex, &self.star, apex) {
-                self.losses[t as usize] = self.loss(t);
-                self.drawing.corners(t).iter().for_each(|&v| self.triangle_of[v as usize] = t);
-            }
+            let star = std::mem::take(&mut self.star);
+            self.drawing.remove(vertex, &star, apex).iter().for_each(|&t| self.measure_one(t));
+            self.star = star;
             self.triangle_of[vertex as usize] = NONE;
         }
         is_any
     }
 
     /// By how much more the light is off without a vertex, and the neighbor whose fan is best in its place; nothing where it stays.
-    /// Leaves what is around it in `star`.
+    /// Leaves what is around it in `star` and `spots`.
     fn worth(&mut self, vertex: u32) -> Option<(f64, usize)> {
         let mut star = std::mem::take(&mut self.star);
         let is_inside = self.drawing.star(vertex, self.triangle_of[vertex as usize], &mut star);
@@ -187,11 +219,16 @@ impl Thinning<'_> {
         if !is_inside {
             return None;
         }
+        let mut spots = std::mem::take(&mut self.spots);
+        spots.clear();
+        let lists = self.star.triangles.iter().map(|&t| self.drawing.members(t));
+        spots.extend(std::iter::once(&[vertex][..]).chain(lists).flatten().map(|&point| self.spot(point)));
+        self.spots = spots;
         let now: f64 = self.star.triangles.iter().map(|&t| self.losses[t as usize]).sum();
         let mut best = None;
         let mut most = now + self.limits.worth;
         for apex in 0..self.star.ring.len() {
-            if let Some(loss) = self.loss_of_fan(vertex, apex, most) {
+            if let Some(loss) = self.loss_of_fan(apex, most) {
                 (best, most) = (Some((loss - now, apex)), loss);
             }
         }
@@ -199,7 +236,7 @@ impl Thinning<'_> {
     }
 
     /// By how much the light is off with a fan from a neighbor, if by less than `most`.
-    fn loss_of_fan(&mut self, vertex: u32, apex: usize, most: f64) -> Option<f64> {
+    fn loss_of_fan(&mut self, apex: usize, most: f64) -> Option<f64> {
         let ring = &self.star.ring;
         let at = |i: usize| ring[(apex + i) % ring.len()];
         let corners = |i: usize| [ring[apex], at(i), at(i + 1)];
@@ -217,12 +254,11 @@ impl Thinning<'_> {
             let is_left = |i: &usize| (self.places.points[at(*i + 1) as usize] - from).perp_dot(point - from) > 0.0;
             (1..count).take_while(is_left).count()
         };
-        let lists = self.star.triangles.iter().map(|&t| self.drawing.members(t));
         let mut loss = 0.0;
-        let holds = std::iter::once(&[vertex][..]).chain(lists).flatten().all(|&point| {
-            let shade = &shades[wedge(self.places.points[point as usize])];
-            loss += self.off(shade, point);
-            loss < most && (point >= self.places.vertex_count || self.is_near(shade, point))
+        let holds = self.spots.iter().all(|spot| {
+            let shade = &shades[wedge(spot.at)];
+            loss += spot.off(shade);
+            loss < most && spot.may_have(shade)
         });
         self.shades = shades;
         holds.then_some(loss)
@@ -239,16 +275,12 @@ impl Thinning<'_> {
         Shade::new(corners.map(|v| self.places.points[v as usize]), corners.map(|v| self.places.colors[v as usize]))
     }
 
-    /// By how much the light at a point is off, over the area that it stands for.
-    fn off(&self, shade: &Shade, point: u32) -> f64 {
+    /// A place; only at a vertex light may not be off by any amount.
+    fn spot(&self, point: u32) -> Spot {
+        let Places { points, colors, areas, vertex_count } = self.places;
         let at = point as usize;
-        length(shade.difference(self.places.points[at], self.places.colors[at])) * self.places.areas[at]
-    }
-
-    fn is_near(&self, shade: &Shade, point: u32) -> bool {
-        let at = point as usize;
-        let difference = shade.difference(self.places.points[at], self.places.colors[at]);
-        difference.into_iter().all(|channel| channel.abs() <= self.limits.most)
+        let most = if point < vertex_count { self.limits.most } else { f64::INFINITY };
+        Spot { at: points[at], color: colors[at], area: areas[at], most }
     }
 
     fn loss(&self, t: u32) -> f64 {
@@ -257,7 +289,7 @@ impl Thinning<'_> {
             return 0.0;
         }
         let shade = self.shade(self.drawing.corners(t));
-        members.iter().map(|&point| self.off(&shade, point)).sum()
+        members.iter().map(|&point| self.spot(point).off(&shade)).sum()
     }
 }
 
@@ -280,7 +312,7 @@ mod tests {
         let inside = (0..n * n).filter(|i| (1..corner).contains(&(i % n)) && (1..corner).contains(&(i / n)));
         let points: Vec<DVec2> = corners.into_iter().chain(inside).map(at).collect();
         let colors: Vec<[f64; 3]> = points.iter().map(|&p| [light(p); 3]).collect();
-        let kept = Edges::from_iter([[0, 1], [1, 2], [2, 3], [0, 3]]);
+        let kept = KeptEdges::from_iter([[0, 1], [1, 2], [2, 3], [0, 3]]);
         let areas = vec![1.0; points.len()];
         let places = Places { points: &points, colors: &colors, areas: &areas, vertex_count: points.len() as u32 };
         let (triangles, members) = thin(places, vec![[0, 1, 2], [0, 2, 3]], &kept, limits);

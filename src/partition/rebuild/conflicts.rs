@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
-use super::attempt::{Attempt, farthest, segments};
+use super::site::{Answer, farthest, segments};
 use super::{Filling, ROWS, Work};
 use crate::partition::chains::Chains;
 use crate::partition::triangulate::flip_away;
@@ -157,7 +157,7 @@ impl Work<'_> {
             Filling::Open | Filling::Least | Filling::Own => edges.clear(),
         }
         // A slit in the region: its segments run both ways and are the chain's.
-        let mut passed: Vec<usize> = self.boundary.loops(region as usize).flatten().map(|pass| pass.chain()).collect();
+        let mut passed: Vec<usize> = self.boundary.loops(region as usize).flatten().map(|leg| leg.chain()).collect();
         passed.sort_unstable();
         for slit in passed.windows(2).filter(|pair| pair[0] == pair[1]).map(|pair| pair[0]) {
             let vertex = |place: usize| self.boundary.chain_vertices[place];
@@ -225,7 +225,7 @@ impl Work<'_> {
         let attempt = match &mut filling {
             // Its neighbor has changed since.
             Filling::Open => return,
-            Filling::Least | Filling::Own => Attempt::Hopeless,
+            Filling::Least | Filling::Own => Answer::Hopeless,
             Filling::Flat(flat) => {
                 if !flat.has_vertices_inside() && flip_away(&flat.outline, &mut flat.triangles, ends(edge), is_taken) {
                     let mut edges = Vec::new();
@@ -241,20 +241,20 @@ impl Work<'_> {
             Filling::Spatial(_) => self.fill_in_space(region, chains, is_taken),
         };
         match attempt {
-            Attempt::Spatial(triangles) => {
+            Answer::Spatial(triangles) => {
                 let mut edges = Vec::new();
                 inner_edges(triangles.iter().copied(), &mut edges);
                 taken.extend(edges);
                 self.fillings[region as usize] = Filling::Spatial(triangles);
             }
-            Attempt::Split(places) => self.split(region, &places, chains),
-            Attempt::Least | Attempt::Flat(_) | Attempt::Hopeless => self.keep_own(region, chains),
+            Answer::Split(places) => self.split(region, &places, chains),
+            Answer::Least | Answer::Flat(_) | Answer::Hopeless => self.keep_own(region, chains),
         }
     }
 
     /// Gives the chains around a region one more vertex; without any left it keeps its faces.
     fn more_vertices(&mut self, region: u32, chains: &mut Chains<'_>) {
-        let ring: Vec<_> = self.boundary.loops(region as usize).flat_map(|passes| segments(passes, chains)).collect();
+        let ring: Vec<_> = self.boundary.loops(region as usize).flat_map(|legs| segments(legs, chains)).collect();
         match farthest(&ring, chains) {
             Some(place) => self.split(region, &[place], chains),
             None => self.keep_own(region, chains),

@@ -9,20 +9,20 @@
 //! - No edge inside a region is an edge anywhere else: manifold in, manifold out.
 //! - A region drawn anew has the topology of the old one: as many loops, and no handle.
 
-mod attempt;
 mod conflicts;
+mod site;
 mod topology;
 
 use rayon::prelude::*;
 
-use attempt::{Attempt, Flat, Site, farthest, segments};
+use site::{Answer, Flat, Site, farthest, segments};
 use topology::planar_regions;
 
 use super::Partition;
 use super::boundary::Boundary;
 use super::chains::Chains;
 use super::fit::{AT_VERTICES, Sample, area};
-use super::interior::Color;
+use super::interior::{Color, Limits};
 use super::plane::Plane;
 use super::surface::Surface;
 use super::triangulate::{Triangulation, fill_in_space};
@@ -54,6 +54,8 @@ enum Filling {
 /// How regions are rebuilt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Recipe<'a> {
+    /// The plane that each is drawn in, where it has one.
+    pub planes: &'a [Option<Plane>],
     pub triangulation: Triangulation,
     /// Whether what no plane shows is filled in space: nearer to the surface is a region cut in two, where that is possible.
     pub fills_in_space: bool,
@@ -61,15 +63,13 @@ pub struct Recipe<'a> {
     pub light: Option<Light<'a>>,
 }
 
-/// What light may be lost.
+/// The light of the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Light<'a> {
     /// Of every vertex of the surface.
     pub colors: &'a [[f32; 4]],
-    /// Greatest difference of a channel at a vertex.
-    pub tolerance: f64,
-    /// The difference of color times area that a vertex inside is worth at least, in the frame.
-    pub worth: f64,
+    /// What of it may be lost.
+    pub limits: Limits,
 }
 
 impl Light<'_> {
@@ -170,9 +170,8 @@ impl<'a> Work<'a> {
         let (side_starts, sides) = sides(boundary, partition.region_count);
         let mut on_boundary = vec![false; surface.points.len()];
         boundary.chain_vertices.iter().for_each(|&v| on_boundary[v as usize] = true);
-        let plane = |ends: &[u32]| Plane::of(surface, &faces[ends[0] as usize..ends[1] as usize]);
         Self {
-            planes: face_starts.par_windows(2).map(plane).collect(),
+            planes: recipe.planes.to_vec(),
             is_planar: planar_regions(surface, partition, boundary),
             fillings: (0..partition.region_count).map(|_| Filling::Open).collect(),
             attempts: vec![0; partition.region_count],
@@ -207,21 +206,21 @@ impl<'a> Work<'a> {
     fn draw(&mut self, chains: &mut Chains<'_>) {
         let open = std::mem::take(&mut self.open);
         let shared = &*chains;
-        let attempts: Vec<Attempt> = open.par_iter().map(|&region| self.attempt(region, shared)).collect();
+        let attempts: Vec<Answer> = open.par_iter().map(|&region| self.attempt(region, shared)).collect();
         for (region, attempt) in open.into_iter().zip(attempts) {
             match attempt {
-                Attempt::Least => self.fillings[region as usize] = Filling::Least,
-                Attempt::Flat(flat) => self.fillings[region as usize] = Filling::Flat(flat),
-                Attempt::Spatial(triangles) => {
+                Answer::Least => self.fillings[region as usize] = Filling::Least,
+                Answer::Flat(flat) => self.fillings[region as usize] = Filling::Flat(flat),
+                Answer::Spatial(triangles) => {
                     // No plane shows it, whatever its neighbors do.
                     self.planes[region as usize] = None;
                     self.fillings[region as usize] = Filling::Spatial(triangles);
                 }
-                Attempt::Split(places) => {
+                Answer::Split(places) => {
                     self.attempts[region as usize] += 1;
                     self.split(region, &places, chains);
                 }
-                Attempt::Hopeless => self.keep_own(region, chains),
+                Answer::Hopeless => self.keep_own(region, chains),
             }
         }
         self.open.sort_unstable();
@@ -231,12 +230,12 @@ impl<'a> Work<'a> {
         }
     }
 
-    fn attempt(&self, region: u32, chains: &Chains<'_>) -> Attempt {
+    fn attempt(&self, region: u32, chains: &Chains<'_>) -> Answer {
         if self.attempts[region as usize] >= MOST_ATTEMPTS || !self.is_planar[region as usize] {
-            return Attempt::Hopeless;
+            return Answer::Hopeless;
         }
         if self.is_least(region, chains) {
-            return Attempt::Least;
+            return Answer::Least;
         }
         let flat = match &self.planes[region as usize] {
             Some(plane) => {
@@ -244,10 +243,10 @@ impl<'a> Work<'a> {
                 let site = Site { region: region as usize, plane, surface, boundary, chains, attempts };
                 site.draw(self.recipe.triangulation)
             }
-            None => Attempt::Hopeless,
+            None => Answer::Hopeless,
         };
         match flat {
-            Attempt::Hopeless if self.recipe.fills_in_space => self.fill_in_space(region, chains, |_, _| false),
+            Answer::Hopeless if self.recipe.fills_in_space => self.fill_in_space(region, chains, |_, _| false),
             other => other,
         }
     }
@@ -274,33 +273,33 @@ impl<'a> Work<'a> {
     /// Whether its faces are the fewest that there can be: its chains are whole, and none of its vertices is inside.
     fn is_least(&self, region: u32, chains: &Chains<'_>) -> bool {
         let (mut loops, mut vertices) = (0, 0);
-        for passes in self.boundary.loops(region as usize) {
+        for legs in self.boundary.loops(region as usize) {
             loops += 1;
-            for pass in passes {
-                if !chains.is_whole(pass.chain()) {
+            for leg in legs {
+                if !chains.is_whole(leg.chain()) {
                     return false;
                 }
-                vertices += self.boundary.places(pass.chain()).len() - 1;
+                vertices += self.boundary.places(leg.chain()).len() - 1;
             }
         }
         self.faces_of(region).len() + 4 == vertices + 2 * loops
     }
 
     /// Fills a region with one loop in space, between diagonals that are not taken.
-    fn fill_in_space(&self, region: u32, chains: &Chains<'_>, is_taken: impl FnMut(u32, u32) -> bool) -> Attempt {
+    fn fill_in_space(&self, region: u32, chains: &Chains<'_>, is_taken: impl FnMut(u32, u32) -> bool) -> Answer {
         let mut loops = self.boundary.loops(region as usize);
-        let (Some(only), None) = (loops.next(), loops.next()) else { return Attempt::Hopeless };
+        let (Some(only), None) = (loops.next(), loops.next()) else { return Answer::Hopeless };
         let ring = segments(only, chains);
         if ring.len() < 3 {
-            return farthest(&ring, chains).map_or(Attempt::Hopeless, |place| Attempt::Split(vec![place]));
+            return farthest(&ring, chains).map_or(Answer::Hopeless, |place| Answer::Split(vec![place]));
         }
         let vertices: Vec<u32> = ring.iter().map(|&[from, _]| self.boundary.chain_vertices[from]).collect();
         let points: Vec<_> = vertices.iter().map(|&v| self.surface.points[v as usize]).collect();
         match fill_in_space(&points, &vertices, is_taken) {
             Some(triangles) => {
-                Attempt::Spatial(triangles.into_iter().map(|t| t.map(|i| vertices[i as usize])).collect())
+                Answer::Spatial(triangles.into_iter().map(|t| t.map(|i| vertices[i as usize])).collect())
             }
-            None => Attempt::Hopeless,
+            None => Answer::Hopeless,
         }
     }
 
@@ -317,9 +316,9 @@ impl<'a> Work<'a> {
     fn keep_own(&mut self, region: u32, chains: &mut Chains<'_>) {
         self.fillings[region as usize] = Filling::Own;
         let boundary = self.boundary;
-        for pass in boundary.loops(region as usize).flatten() {
-            if chains.keep_all(pass.chain()) {
-                self.open_beside(pass.chain());
+        for leg in boundary.loops(region as usize).flatten() {
+            if chains.keep_all(leg.chain()) {
+                self.open_beside(leg.chain());
             }
         }
     }
@@ -403,11 +402,11 @@ impl<'a> Work<'a> {
     }
 }
 
-/// The regions beside every chain, once for every pass, in compressed rows.
+/// The regions beside every chain, once for every leg, in compressed rows.
 fn sides(boundary: &Boundary, region_count: usize) -> (Vec<u32>, Vec<u32>) {
     let passing = |region: usize| boundary.loops(region).flatten().map(move |_| region as u32);
     let regions: Vec<u32> = (0..region_count).flat_map(passing).collect();
-    let passes = &boundary.passes;
-    let (starts, order) = group(passes.len(), boundary.chain_count(), |pass| [passes[pass].chain() as u32]);
-    (starts, order.into_iter().map(|pass| regions[pass as usize]).collect())
+    let legs = &boundary.legs;
+    let (starts, order) = group(legs.len(), boundary.chain_count(), |leg| [legs[leg].chain() as u32]);
+    (starts, order.into_iter().map(|leg| regions[leg as usize]).collect())
 }

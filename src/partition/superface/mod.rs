@@ -120,7 +120,7 @@ impl Default for Options {
 
 /// Faces by their light.
 #[derive(Debug, Clone)]
-pub struct Superfaces {
+pub struct Grown {
     /// The regions.
     pub partition: Partition,
     /// The plane that each lies in; none for faces without an area.
@@ -137,7 +137,7 @@ pub struct Superfaces {
 /// # Errors
 /// [`Error::Mesh`] for a mesh without colors, [`Error::Parameter`] for options out of range, [`Error::Device`] and
 /// [`Error::Limit`] when the device of `queue` fails.
-pub fn partition(surface: &Surface, mesh: &Mesh, options: Options, queue: &mut Queue) -> Result<Superfaces> {
+pub fn partition(surface: &Surface, mesh: &Mesh, options: Options, queue: &mut Queue) -> Result<Grown> {
     options.check()?;
     let lights = Lights::new(surface, mesh, options.criterion.area_unit())?;
     let changes = changes(surface, &lights, options.criterion, queue)?;

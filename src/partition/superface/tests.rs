@@ -25,7 +25,7 @@ fn queue() -> Queue {
     Device::cpu(1).expect("the CPU").cpu_queue()
 }
 
-fn superfaces(mesh: &Mesh, options: Options) -> Superfaces {
+fn superfaces(mesh: &Mesh, options: Options) -> Grown {
     let surface = surface(mesh);
     let found = partition(&surface, mesh, options, &mut queue()).expect("superfaces");
     assert_eq!(found.partition.validate(&surface.neighbors), []);
@@ -225,9 +225,8 @@ fn threads_and_devices_do_not_show() {
         device.install(|| partition(&surface, &mesh, contrast(0.1), &mut queue).expect("superfaces"))
     };
     let one = on(&Device::cpu(1).expect("the CPU"));
-    let same = |other: Superfaces| {
-        (&one.partition, &one.planes, &one.lights) == (&other.partition, &other.planes, &other.lights)
-    };
+    let same =
+        |other: Grown| (&one.partition, &one.planes, &one.lights) == (&other.partition, &other.planes, &other.lights);
     assert!(same(on(&Device::cpu(3).expect("the CPU"))), "threads show");
     match Device::open(&Selector::Software, 2) {
         Ok(device) => assert!(same(on(&device)), "the device shows"),

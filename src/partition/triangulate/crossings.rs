@@ -14,7 +14,7 @@ pub(super) const NONE: u32 = u32::MAX;
 
 /// Why an outline has no inside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fault {
+pub enum Flaw {
     /// Two edges, by their first points, cross or touch other than at a mesh vertex that they share. That is also a point on an
     /// edge, edges over each other, different vertices at one place, an edge without length, a vertex at two places, and
     /// passages through one vertex that cross.
@@ -26,8 +26,8 @@ pub enum Fault {
 impl Outline {
     /// What keeps an outline from having an inside to the left of all its edges: the first crossing found, else the first ring
     /// that lies where it may not. One whose parts do not fit together crosses at its first point.
-    pub fn fault(&self) -> Option<Fault> {
-        if self.is_sound() { sweep(self, &self.scaled()).err() } else { Some(Fault::Crossing([0, 0])) }
+    pub fn fault(&self) -> Option<Flaw> {
+        if self.is_sound() { sweep(self, &self.scaled()).err() } else { Some(Flaw::Crossing([0, 0])) }
     }
 }
 
@@ -75,7 +75,7 @@ impl Edges<'_> {
 /// The edge west of every point that no edge ends at from above, [`NONE`] where there is none; or a fault.
 ///
 /// `points` are the outline's, [scaled](Outline::scaled); the outline is sound.
-pub(super) fn sweep(outline: &Outline, points: &[DVec2]) -> Result<Vec<u32>, Fault> {
+pub(super) fn sweep(outline: &Outline, points: &[DVec2]) -> Result<Vec<u32>, Flaw> {
     one_place_each(outline, points)?;
     let mut order: Vec<u32> = (0..points.len() as u32).collect();
     order.sort_unstable_by(|&a, &b| compare(points[b as usize], points[a as usize]).then(a.cmp(&b)));
@@ -84,7 +84,7 @@ pub(super) fn sweep(outline: &Outline, points: &[DVec2]) -> Result<Vec<u32>, Fau
         sweep.pass(places)?;
     }
     match sweep.misplaced {
-        Some(start) => Err(Fault::Misplaced(outline.ring_starts.partition_point(|&first| first <= start) - 1)),
+        Some(start) => Err(Flaw::Misplaced(outline.ring_starts.partition_point(|&first| first <= start) - 1)),
         None => Ok(sweep.west_of),
     }
 }
@@ -104,8 +104,8 @@ struct Sweep<'a> {
 }
 
 /// Two edges that cross or touch.
-fn crossing(a: u32, b: u32) -> Fault {
-    Fault::Crossing([a as usize, b as usize])
+fn crossing(a: u32, b: u32) -> Flaw {
+    Flaw::Crossing([a as usize, b as usize])
 }
 
 impl<'a> Sweep<'a> {
@@ -127,7 +127,7 @@ impl<'a> Sweep<'a> {
     }
 
     /// Passes these points, which lie at one place.
-    fn pass(&mut self, places: &[u32]) -> Result<(), Fault> {
+    fn pass(&mut self, places: &[u32]) -> Result<(), Flaw> {
         let (first, p) = (places[0], self.edges.points[places[0] as usize]);
         let vertex = |i: u32| self.outline.vertices[i as usize];
         if let Some(&other) = places.iter().find(|&&other| vertex(other) != vertex(first)) {
@@ -153,7 +153,7 @@ impl<'a> Sweep<'a> {
     }
 
     /// Takes the edges that end at a point off the line.
-    fn end_edges(&mut self, gap: Gap, point: u32) -> Result<(), Fault> {
+    fn end_edges(&mut self, gap: Gap, point: u32) -> Result<(), Flaw> {
         let p = self.edges.points[point as usize];
         self.ended.clear();
         while let Some(edge) = self.line.east(gap).filter(|&edge| self.edges.side(edge, p) == 0.0) {
@@ -167,7 +167,7 @@ impl<'a> Sweep<'a> {
     }
 
     /// Finds the edges that start at these points; with those that end there they are two a point.
-    fn start_edges(&mut self, places: &[u32]) -> Result<(), Fault> {
+    fn start_edges(&mut self, places: &[u32]) -> Result<(), Flaw> {
         let Self { edges, prev, started, .. } = self;
         let p = edges.points[places[0] as usize];
         started.clear();
@@ -187,7 +187,7 @@ impl<'a> Sweep<'a> {
     }
 
     /// Around a point the edges away from it and to it take turns, or the inside would overlap.
-    fn check_turns(&self, point: u32) -> Result<(), Fault> {
+    fn check_turns(&self, point: u32) -> Result<(), Flaw> {
         let points = self.edges.points;
         let leads_away = |edge: u32| points[edge as usize] == points[point as usize];
         let around = || self.started.iter().chain(self.ended.iter().rev()).copied();
@@ -197,7 +197,7 @@ impl<'a> Sweep<'a> {
     }
 
     /// What has become neighbors on the line must not meet.
-    fn check_neighbors(&self, west: Option<u32>, east: Option<u32>) -> Result<(), Fault> {
+    fn check_neighbors(&self, west: Option<u32>, east: Option<u32>) -> Result<(), Flaw> {
         let neighbors = match (self.started.first(), self.started.last()) {
             (Some(&first), Some(&last)) => [(west, Some(first)), (Some(last), east)],
             _ => [(west, east), (None, None)],
@@ -209,12 +209,12 @@ impl<'a> Sweep<'a> {
 }
 
 /// Refuses a mesh vertex that is at two places.
-fn one_place_each(outline: &Outline, points: &[DVec2]) -> Result<(), Fault> {
+fn one_place_each(outline: &Outline, points: &[DVec2]) -> Result<(), Flaw> {
     let mut order: Vec<u32> = (0..points.len() as u32).collect();
     order.sort_unstable_by_key(|&i| (outline.vertices[i as usize], i));
     let is_torn = |&[a, b]: &[usize; 2]| outline.vertices[a] == outline.vertices[b] && points[a] != points[b];
     let pairs = order.windows(2).map(|pair| [pair[0] as usize, pair[1] as usize]);
-    pairs.into_iter().find(is_torn).map_or(Ok(()), |pair| Err(Fault::Crossing(pair)))
+    pairs.into_iter().find(is_torn).map_or(Ok(()), |pair| Err(Flaw::Crossing(pair)))
 }
 
 #[cfg(test)]
@@ -324,15 +324,15 @@ mod tests {
         torn.vertices[6] = 0;
         assert_eq!(crossed(&torn), Some([0, 6]));
         // A hole outside and one in another: no edges cross.
-        assert_eq!(outline(&[square(), hole(1., 1.), hole(7., 7.)]).fault(), Some(Fault::Misplaced(2)));
+        assert_eq!(outline(&[square(), hole(1., 1.), hole(7., 7.)]).fault(), Some(Flaw::Misplaced(2)));
         let inner = vec![[1.2, 1.2], [1.2, 1.8], [1.8, 1.8], [1.8, 1.2]];
-        assert_eq!(outline(&[square(), hole(1., 1.), inner.clone()]).fault(), Some(Fault::Misplaced(2)));
+        assert_eq!(outline(&[square(), hole(1., 1.), inner.clone()]).fault(), Some(Flaw::Misplaced(2)));
         assert_eq!(crossed(&outline(&[square(), inner, hole(1., 1.)])), None);
     }
 
     fn crossed(outline: &Outline) -> Option<[usize; 2]> {
         match outline.fault() {
-            Some(Fault::Crossing(edges)) => Some(edges),
+            Some(Flaw::Crossing(edges)) => Some(edges),
             _ => None,
         }
     }

@@ -21,7 +21,7 @@ pub mod sides;
 #[cfg(test)]
 mod tests;
 
-pub use crossings::Fault;
+pub use crossings::Flaw;
 pub use fill::fill_in_space;
 pub use flips::{flip_away, improve};
 pub use outline::{Misfit, Outline};
@@ -55,7 +55,7 @@ const AREA_TOLERANCE: f64 = 1e-9;
 ///
 /// k points and h holes make k + 2h − 2 triangles; a ring that touches another or itself counts as the rings that the inside
 /// sees. None is without area: where `Earcut` leaves such a one, or a gap, and where it would take long,
-/// ears are cut as with `Ears`. `None` for an outline with a [`Fault`].
+/// ears are cut as with `Ears`. `None` for an outline with a [`Flaw`].
 pub fn triangulate(outline: &Outline, by: Triangulation) -> Option<Vec<[u32; 3]>> {
     let mut sketch = Sketch::new(outline)?;
     if by == Triangulation::Earcut

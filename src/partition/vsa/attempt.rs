@@ -11,8 +11,8 @@ use crate::math::random;
 use super::exchange::{add, exchange, merge_down, split_all};
 use super::flood::fill;
 use super::greedy::Greedy;
+use super::labeling::Labeling;
 use super::lloyd;
-use super::regions::Regions;
 use super::rounds::Rounds;
 use super::scene::Scene;
 use super::seeds::grow;
@@ -57,14 +57,14 @@ pub struct Attempt<'a, 'b> {
     pub watch: &'a Watch<'b>,
     /// Which one, from 0.
     pub index: usize,
-    pub regions: Regions,
+    pub regions: Labeling,
     pub energies: Vec<f64>,
 }
 
 impl<'a, 'b> Attempt<'a, 'b> {
     /// An attempt with no regions.
     pub fn new(scene: &'a Scene<'a>, options: &'a Options, watch: &'a Watch<'b>, index: usize) -> Self {
-        Self { scene, options, watch, index, regions: Regions::none(scene), energies: Vec::new() }
+        Self { scene, options, watch, index, regions: Labeling::none(scene), energies: Vec::new() }
     }
 
     fn seed(&self) -> u64 {
@@ -159,7 +159,7 @@ impl<'a, 'b> Attempt<'a, 'b> {
     }
 }
 
-fn record(regions: &Regions, energies: &mut Vec<f64>, watch: &Watch<'_>, attempt: usize) -> bool {
+fn record(regions: &Labeling, energies: &mut Vec<f64>, watch: &Watch<'_>, attempt: usize) -> bool {
     let energy = regions.energy();
     energies.push(energy);
     watch.tell(Pass { attempt, regions: regions.count(), energy });
@@ -167,9 +167,9 @@ fn record(regions: &Regions, energies: &mut Vec<f64>, watch: &Watch<'_>, attempt
 }
 
 /// The regions that moves start from: as many as asked for where the surface has such, every closed component cut.
-pub fn start(scene: &Scene<'_>, count: usize, seed: u64) -> Regions {
+pub fn start(scene: &Scene<'_>, count: usize, seed: u64) -> Labeling {
     if count >= scene.face_count() {
-        return Regions::each_face(scene);
+        return Labeling::each_face(scene);
     }
     let mut regions = grow(scene, count, seed);
     complete(scene, &mut regions, count);
@@ -183,7 +183,7 @@ pub fn start(scene: &Scene<'_>, count: usize, seed: u64) -> Regions {
 }
 
 /// Gives every face a region and every closed component two, with `count` regions where that many are enough.
-pub fn complete(scene: &Scene<'_>, regions: &mut Regions, count: usize) {
+pub fn complete(scene: &Scene<'_>, regions: &mut Labeling, count: usize) {
     fill(scene, regions);
     let counts = regions.by_component(scene);
     let is_whole = |region: &u32| {

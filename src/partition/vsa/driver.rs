@@ -8,11 +8,11 @@ use crate::backend::Device;
 use crate::error::Result;
 
 use super::super::labels::Partition;
-use super::super::queues::Queues;
+use super::super::queues::{OnDevice, Queues};
 use super::super::surface::Surface;
 use super::attempt::{Attempt, Watch};
 use super::goals::{self, plane};
-use super::regions::Regions;
+use super::labeling::Labeling;
 use super::rounds::Rounds;
 use super::scene::Scene;
 use super::split::Members;
@@ -28,15 +28,10 @@ pub fn partition(
     device: &Device,
     on_pass: Option<&mut OnPass<'_>>,
 ) -> Result<Vsa> {
-    let mut queues = Queues::new(device);
-    let mut vsa = partition_on(&mut queues, surface, options, on_pass)?;
-    vsa.on_gpu = queues.is_on_gpu();
-    vsa.bytes_moved = queues.bytes_moved();
-    vsa.seconds.transfer = queues.seconds_moving();
-    Ok(vsa)
+    partition_on(&mut Queues::new(device), surface, options, on_pass)
 }
 
-/// [`partition`] on these queues, which know where it was done and what was moved.
+/// [`partition`] on these queues, which others may have used before.
 pub fn partition_on(
     queues: &mut Queues,
     surface: &Surface,
@@ -45,6 +40,7 @@ pub fn partition_on(
 ) -> Result<Vsa> {
     options.check()?;
     let clock = Instant::now();
+    let (bytes_before, transfer_before) = (queues.bytes_moved(), queues.seconds_moving());
     let mut warnings = Vec::new();
     let scene = queues.run(&mut warnings, |queue| Scene::new(queue, surface))?;
     let measure = clock.elapsed().as_secs_f64();
@@ -72,9 +68,14 @@ pub fn partition_on(
         energies: best.energies,
         attempt: best.index,
         is_cancelled: watch.is_cancelled(),
-        seconds: Seconds { measure, solve: clock.elapsed().as_secs_f64() - measure, transfer: 0.0 },
+        on_gpu: queues.is_on_gpu(),
+        bytes_moved: queues.bytes_moved() - bytes_before,
+        seconds: Seconds {
+            measure,
+            solve: clock.elapsed().as_secs_f64() - measure,
+            transfer: queues.seconds_moving() - transfer_before,
+        },
         warnings,
-        ..Vsa::default()
     })
 }
 
@@ -106,17 +107,11 @@ fn rounds(
     attempts: &mut [Attempt<'_, '_>],
     warnings: &mut Vec<String>,
 ) -> Result<()> {
-    // On the host, or on the GPU.
-    let mut made: Option<(bool, Rounds)> = None;
+    let mut rounds = OnDevice::new();
     for attempt in attempts {
         let mut round = 0;
         queues.run(warnings, |queue| {
-            let on_host = queue.is_on_host();
-            let rounds = match made.take().filter(|made| made.0 == on_host) {
-                Some((_, rounds)) => rounds,
-                None => Rounds::new(queue, scene)?,
-            };
-            let (_, rounds) = made.insert((on_host, rounds));
+            let rounds = rounds.get(queue, |queue| Rounds::new(queue, scene))?;
             attempt.rounds(queue, rounds, &mut round)
         })?;
     }
@@ -142,7 +137,7 @@ fn best<'s, 'b>(mut attempts: Vec<Attempt<'s, 'b>>, goal: Goal) -> Attempt<'s, '
 }
 
 /// What the regions are like on the whole.
-fn proxies(scene: &Scene<'_>, regions: &Regions) -> Vec<Proxy> {
+fn proxies(scene: &Scene<'_>, regions: &Labeling) -> Vec<Proxy> {
     let members = Members::new(regions);
     let square = (scene.surface.diagonal / 2.0).powi(2);
     let proxy = |(region, sum)| {

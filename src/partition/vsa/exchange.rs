@@ -8,7 +8,7 @@
 use rayon::prelude::*;
 
 use super::greedy::Greedy;
-use super::regions::{Regions, Sum};
+use super::labeling::{Labeling, Sum};
 use super::scene::Scene;
 use super::split::{Members, Split, split};
 
@@ -25,7 +25,7 @@ struct Merge {
 }
 
 /// All merges of neighbors, but for those that leave a closed component without a border.
-fn merges(scene: &Scene<'_>, regions: &Regions) -> Vec<Merge> {
+fn merges(scene: &Scene<'_>, regions: &Labeling) -> Vec<Merge> {
     let counts = regions.by_component(scene);
     let is_last = |sum: &Sum| scene.is_closed[sum.component as usize] && counts[sum.component as usize] <= 2;
     let sum = |region: u32| &regions.sums[region as usize];
@@ -38,7 +38,7 @@ fn merges(scene: &Scene<'_>, regions: &Regions) -> Vec<Merge> {
 }
 
 /// The best splits of these regions, the dearest first.
-fn splits(scene: &Scene<'_>, regions: &Regions, members: &Members, which: &[u32]) -> Vec<Split> {
+fn splits(scene: &Scene<'_>, regions: &Labeling, members: &Members, which: &[u32]) -> Vec<Split> {
     let mut splits: Vec<Split> =
         which.par_iter().with_max_len(1).filter_map(|&region| split(scene, regions, members, region)).collect();
     splits.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.region.cmp(&b.region)));
@@ -46,7 +46,7 @@ fn splits(scene: &Scene<'_>, regions: &Regions, members: &Members, which: &[u32]
 }
 
 /// The regions with the most energy, as long as that is more than `least` asks of the first, the second and so on.
-fn worst(regions: &Regions, least: impl Fn(usize) -> f64) -> Vec<u32> {
+fn worst(regions: &Labeling, least: impl Fn(usize) -> f64) -> Vec<u32> {
     let energy = |region: u32| regions.sums[region as usize].energy();
     let mut order: Vec<u32> = (0..regions.count() as u32).collect();
     order.sort_by(|&a, &b| energy(b).total_cmp(&energy(a)).then(a.cmp(&b)));
@@ -56,7 +56,7 @@ fn worst(regions: &Regions, least: impl Fn(usize) -> f64) -> Vec<u32> {
 }
 
 /// Merges cheap pairs and splits dear regions instead, as many as gain, and tells what moves faces, if that goes on. How many.
-pub fn exchange(scene: &Scene<'_>, regions: &mut Regions, mut greedy: Option<&mut Greedy<'_>>) -> usize {
+pub fn exchange(scene: &Scene<'_>, regions: &mut Labeling, mut greedy: Option<&mut Greedy<'_>>) -> usize {
     let merges = merges(scene, regions);
     let least = LEAST_GAIN * regions.energy();
     let members = Members::new(regions);
@@ -94,14 +94,14 @@ pub fn exchange(scene: &Scene<'_>, regions: &mut Regions, mut greedy: Option<&mu
 }
 
 /// Gives faces of one region another label.
-fn relabel(scene: &Scene<'_>, regions: &mut Regions, faces: &[u32], label: u32) {
+fn relabel(scene: &Scene<'_>, regions: &mut Labeling, faces: &[u32], label: u32) {
     for &face in faces {
         regions.shift(scene, face, label);
     }
 }
 
 /// Splits the regions that gain most, `most` at most, without paying for it. How many.
-pub fn add(scene: &Scene<'_>, regions: &mut Regions, most: usize) -> usize {
+pub fn add(scene: &Scene<'_>, regions: &mut Labeling, most: usize) -> usize {
     let members = Members::new(regions);
     let which = worst(regions, |_| ALIKE * scene.area);
     let mut splits = splits(scene, regions, &members, &which);
@@ -110,13 +110,13 @@ pub fn add(scene: &Scene<'_>, regions: &mut Regions, most: usize) -> usize {
 }
 
 /// Splits these regions. How many could be.
-pub fn split_all(scene: &Scene<'_>, regions: &mut Regions, which: &[u32]) -> usize {
+pub fn split_all(scene: &Scene<'_>, regions: &mut Labeling, which: &[u32]) -> usize {
     let members = Members::new(regions);
     let splits: Vec<Split> = which.par_iter().filter_map(|&region| split(scene, regions, &members, region)).collect();
     apply(scene, regions, &splits)
 }
 
-fn apply(scene: &Scene<'_>, regions: &mut Regions, splits: &[Split]) -> usize {
+fn apply(scene: &Scene<'_>, regions: &mut Labeling, splits: &[Split]) -> usize {
     for split in splits {
         let label = regions.count() as u32;
         let component = regions.sums[split.region as usize].component;
@@ -128,7 +128,7 @@ fn apply(scene: &Scene<'_>, regions: &mut Regions, splits: &[Split]) -> usize {
 }
 
 /// Merges the cheapest pairs until `count` regions are left or the energy would pass `most`. How many were merged.
-pub fn merge_down(scene: &Scene<'_>, regions: &mut Regions, count: usize, most: f64) -> usize {
+pub fn merge_down(scene: &Scene<'_>, regions: &mut Labeling, count: usize, most: f64) -> usize {
     let mut merged = 0;
     loop {
         let mut energy = regions.energy();
@@ -152,7 +152,7 @@ pub fn merge_down(scene: &Scene<'_>, regions: &mut Regions, count: usize, most: 
 }
 
 /// Merges neighbors, the cheapest first, where the faces of both together are fit for it. How many.
-pub fn merge_where(scene: &Scene<'_>, regions: &mut Regions, fits: impl Fn(&Sum, &[u32]) -> bool + Sync) -> usize {
+pub fn merge_where(scene: &Scene<'_>, regions: &mut Labeling, fits: impl Fn(&Sum, &[u32]) -> bool + Sync) -> usize {
     let members = Members::new(regions);
     let fits_both = |merge: &Merge| {
         let [first, second] = merge.pair;
@@ -181,7 +181,7 @@ struct Picked<'a> {
 }
 
 impl<'a> Picked<'a> {
-    fn new(scene: &'a Scene<'a>, regions: &Regions) -> Self {
+    fn new(scene: &'a Scene<'a>, regions: &Labeling) -> Self {
         Self {
             scene,
             components: regions.sums.iter().map(|sum| sum.component).collect(),
@@ -213,7 +213,7 @@ impl<'a> Picked<'a> {
 }
 
 /// Gives every region the number of the one it goes into, without gaps.
-fn renumber(scene: &Scene<'_>, regions: &mut Regions, into: &[u32]) {
+fn renumber(scene: &Scene<'_>, regions: &mut Labeling, into: &[u32]) {
     let mut numbers = vec![0; into.len()];
     let mut count = 0;
     for (region, &other) in (0..).zip(into) {
@@ -235,7 +235,7 @@ mod tests {
     use crate::partition::vsa::attempt::start;
     use crate::partition::vsa::scene::tests::{bumpy_torus, scene, surface};
 
-    fn assert_valid(scene: &Scene<'_>, regions: &Regions) {
+    fn assert_valid(scene: &Scene<'_>, regions: &Labeling) {
         let partition = Partition { labels: regions.labels.clone(), region_count: regions.count() };
         assert_eq!(partition.validate(&scene.surface.neighbors), []);
         let mut anew = regions.clone();

@@ -5,7 +5,7 @@ use std::collections::BinaryHeap;
 
 use crate::math::DVec3;
 
-use super::regions::{FREE, Regions, Sum};
+use super::labeling::{FREE, Labeling, Sum};
 use super::scene::Scene;
 
 /// Faces that may join a region, the one with the nearest normal first; ties go to the lower face, then to the lower region.
@@ -49,7 +49,7 @@ pub fn flood(scene: &Scene<'_>, labels: &mut [u32], directions: &[DVec3], fronti
 }
 
 /// Shares the free faces among the regions beside them; those that no region reaches become regions, one a component.
-pub fn fill(scene: &Scene<'_>, regions: &mut Regions) {
+pub fn fill(scene: &Scene<'_>, regions: &mut Labeling) {
     let directions: Vec<DVec3> = regions.sums.iter().map(Sum::direction).collect();
     let mut frontier = Frontier::default();
     let labels = &mut regions.labels;
@@ -109,7 +109,7 @@ mod tests {
         let first = (0..labels.len()).find(|&face| scene.shapes[face].normal == DVec3::X).expect("a side");
         let second = (0..labels.len()).find(|&face| scene.shapes[face].normal == DVec3::NEG_X).expect("a side");
         (labels[first], labels[second]) = (0, 1);
-        let mut regions = Regions::new(&scene, labels, 2);
+        let mut regions = Labeling::new(&scene, labels, 2);
         fill(&scene, &mut regions);
         assert_eq!(regions.count(), 3);
         assert!(!regions.labels.contains(&FREE));

@@ -6,7 +6,7 @@ use crate::math::DVec3;
 
 use super::attempt::Attempt;
 use super::exchange::{add, merge_down, merge_where, split_all};
-use super::regions::Sum;
+use super::labeling::Sum;
 use super::scene::Scene;
 use super::split::Members;
 

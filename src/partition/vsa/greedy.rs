@@ -11,9 +11,9 @@
 use crate::kernel::boundary_gains::{Labeled, stays_connected};
 
 use super::Connectivity;
-use super::regions::Regions;
+use super::labeling::Labeling;
 use super::scene::Scene;
-use super::search::Search;
+use super::search::Detours;
 
 /// Share of the area that a move must gain.
 const LEAST_GAIN: f64 = 1e-12;
@@ -42,14 +42,14 @@ pub struct Greedy<'a> {
     /// Counts moves.
     clock: u32,
     /// Of [`Connectivity::Exact`].
-    search: Option<Search>,
+    search: Option<Detours>,
     /// Whether searches are made: once no other move is left, for they take longer.
     is_searching: bool,
 }
 
 impl<'a> Greedy<'a> {
     /// All borders of `regions` are to be looked at.
-    pub fn new(scene: &'a Scene<'a>, regions: &Regions, connectivity: Connectivity) -> Self {
+    pub fn new(scene: &'a Scene<'a>, regions: &Labeling, connectivity: Connectivity) -> Self {
         let face_count = scene.face_count();
         let mut greedy = Self {
             scene,
@@ -58,7 +58,7 @@ impl<'a> Greedy<'a> {
             looked_at: vec![0; face_count],
             changed_at: vec![1; regions.count()],
             clock: 1,
-            search: (connectivity == Connectivity::Exact).then(|| Search::new(face_count)),
+            search: (connectivity == Connectivity::Exact).then(|| Detours::new(face_count)),
             is_searching: false,
         };
         greedy.list(regions, 0..face_count as u32);
@@ -71,7 +71,7 @@ impl<'a> Greedy<'a> {
     }
 
     /// Lists those of `faces` that lie on a border.
-    fn list(&mut self, regions: &Regions, faces: impl IntoIterator<Item = u32>) {
+    fn list(&mut self, regions: &Labeling, faces: impl IntoIterator<Item = u32>) {
         for face in faces {
             if !self.is_listed[face as usize] && is_on_border(self.scene, regions, face) {
                 self.is_listed[face as usize] = true;
@@ -81,7 +81,7 @@ impl<'a> Greedy<'a> {
     }
 
     /// Takes note of regions that were changed from outside, and of `faces` that have another label since.
-    pub fn note(&mut self, regions: &Regions, changed: &[u32], faces: impl IntoIterator<Item = u32>) {
+    pub fn note(&mut self, regions: &Labeling, changed: &[u32], faces: impl IntoIterator<Item = u32>) {
         self.clock += 1;
         self.changed_at.resize(regions.count(), self.clock);
         changed.iter().for_each(|&region| self.changed_at[region as usize] = self.clock);
@@ -91,7 +91,7 @@ impl<'a> Greedy<'a> {
     }
 
     /// Passes over the borders until none moves, or `go_on` says no after one. Returns the moves in all.
-    pub fn run(&mut self, regions: &mut Regions, mut go_on: impl FnMut(&Regions) -> bool) -> usize {
+    pub fn run(&mut self, regions: &mut Labeling, mut go_on: impl FnMut(&Labeling) -> bool) -> usize {
         let mut moves = 0;
         for _ in 0..MOST_PASSES {
             let moved = self.pass(regions);
@@ -101,7 +101,7 @@ impl<'a> Greedy<'a> {
             }
             if moved == 0 {
                 // First without searches, then with those; what was taken from memory is searched once more.
-                let is_sure = self.search.as_mut().is_none_or(Search::forget);
+                let is_sure = self.search.as_mut().is_none_or(Detours::forget);
                 if is_sure && (self.is_searching || self.search.is_none()) {
                     break;
                 }
@@ -115,7 +115,7 @@ impl<'a> Greedy<'a> {
     }
 
     /// Looks at every listed face once, and at those that a move adds. Returns the moves.
-    pub fn pass(&mut self, regions: &mut Regions) -> usize {
+    pub fn pass(&mut self, regions: &mut Labeling) -> usize {
         let mut moves = 0;
         let mut at = 0;
         while at < self.list.len() {
@@ -131,7 +131,7 @@ impl<'a> Greedy<'a> {
     }
 
     /// Moves a face if that gains.
-    pub fn look(&mut self, regions: &mut Regions, face: u32) -> Option<Move> {
+    pub fn look(&mut self, regions: &mut Labeling, face: u32) -> Option<Move> {
         let own = regions.labels[face as usize];
         let last = self.looked_at[face as usize];
         let around = self.scene.around(face).map(|other| regions.labels[other as usize]);
@@ -165,7 +165,7 @@ impl<'a> Greedy<'a> {
     }
 
     /// Whether the face's region stays in one piece without it, as far as is asked for.
-    fn may_leave(&mut self, regions: &Regions, face: u32) -> bool {
+    fn may_leave(&mut self, regions: &Labeling, face: u32) -> bool {
         let surface = self.scene.surface;
         let (faces, neighbors) = (bytemuck::cast_slice(&surface.faces), bytemuck::cast_slice(&surface.neighbors));
         let seen = Labeled { faces, neighbors, labels: &regions.labels };
@@ -175,14 +175,14 @@ impl<'a> Greedy<'a> {
     }
 }
 
-fn is_on_border(scene: &Scene<'_>, regions: &Regions, face: u32) -> bool {
+fn is_on_border(scene: &Scene<'_>, regions: &Labeling, face: u32) -> bool {
     let own = regions.labels[face as usize];
     scene.around(face).any(|other| regions.labels[other as usize] != own)
 }
 
 /// The one neighbor of a face in its region that has no other neighbor there, where the face has two: it may come along, for
 /// one face left at a corner would hold a whole row back.
-fn left_alone(scene: &Scene<'_>, regions: &Regions, face: u32) -> Option<u32> {
+fn left_alone(scene: &Scene<'_>, regions: &Labeling, face: u32) -> Option<u32> {
     let own = regions.labels[face as usize];
     let inside = |face: u32| scene.around(face).filter(|&other| regions.labels[other as usize] == own);
     let is_alone = |other: &u32| inside(*other).all(|beyond| beyond == face);
@@ -193,7 +193,7 @@ fn left_alone(scene: &Scene<'_>, regions: &Regions, face: u32) -> Option<u32> {
 }
 
 /// What Σ |N| gains when two faces of a region go to another.
-fn gain_of_both(scene: &Scene<'_>, regions: &Regions, faces: [u32; 2], label: u32) -> f64 {
+fn gain_of_both(scene: &Scene<'_>, regions: &Labeling, faces: [u32; 2], label: u32) -> f64 {
     let weighted = faces.map(|face| scene.shapes[face as usize].weighted());
     let (from, to) = (&regions.sums[regions.labels[faces[0] as usize] as usize], &regions.sums[label as usize]);
     let both = weighted[0] + weighted[1];
@@ -201,7 +201,7 @@ fn gain_of_both(scene: &Scene<'_>, regions: &Regions, faces: [u32; 2], label: u3
 }
 
 /// The region beside a face that gains most by it, the lowest of such, and what Σ |N| gains.
-pub fn best_move(scene: &Scene<'_>, regions: &Regions, face: u32) -> Option<(u32, f64)> {
+pub fn best_move(scene: &Scene<'_>, regions: &Labeling, face: u32) -> Option<(u32, f64)> {
     let own = regions.labels[face as usize];
     let weighted = scene.shapes[face as usize].weighted();
     let mut best: Option<(u32, f64)> = None;
@@ -241,9 +241,9 @@ mod tests {
             let mut moves = 0;
             for _ in 0..3 {
                 for face in 0..scene.face_count() as u32 {
-                    let before = Regions::new(&scene, regions.labels.clone(), regions.count()).energy();
+                    let before = Labeling::new(&scene, regions.labels.clone(), regions.count()).energy();
                     if let Some(Move { face: moved, gain }) = greedy.look(&mut regions, face) {
-                        let after = Regions::new(&scene, regions.labels.clone(), regions.count()).energy();
+                        let after = Labeling::new(&scene, regions.labels.clone(), regions.count()).energy();
                         assert!(after < before && (before - after - 2.0 * gain).abs() < 1e-12, "{before} {after}");
                         assert_eq!(moved, face);
                         moves += 1;
@@ -316,7 +316,7 @@ mod tests {
         };
         let right: Vec<u32> = (0..scene.face_count()).map(side).collect();
         // Every face beside another side goes to it, where that leaves all in one piece.
-        let mut regions = Regions::new(&scene, right.clone(), 6);
+        let mut regions = Labeling::new(&scene, right.clone(), 6);
         let mut greedy = Greedy::new(&scene, &regions, Connectivity::Local);
         let mut moved = 0;
         for face in 0..scene.face_count() as u32 {

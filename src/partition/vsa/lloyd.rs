@@ -8,7 +8,7 @@ use crate::math::{DVec3, random};
 
 use super::attempt::complete;
 use super::flood::{Frontier, flood};
-use super::regions::{FREE, Regions, Sum};
+use super::labeling::{FREE, Labeling, Sum};
 use super::scene::Scene;
 use super::seeds::below;
 use super::split::{Members, nearest};
@@ -17,7 +17,7 @@ use super::split::{Members, nearest};
 const MOST_ITERATIONS: usize = 20;
 
 /// `count` regions, at least one a component, around random faces.
-pub fn start(scene: &Scene<'_>, count: usize, seed: u64) -> Regions {
+pub fn start(scene: &Scene<'_>, count: usize, seed: u64) -> Labeling {
     let seeds = random_faces(scene.face_count(), count, seed);
     let directions: Vec<DVec3> = seeds.iter().map(|&face| scene.shapes[face as usize].normal).collect();
     let mut regions = grow(scene, &seeds, &directions);
@@ -26,7 +26,7 @@ pub fn start(scene: &Scene<'_>, count: usize, seed: u64) -> Regions {
 }
 
 /// Grows the regions anew until they stay as they are; `go_on` is asked after each iteration.
-pub fn iterate(scene: &Scene<'_>, regions: &mut Regions, mut go_on: impl FnMut(&Regions) -> bool) {
+pub fn iterate(scene: &Scene<'_>, regions: &mut Labeling, mut go_on: impl FnMut(&Labeling) -> bool) {
     for _ in 1..MOST_ITERATIONS {
         let directions: Vec<DVec3> = regions.sums.iter().map(Sum::direction).collect();
         let members = Members::new(regions);
@@ -44,7 +44,7 @@ pub fn iterate(scene: &Scene<'_>, regions: &mut Regions, mut go_on: impl FnMut(&
 }
 
 /// Grows a region from every seed.
-fn grow(scene: &Scene<'_>, seeds: &[u32], directions: &[DVec3]) -> Regions {
+fn grow(scene: &Scene<'_>, seeds: &[u32], directions: &[DVec3]) -> Labeling {
     let mut labels = vec![FREE; scene.face_count()];
     let mut frontier = Frontier::default();
     for (label, &seed) in (0..).zip(seeds) {
@@ -56,7 +56,7 @@ fn grow(scene: &Scene<'_>, seeds: &[u32], directions: &[DVec3]) -> Regions {
         }
     }
     flood(scene, &mut labels, directions, &mut frontier);
-    Regions::new(scene, labels, seeds.len())
+    Labeling::new(scene, labels, seeds.len())
 }
 
 /// `count` different faces; all, where there are not more.

@@ -11,7 +11,7 @@ use crate::kernel::rows::Face;
 use crate::math::DVec3;
 use crate::math::exact::{LEAST_FACTOR, flush3};
 
-use super::regions::{Regions, Sum};
+use super::labeling::{Labeling, Sum};
 use super::scene::Scene;
 
 /// A round that lowers the energy by less than this share of it is the last: the rest is for moves one by one, of which a few
@@ -59,9 +59,9 @@ impl Rounds {
         &mut self,
         queue: &mut Queue,
         scene: &Scene<'_>,
-        regions: &mut Regions,
+        regions: &mut Labeling,
         round: &mut u32,
-        mut go_on: impl FnMut(&Regions) -> bool,
+        mut go_on: impl FnMut(&Labeling) -> bool,
     ) -> Result<()> {
         queue.write(&mut self.labels, &regions.labels)?;
         let mut energy = regions.energy();
@@ -78,7 +78,7 @@ impl Rounds {
     }
 
     /// One round. How many faces moved.
-    fn round(&mut self, queue: &mut Queue, scene: &Scene<'_>, regions: &mut Regions, round: u32) -> Result<usize> {
+    fn round(&mut self, queue: &mut Queue, scene: &Scene<'_>, regions: &mut Labeling, round: u32) -> Result<usize> {
         let face_count = scene.face_count() as u32;
         let Self { faces, neighbors, normals, ring_starts, ring_faces, labels, targets } = self;
         let directions = queue.buffer_from(regions.sums.iter().map(Sum::direction).map(row).collect())?;
@@ -120,10 +120,10 @@ mod tests {
             let queue = &mut device.cpu_queue();
             let mut rounds = Rounds::new(queue, &scene).expect("the CPU");
             let mut round = 0;
-            let go_on = |regions: &Regions| {
+            let go_on = |regions: &Labeling| {
                 let partition = Partition { labels: regions.labels.clone(), region_count: 30 };
                 assert_eq!(partition.validate(&surface.neighbors), []);
-                energies.push(Regions::new(&scene, regions.labels.clone(), 30).energy());
+                energies.push(Labeling::new(&scene, regions.labels.clone(), 30).energy());
                 true
             };
             rounds.run(queue, &scene, &mut regions, &mut round, go_on).expect("the CPU");

@@ -7,18 +7,18 @@ const MOST_MET: usize = 256;
 
 /// Searches through a region, and remembers those in vain until a label nearby changes.
 #[derive(Debug)]
-pub struct Search {
+pub struct Detours {
     /// The search that met each face last.
     met: Vec<u32>,
     searches: u32,
     queue: Vec<u32>,
     /// Whether the last search from each face was in vain.
     is_in_vain: Vec<bool>,
-    /// Whether any of those was remembered since [`Search::forget`].
+    /// Whether any of those was remembered since [`Detours::forget`].
     remembers: bool,
 }
 
-impl Search {
+impl Detours {
     pub fn new(face_count: usize) -> Self {
         Self {
             met: vec![0; face_count],
@@ -77,7 +77,7 @@ impl Search {
 
 /// Whether the rest of a face's region is in one piece, by a search without bounds.
 #[cfg(test)]
-pub fn is_free_to_leave(scene: &Scene<'_>, regions: &super::regions::Regions, face: u32) -> bool {
+pub fn is_free_to_leave(scene: &Scene<'_>, regions: &super::labeling::Labeling, face: u32) -> bool {
     let label = regions.labels[face as usize];
     let own: Vec<u32> = scene.around(face).filter(|&other| regions.labels[other as usize] == label).collect();
     let Some(&first) = own.first() else { return false };

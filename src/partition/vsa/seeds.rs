@@ -7,16 +7,16 @@
 use crate::math::random;
 
 use super::flood::Frontier;
-use super::regions::{FREE, Regions, Sum};
+use super::labeling::{FREE, Labeling, Sum};
 use super::scene::Scene;
 
 /// |n − u| up to which a face is absorbed though the region has its share; 0.57 degrees.
 const ABSORBED: f64 = 1e-2;
 
 /// Up to `count` regions; faces that none took are free.
-pub fn grow(scene: &Scene<'_>, count: usize, seed: u64) -> Regions {
+pub fn grow(scene: &Scene<'_>, count: usize, seed: u64) -> Labeling {
     let share = scene.bends.iter().sum::<f64>() / count as f64;
-    let mut regions = Regions::none(scene);
+    let mut regions = Labeling::none(scene);
     let mut free = FreeFaces::new(scene.face_count());
     let mut frontier = Frontier::default();
     while regions.count() < count {
@@ -34,7 +34,7 @@ pub fn below(bits: u64, bound: usize) -> u32 {
 }
 
 /// Grows one region from `first`.
-fn grow_one(scene: &Scene<'_>, first: u32, share: f64, regions: &mut Regions, frontier: &mut Frontier) -> Sum {
+fn grow_one(scene: &Scene<'_>, first: u32, share: f64, regions: &mut Labeling, frontier: &mut Frontier) -> Sum {
     let label = regions.count() as u32;
     let labels = &mut regions.labels;
     let mut sum = Sum::default();

@@ -4,7 +4,7 @@ use crate::math::DVec3;
 use crate::mesh::adjacency::group;
 
 use super::flood::Frontier;
-use super::regions::{FREE, Regions, Sum};
+use super::labeling::{FREE, Labeling, Sum};
 use super::scene::Scene;
 
 /// Times that both halves grow anew from their best faces.
@@ -20,7 +20,7 @@ pub struct Members {
 }
 
 impl Members {
-    pub fn new(regions: &Regions) -> Self {
+    pub fn new(regions: &Labeling) -> Self {
         let (starts, faces) = group(regions.labels.len(), regions.count(), |face| [regions.labels[face]]);
         let mut places = vec![0; faces.len()];
         (0..).zip(&faces).for_each(|(place, &face)| places[face as usize] = place);
@@ -49,7 +49,7 @@ pub struct Split {
 }
 
 /// Splits a region of two faces or more where its normals differ most; both halves are connected.
-pub fn split(scene: &Scene<'_>, regions: &Regions, members: &Members, region: u32) -> Option<Split> {
+pub fn split(scene: &Scene<'_>, regions: &Labeling, members: &Members, region: u32) -> Option<Split> {
     let faces = members.of(region);
     if faces.len() < 2 {
         return None;
@@ -86,7 +86,7 @@ pub fn nearest(scene: &Scene<'_>, faces: impl Iterator<Item = u32>, direction: D
 
 struct Halves<'a> {
     scene: &'a Scene<'a>,
-    regions: &'a Regions,
+    regions: &'a Labeling,
     members: &'a Members,
     region: u32,
     /// The half of every face, by its place.
@@ -172,10 +172,10 @@ mod tests {
     use crate::partition::Partition;
     use crate::partition::vsa::scene::tests::{scene, surface};
 
-    fn halves(scene: &Scene<'_>, regions: &Regions, split: &Split) -> Regions {
+    fn halves(scene: &Scene<'_>, regions: &Labeling, split: &Split) -> Labeling {
         let mut labels = regions.labels.clone();
         split.second.iter().for_each(|&face| labels[face as usize] = regions.count() as u32);
-        Regions::new(scene, labels, regions.count() + 1)
+        Labeling::new(scene, labels, regions.count() + 1)
     }
 
     /// Two sides of a cube: along their edge, and all of the energy is gained.
@@ -189,7 +189,7 @@ mod tests {
         let surface = surface(&mesh);
         let scene = scene(&surface);
         assert_eq!(scene.face_count(), 100);
-        let regions = Regions::new(&scene, vec![0; 100], 1);
+        let regions = Labeling::new(&scene, vec![0; 100], 1);
         let members = Members::new(&regions);
         let split = split(&scene, &regions, &members, 0).expect("two faces or more");
         assert!((split.gain - regions.energy()).abs() < 1e-12);
@@ -202,13 +202,13 @@ mod tests {
     fn a_flat_region_falls_apart_too() {
         let surface = surface(&shapes::plane(5, 4));
         let scene = scene(&surface);
-        let regions = Regions::new(&scene, vec![0; 40], 1);
-        let split_of = |regions: &Regions, region| split(&scene, regions, &Members::new(regions), region);
+        let regions = Labeling::new(&scene, vec![0; 40], 1);
+        let split_of = |regions: &Labeling, region| split(&scene, regions, &Members::new(regions), region);
         let found = split_of(&regions, 0).expect("two faces or more");
         let two = halves(&scene, &regions, &found);
         let partition = Partition { labels: two.labels.clone(), region_count: 2 };
         assert_eq!(partition.validate(&surface.neighbors), []);
-        let each = Regions::each_face(&scene);
+        let each = Labeling::each_face(&scene);
         assert_eq!(split_of(&each, 7), None);
     }
 
@@ -216,7 +216,7 @@ mod tests {
     fn members_are_listed() {
         let surface = surface(&shapes::tetrahedron());
         let scene = scene(&surface);
-        let members = Members::new(&Regions::new(&scene, vec![1, 0, 1, 1], 2));
+        let members = Members::new(&Labeling::new(&scene, vec![1, 0, 1, 1], 2));
         assert_eq!((members.of(0), members.of(1)), (&[1][..], &[0, 2, 3][..]));
         assert_eq!([0, 2, 3].map(|face| members.place(1, face)), [0, 1, 2]);
     }

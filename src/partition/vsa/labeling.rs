@@ -77,13 +77,13 @@ impl Sum {
 
 /// Faces by region, and the sum of each region. Every region has a face once all faces have a label.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Regions {
+pub struct Labeling {
     /// The region of every face, or [`FREE`].
     pub labels: Vec<u32>,
     pub sums: Vec<Sum>,
 }
 
-impl Regions {
+impl Labeling {
     /// No face in any.
     pub fn none(scene: &Scene<'_>) -> Self {
         Self { labels: vec![FREE; scene.face_count()], sums: Vec::new() }
@@ -175,13 +175,13 @@ mod tests {
         let surface = surface(&shapes::torus(30, 20));
         let scene = scene(&surface);
         let labels: Vec<u32> = (0..scene.face_count() as u32).map(|face| face / 100).collect();
-        let regions = Regions::new(&scene, labels, scene.face_count() / 100);
+        let regions = Labeling::new(&scene, labels, scene.face_count() / 100);
         let apart: f64 = (regions.labels.iter().zip(&scene.shapes))
             .map(|(&label, shape)| shape.area * shape.distance_sq(regions.sums[label as usize].direction()))
             .sum();
         assert!((regions.energy() - apart).abs() < 1e-10, "{} {apart}", regions.energy());
         assert!(regions.energy() > 0.1 && regions.energy() <= 2.0 * scene.area);
-        let all = Regions::new(&scene, vec![0; scene.face_count()], 1);
+        let all = Labeling::new(&scene, vec![0; scene.face_count()], 1);
         assert!((all.energy() - 2.0 * scene.area).abs() < 1e-6, "normals of a torus cancel");
     }
 
@@ -191,10 +191,10 @@ mod tests {
         let scene = scene(&surface);
         let count = scene.face_count() as u32 / 64;
         let regions =
-            Regions::new(&scene, (0..scene.face_count() as u32).map(|face| face / 64).collect(), count as usize);
+            Labeling::new(&scene, (0..scene.face_count() as u32).map(|face| face / 64).collect(), count as usize);
         for [k, l] in regions.adjacent(&scene) {
             let labels = regions.labels.iter().map(|&label| if label == l { k } else { label }).collect();
-            let merged = Regions::new(&scene, labels, count as usize);
+            let merged = Labeling::new(&scene, labels, count as usize);
             let cost = regions.sums[k as usize].merging_cost(&regions.sums[l as usize]);
             assert!(cost >= 0.0 && (merged.energy() - regions.energy() - cost).abs() < 1e-12);
             let joined = regions.sums[k as usize].joined(&regions.sums[l as usize]);
@@ -206,7 +206,7 @@ mod tests {
     fn running_sums_are_those_summed_anew() {
         let surface = surface(&shapes::cube(6));
         let scene = scene(&surface);
-        let mut regions = Regions::new(&scene, (0..432).map(|face| face % 7).collect(), 7);
+        let mut regions = Labeling::new(&scene, (0..432).map(|face| face % 7).collect(), 7);
         for step in 0..5000_u32 {
             let face = step.wrapping_mul(2_654_435_761) % 432;
             if regions.sums[regions.labels[face as usize] as usize].faces > 1 {

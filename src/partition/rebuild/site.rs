@@ -2,17 +2,17 @@
 
 use super::Light;
 use crate::math::DVec3;
-use crate::partition::boundary::{Boundary, Pass};
+use crate::partition::boundary::{Boundary, Leg};
 use crate::partition::chains::{Chains, Segment};
 use crate::partition::fit::{Sample, area_at};
-use crate::partition::interior::{Color, Edges, Limits, Places, Shade, thin};
+use crate::partition::interior::{Color, KeptEdges, Places, Shade, thin};
 use crate::partition::plane::Plane;
 use crate::partition::surface::Surface;
-use crate::partition::triangulate::{Fault, Misfit, Outline, Triangulation, improve, triangulate};
+use crate::partition::triangulate::{Flaw, Misfit, Outline, Triangulation, improve, triangulate};
 
 /// What came of a region.
 #[derive(Debug)]
-pub enum Attempt {
+pub enum Answer {
     /// Its own faces are as few as can be.
     Least,
     /// Drawn in its plane.
@@ -70,9 +70,8 @@ impl Flat {
             areas.push(area);
         }
         let places = Places { points: &points, colors: &colors, areas: &areas, vertex_count };
-        let kept: Edges = (0..).zip(self.outline.successors()).map(|(a, b)| [a.min(b), a.max(b)]).collect();
-        let limits = Limits { most: light.tolerance, worth: light.worth };
-        let (triangles, members) = thin(places, std::mem::take(&mut self.triangles), &kept, limits);
+        let kept: KeptEdges = (0..).zip(self.outline.successors()).map(|(a, b)| [a.min(b), a.max(b)]).collect();
+        let (triangles, members) = thin(places, std::mem::take(&mut self.triangles), &kept, light.limits);
         let mut samples = Vec::with_capacity(members.iter().map(Vec::len).sum());
         for ((face, &corners), members) in (0..).zip(&triangles).zip(&members) {
             let corners = corners.map(|v| points[v as usize]);
@@ -105,25 +104,25 @@ pub struct Site<'a> {
 
 impl Site<'_> {
     /// Draws the region in its plane.
-    pub fn draw(self, by: Triangulation) -> Attempt {
+    pub fn draw(self, by: Triangulation) -> Answer {
         let rings: Vec<Vec<Segment>> =
-            self.boundary.loops(self.region).map(|passes| segments(passes, self.chains)).collect();
+            self.boundary.loops(self.region).map(|legs| segments(legs, self.chains)).collect();
         let short: Vec<usize> =
             rings.iter().filter(|ring| ring.len() < 3).filter_map(|ring| farthest(ring, self.chains)).collect();
         if !short.is_empty() {
-            return Attempt::Split(short);
+            return Answer::Split(short);
         }
         let vertices: Vec<Vec<u32>> = rings.iter().map(|ring| self.vertices(ring)).collect();
         let outline = match self.outline(&vertices) {
             Ok(outline) => outline,
-            Err(Misfit::Empty) => return Attempt::Hopeless,
+            Err(Misfit::Empty) => return Answer::Hopeless,
             Err(Misfit::Flat { ring } | Misfit::Outer { ring } | Misfit::Hole { ring }) => {
                 return self.split(&rings, &rings[ring]);
             }
         };
         if let Some(mut triangles) = triangulate(&outline, by) {
             improve(&outline, &mut triangles, |_, _| false);
-            return Attempt::Flat(Flat { outline, inner: Vec::new(), triangles, samples: None });
+            return Answer::Flat(Flat { outline, inner: Vec::new(), triangles, samples: None });
         }
         // The outer ring comes first, the others as they were.
         let first = &outline.vertices[..outline.ring_starts[1] as usize];
@@ -131,8 +130,8 @@ impl Site<'_> {
         let order = std::iter::once(outer).chain((0..rings.len()).filter(|&ring| ring != outer));
         let sides: Vec<Segment> = order.flat_map(|ring| rings[ring].iter().copied()).collect();
         match outline.fault() {
-            Some(Fault::Crossing(edges)) => self.split(&rings, &edges.map(|edge| sides[edge])),
-            Some(Fault::Misplaced(_)) | None => self.split(&rings, &sides),
+            Some(Flaw::Crossing(edges)) => self.split(&rings, &edges.map(|edge| sides[edge])),
+            Some(Flaw::Misplaced(_)) | None => self.split(&rings, &sides),
         }
     }
 
@@ -146,9 +145,9 @@ impl Site<'_> {
     }
 
     /// More vertices where `segments` are in the way, if the region can be drawn with all of them.
-    fn split(self, rings: &[Vec<Segment>], segments: &[Segment]) -> Attempt {
+    fn split(self, rings: &[Vec<Segment>], segments: &[Segment]) -> Answer {
         if self.attempts == 0 && !self.is_drawable() {
-            return Attempt::Hopeless;
+            return Answer::Hopeless;
         }
         let all = || rings.iter().flatten();
         let places: Vec<usize> = if self.attempts < PATIENCE {
@@ -156,16 +155,16 @@ impl Site<'_> {
         } else {
             all().filter_map(|segment| farthest([segment], self.chains)).collect()
         };
-        if places.is_empty() { Attempt::Hopeless } else { Attempt::Split(places) }
+        if places.is_empty() { Answer::Hopeless } else { Answer::Split(places) }
     }
 
     /// Whether the region's loops with all their vertices are an outline.
     fn is_drawable(self) -> bool {
-        let ring = |passes: &[Pass]| {
+        let ring = |legs: &[Leg]| {
             let mut ring = Vec::new();
-            for pass in passes {
-                let chain = self.boundary.chain(pass.chain());
-                match pass.is_reversed() {
+            for leg in legs {
+                let chain = self.boundary.chain(leg.chain());
+                match leg.is_reversed() {
                     false => ring.extend_from_slice(&chain[..chain.len() - 1]),
                     true => ring.extend(chain[1..].iter().rev()),
                 }
@@ -178,12 +177,12 @@ impl Site<'_> {
 }
 
 /// The segments of a loop, each from where the loop comes to where it goes.
-pub fn segments(passes: &[Pass], chains: &Chains<'_>) -> Vec<Segment> {
+pub fn segments(legs: &[Leg], chains: &Chains<'_>) -> Vec<Segment> {
     let mut ring = Vec::new();
-    for pass in passes {
+    for leg in legs {
         let start = ring.len();
-        ring.extend(chains.segments(pass.chain()));
-        if pass.is_reversed() {
+        ring.extend(chains.segments(leg.chain()));
+        if leg.is_reversed() {
             ring[start..].reverse();
             ring[start..].iter_mut().for_each(|segment| segment.reverse());
         }
