@@ -115,7 +115,7 @@ fn wrong_lines_are_refused_before_anything_is_made() {
         ("batch in -d out -r 50%,50%", 2, "given twice"),
         ("batch in -d out -r 50%,10% --pattern {stem}.{ext}", 2, "'0.ply' is the output of both"),
         ("batch in -d out -r 50% --pattern {faces}.ply", 2, "{faces} in a pattern needs numbers of faces"),
-        ("batch in -d out -r 50% --pattern {stem}.glb", 5, "'.glb'"),
+        ("batch in -d out -r 50% --pattern {stem}.fbx", 5, "'.fbx'"),
         ("batch in -d in -r 50%", 2, "names no mesh file"),
         ("batch in/0.ply -d in -r 50%", 2, "'0.ply' is an input as well"),
         ("batch nothing/*.ply -d out -r 50%", 2, "names no mesh file"),

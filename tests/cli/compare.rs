@@ -12,7 +12,9 @@ fn pulled() -> String {
 }
 
 fn keys(value: &Value) -> Vec<String> {
-    value.as_object().map(|map| map.keys().cloned().collect()).unwrap_or_default()
+    let mut keys: Vec<String> = value.as_object().map(|map| map.keys().cloned().collect()).unwrap_or_default();
+    keys.sort_unstable();
+    keys
 }
 
 #[test]

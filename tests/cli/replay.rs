@@ -57,7 +57,7 @@ fn what_does_not_belong_together_is_refused() {
         ("replay sample:part@2k part.clog low.ply -f 600", 8, &["'low.ply' exists"]),
         ("replay low.ply part.clog low.ply -w -f 600", 2, &["'low.ply' is the input as well"]),
         ("replay sample:part@2k part.clog - -f 600 --format ply --json", 2, &["both the mesh"]),
-        ("replay sample:part@2k part.clog out.glb -f 600", 5, &["'.glb'"]),
+        ("replay sample:part@2k part.clog out.fbx -f 600", 5, &["'.fbx'"]),
     ] {
         dir.run(line).fails(code, parts);
     }
