@@ -70,7 +70,7 @@ impl Source {
     /// # Errors
     /// As [`Source::read_scene`].
     pub fn read(&self) -> anyhow::Result<Mesh> {
-        self.read_scene().map(|scene| scene.mesh)
+        self.read_scene().map(Scene::into_mesh)
     }
 
     /// Reads or makes the mesh, with what its file says beside it.

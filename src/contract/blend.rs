@@ -24,6 +24,7 @@ const SHRUNK: f64 = 0.95;
 pub struct Blend {
     /// One for each side.
     rows: Vec<f32>,
+    /// That of the nearest point, where the best place folds.
     nearest: Vec<f32>,
     kernel: Kernel,
 }
@@ -48,19 +49,20 @@ impl Blend {
         let Some(wedges) = patch.wedges() else { return Ok(()) };
         let layout = wedges.layout;
         self.rows.resize(sides.sides.len() * layout.width, 0.0);
-        self.nearest.resize(self.rows.len(), 0.0);
+        self.nearest.resize(layout.width, 0.0);
         for side in 0..sides.sides.len() {
             let row = &mut self.rows[side * layout.width..][..layout.width];
             if let Some(end) = at_end {
                 row.copy_from_slice(wedges.row(sides.sides[side].wedges[end]));
                 continue;
             }
-            nearest_row(wedges, sides, side, x, row);
-            self.nearest[side * layout.width..][..layout.width].copy_from_slice(row);
+            if sides.apart || layout.width > layout.costed {
+                nearest_row(wedges, sides, side, x, row);
+            }
             if !sides.apart {
                 row.iter_mut().zip(sides.least(side, x)).for_each(|(number, least)| *number = least);
+                stay_within(wedges, sides, side, row);
             }
-            layout.of_kind(Kind::Texcoords).for_each(|layer| stay_in_square(wedges, sides, side, layer, row));
             layout.layers.iter().for_each(|layer| restrict(layer, layer.of_mut(row)));
         }
         if at_end.is_none() && sides.sides.len() == 2 {
@@ -68,7 +70,7 @@ impl Blend {
         }
         for side in 0..sides.sides.len() {
             for layer in layout.of_kind(Kind::Texcoords) {
-                self.unfold(wedges, sides, side, layer, at_end.is_some())?;
+                self.unfold(wedges, sides, side, layer, (x, at_end.is_some()))?;
             }
         }
         Ok(())
@@ -121,7 +123,7 @@ impl Blend {
         sides: &Sides,
         side: usize,
         layer: &Layer,
-        stays: bool,
+        (x, stays): (DVec3, bool),
     ) -> Result<(), Rejection> {
         let width = wedges.layout.width;
         let place = |row: &[f32]| match layer.of(row) {
@@ -150,7 +152,8 @@ impl Blend {
         if stays {
             return Err(Rejection::Texture);
         }
-        let nearest = place(&self.nearest[side * width..]);
+        nearest_row(wedges, sides, side, x, &mut self.nearest);
+        let nearest = place(&self.nearest);
         let found = if holds(nearest) {
             nearest
         } else {
@@ -168,12 +171,15 @@ impl Blend {
     }
 }
 
-/// Keeps the place in a texture within its square, where all of the side is within it: past the edge may be anything.
-fn stay_in_square(wedges: &WedgeRows<'_>, sides: &Sides, side: usize, layer: &Layer, row: &mut [f32]) {
-    let square = 0.0..=layer.scale;
-    let mut corners = of_side(sides, side).flat_map(|face| face.wedges);
-    if corners.all(|wedge| layer.of(wedges.row(wedge)).iter().all(|x| square.contains(x))) {
-        layer.of_mut(row).iter_mut().for_each(|x| *x = x.clamp(0.0, layer.scale));
+/// Keeps the numbers that decide within those of the side's corners: past a thin face a linear function may be anything.
+fn stay_within(wedges: &WedgeRows<'_>, sides: &Sides, side: usize, row: &mut [f32]) {
+    let corners = || of_side(sides, side).flat_map(|face| face.wedges).map(|wedge| wedges.row(wedge));
+    for (i, number) in row[..wedges.layout.costed].iter_mut().enumerate() {
+        let ends = (f32::INFINITY, f32::NEG_INFINITY);
+        let (low, high) = corners().fold(ends, |(low, high), row| (low.min(row[i]), high.max(row[i])));
+        if low <= high {
+            *number = number.clamp(low, high);
+        }
     }
 }
 

@@ -180,6 +180,11 @@ impl Layout {
         }
     }
 
+    /// The material of a face, where materials count.
+    pub fn material(&self, mesh: &Mesh, face: usize) -> u32 {
+        mesh.materials.as_ref().filter(|_| self.has_materials).map_or(0, |materials| materials.of_face[face])
+    }
+
     /// The layers of a kind.
     pub fn of_kind(&self, kind: Kind) -> impl Iterator<Item = &Layer> {
         self.layers.iter().filter(move |layer| layer.kind == kind)

@@ -12,7 +12,7 @@ use crate::math::DVec3;
 use super::filter::Rejection;
 use super::layout::Kind;
 use super::patch::Patch;
-use super::placement::Quadric;
+use super::placement::{Products, Quadric};
 use super::wedges::WedgeRows;
 
 /// Most ends of a contraction.
@@ -240,15 +240,19 @@ impl Sides {
             let is_flat = weight <= MIN_HEIGHT * sides_sq;
             let [c1, c2] =
                 if is_flat { [DVec3::ZERO; 2] } else { [e2.cross(n), n.cross(e1)].map(|c| c / (weight * weight)) };
+            let (c1_at, c2_at, offset) = (c1.dot(p0), c2.dot(p0), if face.dies { 0.0 } else { 1.0 });
+            let (w1, w2) = (c1 * weight, c2 * weight);
+            let mut sums = Products::default();
             let [at, next, last] = face.wedges.map(|wedge| &rows.row(wedge)[..costed]);
             for (term, ((&v0, &v1), &v2)) in side.terms.iter_mut().zip(at.iter().zip(next).zip(last)) {
                 let [v0, v1, v2] = [v0, v1, v2].map(f64::from);
-                let g = c1 * (v1 - v0) + c2 * (v2 - v0);
-                let e = if face.dies { 0.0 } else { v0 - g.dot(p0) - term.mean };
-                term.g += g * weight;
+                let (d1, d2) = (v1 - v0, v2 - v0);
+                let e = (v0 - c1_at * d1 - c2_at * d2 - term.mean) * offset;
+                term.g += w1 * d1 + w2 * d2;
                 term.e += e * weight;
-                quadric.add_linear(g, e, weight);
+                sums.add(d1, d2, e);
             }
+            quadric.add_linear_functions([c1, c2], sums, weight);
         }
         for side in self.sides.iter().filter(|side| side.weight > 0.0) {
             for term in &side.terms[..costed] {

@@ -125,7 +125,7 @@ impl Surface {
         let (starts, rings) = (&mut self.ring_starts.host_mut()[..=self.vertex_count], self.ring_faces.host_mut());
         group_into(faces_left, |face| faces[face].corners(), starts, |total| &mut rings[..total]);
         if let Some(wedges) = &mut carried.wedges {
-            wedges.compact(faces, starts, rings);
+            wedges.compact(faces, self.vertex_count);
         }
 
         if self.spare.is_none() {

@@ -10,8 +10,7 @@
 //! other vertex on a seam stays.
 //!
 //! # Invariants
-//! - Between rounds the wedges of a vertex stand together, in the order of the vertices and, of one, of its ring; each has a
-//!   corner.
+//! - Between rounds the wedges of a vertex stand together, in the order of the vertices; each has a corner.
 //! - Within a round faces keep the wedges that they had as it began. A contraction writes the rows of all wedges that become
 //!   one, so that the row of a corner is current whatever became of its vertex; `roles` tell which are one by now.
 
@@ -30,6 +29,8 @@ use super::layout::{Kind, Layer, Layout, Origin};
 
 /// A wedge that is still itself.
 const OWN: u32 = u32::MAX;
+/// A wedge without a corner has no vertex.
+const NO_VERTEX: u32 = u32::MAX;
 
 /// Where normals of a vertex break.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,6 +80,18 @@ fn input_corner(face_origin: u32, k: usize) -> (usize, usize) {
     (face, if face_origin & TURNED == 0 { k } else { (3 - k) % 3 })
 }
 
+/// Whether a corner has the vertex, the texture coordinates and the material of the corner that a wedge began as.
+fn has_same_source(mesh: &Mesh, layout: &Layout, (face, corner): (usize, usize), origin: u32) -> bool {
+    if origin & MOVED_FROM != 0 {
+        return false;
+    }
+    let (other_face, other) = (origin as usize / 3, origin as usize % 3);
+    let bits = |f: usize, k: usize| mesh.texcoords.as_ref().map(|rows| rows[f][k].to_array().map(f32::to_bits));
+    mesh.faces[face][corner] == mesh.faces[other_face][other]
+        && bits(face, corner) == bits(other_face, other)
+        && layout.material(mesh, face) == layout.material(mesh, other_face)
+}
+
 /// Wedges of some consecutive vertices, as they are found.
 #[derive(Default)]
 struct Found {
@@ -124,10 +137,7 @@ impl Wedges {
         creases: Creases,
     ) -> Self {
         let width = layout.width;
-        let material = |face: usize| match &mesh.materials {
-            Some(materials) if layout.has_materials => materials.of_face[face],
-            _ => 0,
-        };
+        let material = |face: usize| layout.material(mesh, face);
         let matches = |row: &[f32], face: usize, other: &[f32], other_origin: u32| {
             let agrees = layout.layers.iter().all(|layer| creases.agree(layer, layer.of(row), layer.of(other)));
             agrees && material(face) == material((other_origin & !MOVED_FROM) as usize / 3)
@@ -142,6 +152,10 @@ impl Wedges {
                 for &f in rings.ring(vertex as u32) {
                     let k = faces[f as usize].iter().position(|&v| v as usize == vertex).unwrap_or(0);
                     let (face, corner) = input_corner(face_origin[f as usize], k);
+                    if found.origin[first..].iter().any(|&known| has_same_source(mesh, &layout, (face, corner), known))
+                    {
+                        continue;
+                    }
                     layout.read(mesh, face, corner, &mut row);
                     let known = (first..found.origin.len())
                         .find(|&wedge| matches(&row, face, &found.rows[wedge * width..][..width], found.origin[wedge]));
@@ -232,7 +246,12 @@ impl Wedges {
 
     /// The flags of a vertex that lies on a seam: [`SEAM`], and [`LOCKED`] where it may not move along it.
     pub fn seam_flags(&self, vertex: u32, faces: &[[u32; 3]], ring: &[u32], on_border: bool) -> u32 {
-        let count = self.starts[vertex as usize + 1] - self.starts[vertex as usize];
+        let count_at = |vertex: u32| self.starts[vertex as usize + 1] - self.starts[vertex as usize];
+        let count = count_at(vertex);
+        let is_whole = |&f: &u32| faces[f as usize].iter().all(|&v| count_at(v) == 1);
+        if ring.iter().all(is_whole) {
+            return 0;
+        }
         // The far ends of its edges, with the wedges at both.
         let spoke = |&f: &u32| {
             let (face, wedges) = (faces[f as usize], self.corners[f as usize]);
@@ -273,44 +292,33 @@ impl Wedges {
         self.corners.truncate(left);
     }
 
-    /// After a round's compaction: numbers the wedges that have corners by vertices and rings.
-    pub fn compact(&mut self, faces: &[Face], ring_starts: &[u32], ring_faces: &[u32]) {
-        let (vertices, width) = (ring_starts.len() - 1, self.layout.width);
-        let old = &self.corners;
-        // Those of a vertex, in the order of its ring.
-        let tell = |vertex: usize, list: &mut Vec<u32>| {
-            let first = list.len();
-            for &f in &ring_faces[ring_starts[vertex] as usize..ring_starts[vertex + 1] as usize] {
-                let wedge = old[f as usize][corner_at(faces[f as usize], vertex as u32)];
-                if !list[first..].contains(&wedge) {
-                    list.push(wedge);
-                }
+    /// After a round's compaction: numbers the wedges that have corners, by their vertices.
+    pub fn compact(&mut self, faces: &[Face], vertices: usize) {
+        let width = self.layout.width;
+        let mut owners = vec![NO_VERTEX; self.origin.len()];
+        for (face, row) in faces.iter().zip(&self.corners) {
+            for (vertex, &wedge) in face.corners().into_iter().zip(row) {
+                owners[wedge as usize] = vertex;
             }
-            (list.len() - first) as u32
-        };
-        let find = |task: usize| {
-            let mut list = Vec::new();
-            let own = task * CHUNK..vertices.min((task + 1) * CHUNK);
-            let counts: Vec<u32> = own.map(|vertex| tell(vertex, &mut list)).collect();
-            (counts, list)
-        };
-        let found: Vec<(Vec<u32>, Vec<u32>)> = (0..vertices.div_ceil(CHUNK)).into_par_iter().map(find).collect();
-        self.starts.clear();
-        self.starts.push(0);
-        let mut end = 0;
-        for &count in found.iter().flat_map(|(counts, _)| counts) {
-            end += count;
-            self.starts.push(end);
         }
-        let kept: Vec<u32> = found.into_iter().flat_map(|(_, list)| list).collect();
-        let starts = &self.starts;
-        self.corners[..faces.len()].par_iter_mut().zip(faces).with_min_len(CHUNK).for_each(|(row, face)| {
-            for (wedge, v) in row.iter_mut().zip(face.corners()) {
-                let own = starts[v as usize] as usize..starts[v as usize + 1] as usize;
-                let place = kept[own.clone()].iter().position(|old| old == wedge).unwrap_or(0);
-                *wedge = (own.start + place) as u32;
-            }
-        });
+        let with_corners = || (0..).zip(&owners).filter(|(_, owner)| **owner != NO_VERTEX);
+        self.starts.clear();
+        self.starts.resize(vertices + 1, 0);
+        with_corners().for_each(|(_, &owner): (u32, _)| self.starts[owner as usize + 1] += 1);
+        for vertex in 0..vertices {
+            self.starts[vertex + 1] += self.starts[vertex];
+        }
+        let mut next = self.starts.clone();
+        let mut kept = vec![0; self.starts[vertices] as usize];
+        let mut numbers = vec![0; owners.len()];
+        for (wedge, &owner) in with_corners() {
+            let number = &mut next[owner as usize];
+            kept[*number as usize] = wedge;
+            numbers[wedge as usize] = *number;
+            *number += 1;
+        }
+        let renumber = |row: &mut [u32; 3]| *row = row.map(|wedge| numbers[wedge as usize]);
+        self.corners[..faces.len()].par_iter_mut().with_min_len(CHUNK).for_each(renumber);
         let mut rows = vec![0.0; kept.len() * width];
         if width > 0 {
             rows.par_chunks_mut(width).zip(&kept).with_min_len(CHUNK).for_each(|(row, &wedge)| {
@@ -374,11 +382,6 @@ fn now(wedge: u32, roles: &[u32]) -> u32 {
         OWN => wedge,
         other => other,
     }
-}
-
-/// Which corner of a face a vertex is.
-fn corner_at(face: Face, vertex: u32) -> usize {
-    usize::from(face.b == vertex) + 2 * usize::from(face.c == vertex)
 }
 
 /// The wedges of consecutive vertices, and the corners of all faces.

@@ -225,7 +225,7 @@ fn extension(path: &Path) -> String {
 /// [`Error::Format`] with the place when its content is not what the format demands, [`Error::Limit`] when it holds
 /// more than 32-bit indices can.
 pub fn read(path: &Path) -> Result<Mesh> {
-    read_scene(path).map(|scene| scene.mesh)
+    read_scene(path).map(Scene::into_mesh)
 }
 
 /// Reads a mesh of `format` from the uncompressed content of a file.
@@ -233,7 +233,7 @@ pub fn read(path: &Path) -> Result<Mesh> {
 /// # Errors
 /// As [`read`], without those of the system.
 pub fn read_bytes(bytes: &[u8], format: Format) -> Result<Mesh> {
-    read_scene_bytes(bytes, format, None).map(|scene| scene.mesh)
+    read_scene_bytes(bytes, format, None).map(Scene::into_mesh)
 }
 
 /// Reads a mesh of `format` from a stream to its end, such as standard input.
@@ -241,7 +241,7 @@ pub fn read_bytes(bytes: &[u8], format: Format) -> Result<Mesh> {
 /// # Errors
 /// As [`read`]; [`Error::Read`] names the stream `-`.
 pub fn read_from(stream: &mut dyn io::Read, format: Format, compression: Compression) -> Result<Mesh> {
-    read_scene_from(stream, format, compression, None).map(|scene| scene.mesh)
+    read_scene_from(stream, format, compression, None).map(Scene::into_mesh)
 }
 
 /// The content of a compressed file of these bytes; none where it is not compressed.

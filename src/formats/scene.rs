@@ -1,12 +1,13 @@
 //! A mesh with what its file says beside it.
 
+use std::borrow::Cow;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::faces::Faces;
 use super::{Compression, Format, WriteOptions, gltf, input, obj, off, output, ply, stl};
 use crate::error::{Error, Place, Result};
-use crate::mesh::Mesh;
+use crate::mesh::{ChannelKind, Mesh};
 
 /// What a file holds that is no mesh. It goes into a file of the same format.
 #[derive(Debug, Clone, Default)]
@@ -26,10 +27,41 @@ pub enum Document {
 /// A mesh and the rest of its file.
 #[derive(Debug, Clone, Default)]
 pub struct Scene {
-    /// All triangles.
+    /// All triangles. Texture coordinates are as the file has them: in a glTF v runs down the picture, in others up.
     pub mesh: Mesh,
     /// What is no triangle.
     pub document: Document,
+}
+
+impl Scene {
+    /// The mesh alone, with v up the picture.
+    pub fn into_mesh(self) -> Mesh {
+        let Self { mut mesh, document } = self;
+        if document.gltf().is_some() {
+            turn_textures(&mut mesh);
+        }
+        mesh
+    }
+}
+
+/// Turns texture coordinates upside down.
+fn turn_textures(mesh: &mut Mesh) {
+    mesh.texcoords.iter_mut().flatten().flatten().for_each(|uv| uv.y = 1.0 - uv.y);
+    for channel in mesh.channels.iter_mut().filter(|channel| channel.kind == ChannelKind::Texcoords) {
+        channel.values.iter_mut().skip(1).step_by(2).for_each(|v| *v = 1.0 - *v);
+    }
+}
+
+/// The mesh with texture coordinates as `format` has them, where the document's are the other way up.
+fn turned_for<'a>(mesh: &'a Mesh, document: &Document, format: Format) -> Cow<'a, Mesh> {
+    let is_down = matches!(format, Format::Gltf | Format::Glb);
+    let has_any = mesh.texcoords.is_some() || mesh.channels.iter().any(|c| c.kind == ChannelKind::Texcoords);
+    if is_down == document.gltf().is_some() || !has_any {
+        return Cow::Borrowed(mesh);
+    }
+    let mut turned = mesh.clone();
+    turn_textures(&mut turned);
+    Cow::Owned(turned)
 }
 
 /// Reads the mesh at `path` with what the file says beside it.
@@ -93,6 +125,7 @@ pub fn read_scene_from(
 pub fn write_scene(mesh: &Mesh, document: &Document, path: &Path, options: &WriteOptions) -> Result<Vec<String>> {
     let (format, compression) = Format::from_path(path)?;
     mesh.check()?;
+    let mesh = &*turned_for(mesh, document, format);
     let mut warnings = document.losses(format, Some(path));
     let written = match format {
         Format::Gltf | Format::Glb => {
@@ -120,6 +153,7 @@ pub fn write_scene_to(
     out: &mut dyn Write,
 ) -> Result<Vec<String>> {
     mesh.check()?;
+    let mesh = &*turned_for(mesh, document, format);
     let mut warnings = document.losses(format, None);
     let written = match format {
         Format::Gltf | Format::Glb => {

@@ -324,6 +324,15 @@ impl Pass for Finish {
     }
 }
 
+/// Where the numbers of a pair begin: of its wedges and of the faces on its sides.
+#[derive(Debug, Clone, Copy, Default)]
+struct Places {
+    first: usize,
+    second: usize,
+    left: usize,
+    right: Option<usize>,
+}
+
 /// Scratch for the keys of pairs.
 struct Block {
     heads: Columns<Head, HEAD_WORDS>,
@@ -449,10 +458,14 @@ impl<'a> AttributeRows<'a> {
     fn keys_of(&self, pairs: &[Edge], block: &mut Block) {
         let Block { heads, numbers, states: [state, next], keys } = block;
         let (mut state, mut next) = (state, next);
-        pairs.iter().enumerate().for_each(|(lane, &pair)| heads.set(lane, self.head(pair)));
+        let mut places = [Places::default(); LANES];
+        for (lane, &pair) in pairs.iter().enumerate() {
+            heads.set(lane, self.head(pair));
+            places[lane] = self.places(pair);
+        }
         lanes::pass::<Begin, HEAD_WORDS, 0, STATE_WORDS>(heads, &Columns::new(), (), state);
         for j in 0..self.params.costed {
-            pairs.iter().enumerate().for_each(|(lane, &pair)| numbers.set(lane, self.numbers(pair, j)));
+            places[..pairs.len()].iter().enumerate().for_each(|(lane, at)| numbers.set(lane, self.numbers(at, j)));
             lanes::pass::<Accumulate, NUMBER_WORDS, STATE_WORDS, STATE_WORDS>(numbers, state, (), next);
             (state, next) = (next, state);
         }
@@ -474,17 +487,30 @@ impl<'a> AttributeRows<'a> {
         }
     }
 
+    /// Where the numbers of a pair begin.
     #[inline(always)]
-    fn numbers(&self, Edge { half_edge, across }: Edge, j: u32) -> Numbers {
+    fn places(&self, Edge { half_edge, across }: Edge) -> Places {
         let (_, [a, b]) = self.ends(half_edge);
-        let at = |row: u32| (row * self.params.costed + j) as usize;
+        let costed = self.params.costed;
+        let right = (across != NO_FACE).then_some((across * costed) as usize);
+        Places {
+            first: (a * costed) as usize,
+            second: (b * costed) as usize,
+            left: (half_edge / 3 * costed) as usize,
+            right,
+        }
+    }
+
+    #[inline(always)]
+    fn numbers(&self, at: &Places, j: u32) -> Numbers {
+        let j = j as usize;
         Numbers {
-            first: self.slopes[at(a)],
-            second: self.slopes[at(b)],
-            left: self.gradients[at(half_edge / 3)],
-            right: if across == NO_FACE { Gradient::default() } else { self.gradients[at(across)] },
-            at_first: self.values[at(a)],
-            at_second: self.values[at(b)],
+            first: self.slopes[at.first + j],
+            second: self.slopes[at.second + j],
+            left: self.gradients[at.left + j],
+            right: at.right.map_or(Gradient::default(), |right| self.gradients[right + j]),
+            at_first: self.values[at.first + j],
+            at_second: self.values[at.second + j],
         }
     }
 

@@ -65,33 +65,32 @@ fn has_wedge(f: u32, vertex: u32, wedge: u32, rows: Rows<'_>) -> bool {
     rows.corners[f as usize].corners()[corner as usize] == wedge
 }
 
-/// The sum of a wedge.
-fn attribute_sum(ring: &[u32], vertex: u32, wedge: u32, rows: Rows<'_>) -> AttributeSum {
+/// The sum over the faces of a wedge.
+fn attribute_sum(own: &[u32], rows: Rows<'_>) -> AttributeSum {
     let mut matrix = Sym3::default();
     let mut weight = 0.0;
-    for &f in ring {
-        if has_wedge(f, vertex, wedge, rows) {
-            let root = rows.normals[f as usize].root;
-            weight = add(weight, mul(root, root));
-            for j in 0..rows.costed {
-                matrix = sym_add(matrix, outer(rows.gradients[f as usize * rows.costed + j].xyz()));
-            }
+    for &f in own {
+        let root = rows.normals[f as usize].root;
+        weight = add(weight, mul(root, root));
+        for g in &rows.gradients[f as usize * rows.costed..][..rows.costed] {
+            matrix = sym_add(matrix, outer(g.xyz()));
         }
     }
     let Sym3 { xx, xy, xz, yy, yz, zz } = matrix;
     AttributeSum { xx, xy, xz, yy, yz, zz, weight }
 }
 
-/// The sum of |n| g of a wedge's number.
-fn slope(ring: &[u32], vertex: u32, wedge: u32, j: usize, rows: Rows<'_>) -> Gradient {
-    let mut sum = Vec3::ZERO;
-    for &f in ring {
-        if has_wedge(f, vertex, wedge, rows) {
-            let root = rows.normals[f as usize].root;
-            sum = add3(sum, scale3(rows.gradients[f as usize * rows.costed + j].xyz(), root));
+/// Adds |n| g of every number over the faces of a wedge.
+fn add_slopes(own: &[u32], rows: Rows<'_>, slopes: &mut [Gradient]) {
+    slopes.fill(Gradient::default());
+    for &f in own {
+        let root = rows.normals[f as usize].root;
+        let gradients = &rows.gradients[f as usize * rows.costed..][..rows.costed];
+        for (sum, g) in slopes.iter_mut().zip(gradients) {
+            let Vec3 { x, y, z } = add3(sum.xyz(), scale3(g.xyz(), root));
+            *sum = Gradient { x, y, z };
         }
     }
-    Gradient { x: sum.x, y: sum.y, z: sum.z }
 }
 
 impl Kernel for AttributeSums<'_> {
@@ -143,16 +142,19 @@ impl Kernel for AttributeSums<'_> {
         let slopes = split_at_bounds(&mut self.slopes.host_mut()[..wedges as usize * costed], &slope_ends);
         bounds.par_windows(2).zip(sums).zip(slopes).for_each(|((bounds, sums), slopes)| {
             let first = wedge_starts[bounds[0]];
+            let mut own = Vec::new();
             for vertex in bounds[0]..bounds[1] {
                 let is_hub = positions[vertex].flags & HUB != 0;
                 let ring = &ring_faces[ring_starts[vertex] as usize..ring_starts[vertex + 1] as usize];
                 let ring = if is_hub { &[] } else { ring };
-                for wedge in wedge_starts[vertex]..wedge_starts[vertex + 1] {
-                    let own = (wedge - first) as usize;
-                    sums[own] = attribute_sum(ring, vertex as u32, wedge, rows);
-                    for (j, out) in slopes[own * costed..][..costed].iter_mut().enumerate() {
-                        *out = slope(ring, vertex as u32, wedge, j, rows);
-                    }
+                let wedges = wedge_starts[vertex]..wedge_starts[vertex + 1];
+                for wedge in wedges.clone() {
+                    own.clear();
+                    let is_own = |f: &&u32| wedges.len() == 1 || has_wedge(**f, vertex as u32, wedge, rows);
+                    own.extend(ring.iter().filter(is_own));
+                    let place = (wedge - first) as usize;
+                    sums[place] = attribute_sum(&own, rows);
+                    add_slopes(&own, rows, &mut slopes[place * costed..][..costed]);
                 }
             }
         });

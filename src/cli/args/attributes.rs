@@ -7,11 +7,11 @@ use crate::cli::values;
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Attributes")]
 pub struct Attributes {
-    /// What attributes count: normal=1,uv=0.5,color=1
+    /// What attributes count: normal=1,uv=0.25,color=1
     ///
     /// What a difference in an attribute counts against a distance, as NAME=WEIGHT, by commas; 0 for one that is carried
     /// along and decides nothing. 'normal': a difference of 1, about a radian, is a thousandth of the diagonal. 'uv': a slip of the
-    /// texture along the surface counts as half of its length. 'color': a difference of 1, from black to full red, is a
+    /// texture along the surface counts as its length. 'color': a difference of 1, from black to full red, is a
     /// fiftieth of the diagonal. A further channel by its name, which counts 0 unless it is given: its whole range is a
     /// fiftieth of the diagonal. For --metric volume; 'plane' carries attributes along.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::weight_of)]
