@@ -276,7 +276,7 @@ mod tests {
         assert!(error.contains("'part@5k.ply' is the output of both 'part@5k' and 'part@5k'"), "{error}");
         let error = plan(&samples, "{level}.ply", &two).expect_err("one name for two inputs");
         assert!(error.contains("'1.ply' is the output of both 'part@5k' and 'part@6k'"), "{error}");
-        assert!(plan(&samples, "{stem}-{level}.glb", &two).is_err() && plan(&samples, "{stem}.ply", &[]).is_err());
+        assert!(plan(&samples, "{stem}-{level}.fbx", &two).is_err() && plan(&samples, "{stem}.ply", &[]).is_err());
 
         fs::write(dir.path().join("x.ply"), "").expect("a file");
         let x = dir.path().join("x.ply").display().to_string();

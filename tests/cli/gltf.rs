@@ -105,6 +105,8 @@ fn what_is_not_understood_is_an_exit_code() {
     dir.run("simplify cut.glb out.glb -f 4").fails(4, &["'cut.glb': glTF byte 8"]);
     fs::remove_file(dir.path("sheet.bin")).expect("removed");
     dir.run("simplify sheet.gltf out.glb -f 4").fails(4, &["sheet.bin"]);
+    dir.file("there.bin", b"mine");
+    dir.run("simplify sample:part@1k there.gltf -f 100").fails(8, &["'there.bin'", "give -w"]);
     dir.run("lod sheet.gltf out.glb --shared-vertices").fails(2, &["--shared-vertices in GLB"]);
 }
 
