@@ -34,7 +34,8 @@ fn with_attributes(mut mesh: Mesh) -> Mesh {
     // Every seventh face is a chart of its own, every eleventh has none.
     let place = |f: usize, v: u32| match f {
         f if f % 11 == 0 => Vec2::ZERO,
-        f => Vec2::new(v as f32 / 7.0, -0.1 * (v % 10) as f32) + if f % 7 == 0 { Vec2::X } else { Vec2::ZERO },
+        // Halves and eighths: glTF has v the other way up, which rounds others.
+        f => Vec2::new(v as f32 / 7.0, -0.125 * (v % 10) as f32) + if f % 7 == 0 { Vec2::X } else { Vec2::ZERO },
     };
     mesh.texcoords = Some(mesh.faces.iter().enumerate().map(|(f, face)| face.map(|v| place(f, v))).collect());
     mesh

@@ -7,24 +7,24 @@
 //! About the midpoint, with half the difference q of the ends' numbers: e = g·h − q on the faces of the first end,
 //! q − g·h on those of the second, and 0 on those that they share.
 
-use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
-use super::pair_quadric::{
-    AT_ENDS, CONSTANTS, Freedom, NO_WEIGHT, NOISE, PairQuadric, ROUNDING, cost_key, end_matrices, half_exponent,
-    pair_cost, scale_down, scale_up, stays, value,
+use super::attribute_lanes::{
+    Accumulate, Begin, Block, Finish, HEAD_WORDS, Head, NUMBER_WORDS, Numbers, Places, STATE_WORDS,
 };
+use super::attribute_terms::{
+    Joint, Term, ends_half_exponent, freedom, joint_cost, side_weights, with_side, with_term,
+};
+use super::pair_quadric::{CONSTANTS, NO_WEIGHT, cost_key, scale_down};
 use super::pairs::{NO_FACE, half_edge_corners};
 use super::rows::{AttributeSum, BORDER, BorderSum, Edge, Face, Gradient, Normal, Position, VolumeSum};
 use super::split::CHUNK;
-use super::volume_costs::{Ends, Params as Policies, VOLUME_REGULARIZATION, volume_ends, with_border};
+use super::volume_costs::{Params as Policies, VOLUME_REGULARIZATION, volume_ends, with_border};
 use super::volume_sums::border_term;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, Switch, params};
 use crate::math::Vec3;
-use crate::math::exact::{
-    Sym3, add, add3, divide, dot3, mul, outer, scale3, sub, sub3, sym_add, sym_scale, sym_sub, trace,
-};
-use crate::math::lanes::{self, Columns, LANES, Pass};
+use crate::math::exact::{Sym3, mul, scale3, sub, sub3, sym_add, trace};
+use crate::math::lanes::{self, Columns, LANES};
 
 /// Most numbers of a wedge that decide.
 pub const MOST_COSTED: usize = 16;
@@ -67,287 +67,12 @@ pub struct AttributeCosts<'a> {
 params! {
     /// The uniform block.
     pub struct Params {
-        placement: u32,
+        pub(super) placement: u32,
         border_weight: f32,
-        regularization: f32,
+        pub(super) regularization: f32,
         costed: u32,
     }
 }
-
-/// What the attributes add about the midpoint.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
-struct Joint {
-    /// Outer products of the shared faces, counted at both ends.
-    mutual: Sym3,
-    /// With the means of the ends' numbers.
-    b: Vec3,
-    c: f32,
-    /// What the least numbers save.
-    saved: Sym3,
-    saved_b: Vec3,
-    saved_c: f32,
-    /// What the numbers of either end cost at its place more than the means.
-    at_first: f32,
-    at_second: f32,
-}
-
-/// The weights of a side: of the wedges of both ends, and of its faces; one over the last.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
-struct SideWeights {
-    first: f32,
-    second: f32,
-    all: f32,
-    inverse: f32,
-}
-
-#[inline(always)]
-fn side_weights(first: f32, second: f32, left_root: f32, right_root: f32) -> SideWeights {
-    let all = sub(sub(add(first, second), mul(left_root, left_root)), mul(right_root, right_root));
-    let inverse = if all > NO_WEIGHT { divide(1.0, all) } else { 0.0 };
-    SideWeights { first, second, all, inverse }
-}
-
-/// One number of a side: the sums of |n| g of both wedges, √|n| g of the shared faces, half the ends' difference.
-#[derive(Debug, Clone, Copy)]
-struct Term {
-    first: Vec3,
-    second: Vec3,
-    left: Vec3,
-    right: Vec3,
-    left_root: f32,
-    right_root: f32,
-    half: f32,
-}
-
-#[inline(always)]
-fn with_term(joint: Joint, term: Term, weights: SideWeights, h: Vec3) -> Joint {
-    let q = term.half;
-    let shared = add3(scale3(term.left, term.left_root), scale3(term.right, term.right_root));
-    let g = sub3(add3(term.first, term.second), shared);
-    let first_h = dot3(term.first, h);
-    let second_h = dot3(term.second, h);
-    let e = sub(sub(first_h, mul(q, weights.first)), sub(second_h, mul(q, weights.second)));
-    let q_sq = mul(q, q);
-    let both = mul(q_sq, add(weights.first, weights.second));
-    let across = mul(mul(2.0, q), add(first_h, second_h));
-    let scaled = scale3(g, weights.inverse);
-    let gh = dot3(g, h);
-    let own = mul(q_sq, weights.all);
-    let twice = mul(2.0, q);
-    Joint {
-        mutual: sym_add(joint.mutual, sym_add(outer(term.left), outer(term.right))),
-        b: add3(joint.b, scale3(sub3(term.first, term.second), q)),
-        c: add(joint.c, sub(both, across)),
-        saved: sym_add(joint.saved, sym_scale(outer(g), weights.inverse)),
-        saved_b: add3(joint.saved_b, scale3(scaled, e)),
-        saved_c: add(joint.saved_c, mul(mul(e, e), weights.inverse)),
-        at_first: add(joint.at_first, add(mul(twice, sub(e, gh)), own)),
-        at_second: add(joint.at_second, sub(own, mul(twice, add(gh, e)))),
-    }
-}
-
-/// Half the exponent that takes the trace of both ends to about 1.
-#[inline(always)]
-fn ends_half_exponent(ends: Ends) -> u32 {
-    half_exponent(trace(sym_add(ends.first, ends.second)))
-}
-
-/// The cost of a pair from −h to h; the attributes are scaled by the square of `s`, the geometry is not yet.
-#[inline(always)]
-fn joint_cost(ends: Ends, joint: Joint, half: u32, h: Vec3, freedom: Freedom) -> f32 {
-    let s = scale_down(half);
-    let s_sq = mul(s, s);
-    let first = sym_scale(ends.first, s_sq);
-    let second = sym_scale(ends.second, s_sq);
-    let mutual = sym_add(sym_scale(ends.mutual, s_sq), joint.mutual);
-    let mut q = end_matrices(first, second, mutual, h);
-    q.b = add3(q.b, joint.b);
-    q.c = add(q.c, joint.c);
-    q.n = scale3(sub3(add3(ends.first_normal, ends.second_normal), ends.mutual_normal), s_sq);
-    q.d = dot3(scale3(sub3(ends.second_normal, ends.first_normal), s_sq), h);
-    let at_first = add(value(q, scale3(h, -1.0)), joint.at_first);
-    let at_second = add(value(q, h), joint.at_second);
-
-    let pull = mul(ROUNDING, trace(joint.saved));
-    let pulled = Sym3 { xx: pull, xy: 0.0, xz: 0.0, yy: pull, yz: 0.0, zz: pull };
-    let least = PairQuadric {
-        a: sym_add(sym_sub(q.a, joint.saved), pulled),
-        b: add3(q.b, joint.saved_b),
-        c: sub(q.c, joint.saved_c),
-        n: q.n,
-        d: q.d,
-    };
-    let free = Freedom { first_locked: false, second_locked: false, ..freedom };
-    let mut cost = pair_cost(least, h, free);
-    cost = if freedom.placement == AT_ENDS { at_first.min(at_second) } else { cost };
-    cost = if freedom.first_locked { at_first } else { cost };
-    cost = if freedom.second_locked { at_second } else { cost };
-    cost = if cost > NOISE { cost } else { 0.0 };
-    mul(mul(cost, scale_up(half)), scale_up(half))
-}
-
-/// Geometry of both ends, with the outer products of the attributes of one side.
-#[inline(always)]
-fn with_side(ends: Ends, first: AttributeSum, second: AttributeSum) -> Ends {
-    Ends { first: sym_add(ends.first, first.matrix()), second: sym_add(ends.second, second.matrix()), ..ends }
-}
-
-#[inline(always)]
-fn freedom(first: u32, second: u32, params: Params) -> Freedom {
-    Freedom {
-        first_locked: stays(first, second),
-        second_locked: stays(second, first),
-        placement: params.placement,
-        regularization: params.regularization,
-    }
-}
-
-/// A pair off the border and off the seams, without its terms.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
-struct Head {
-    pu: Position,
-    pw: Position,
-    sum_u: VolumeSum,
-    sum_w: VolumeSum,
-    left: Normal,
-    right: Normal,
-    first: AttributeSum,
-    second: AttributeSum,
-}
-
-/// What is known of a pair while its terms are added.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
-struct State {
-    joint: Joint,
-    weights: SideWeights,
-    h: Vec3,
-    half: u32,
-    left_root: f32,
-    right_root: f32,
-}
-
-/// One number of a pair, as it is stored.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
-struct Numbers {
-    first: Gradient,
-    second: Gradient,
-    left: Gradient,
-    right: Gradient,
-    at_first: f32,
-    at_second: f32,
-}
-
-/// 32-bit scalars of the rows above.
-const HEAD_WORDS: usize = size_of::<Head>() / 4;
-const STATE_WORDS: usize = size_of::<State>() / 4;
-const NUMBER_WORDS: usize = size_of::<Numbers>() / 4;
-
-/// What the ends of a pair sum to.
-#[inline(always)]
-fn head_ends(head: Head) -> Ends {
-    with_side(volume_ends(head.sum_u, head.sum_w, head.left, head.right), head.first, head.second)
-}
-
-/// Before the terms of a pair.
-struct Begin;
-
-impl Pass for Begin {
-    type Row = Head;
-    type State = ();
-    type Params = ();
-    type Next = State;
-
-    #[inline(always)]
-    fn pass(head: Head, (): (), (): ()) -> State {
-        let half = ends_half_exponent(head_ends(head));
-        let s = scale_down(half);
-        let s_sq = mul(s, s);
-        let (left_root, right_root) = (mul(head.left.root, s), mul(head.right.root, s));
-        let (first, second) = (mul(head.first.weight, s_sq), mul(head.second.weight, s_sq));
-        State {
-            joint: Joint::default(),
-            weights: side_weights(first, second, left_root, right_root),
-            h: scale3(sub3(head.pw.xyz(), head.pu.xyz()), 0.5),
-            half,
-            left_root,
-            right_root,
-        }
-    }
-}
-
-/// One term after the other.
-struct Accumulate;
-
-impl Pass for Accumulate {
-    type Row = Numbers;
-    type State = State;
-    type Params = ();
-    type Next = State;
-
-    #[inline(always)]
-    fn pass(numbers: Numbers, state: State, (): ()) -> State {
-        let s = scale_down(state.half);
-        let s_sq = mul(s, s);
-        let term = Term {
-            first: scale3(numbers.first.xyz(), s_sq),
-            second: scale3(numbers.second.xyz(), s_sq),
-            left: scale3(numbers.left.xyz(), s),
-            right: scale3(numbers.right.xyz(), s),
-            left_root: state.left_root,
-            right_root: state.right_root,
-            half: mul(sub(numbers.at_second, numbers.at_first), 0.5),
-        };
-        State { joint: with_term(state.joint, term, state.weights, state.h), ..state }
-    }
-}
-
-/// When all terms of a pair are known.
-struct Finish;
-
-impl Pass for Finish {
-    type Row = Head;
-    type State = State;
-    type Params = Params;
-    type Next = u32;
-
-    #[inline(always)]
-    fn pass(head: Head, state: State, params: Params) -> u32 {
-        let ends = head_ends(head);
-        let freedom = freedom(head.pu.flags, head.pw.flags, params);
-        let cost = joint_cost(ends, state.joint, state.half, state.h, freedom);
-        if trace(sym_add(ends.first, ends.second)) <= NO_WEIGHT { 0 } else { cost_key(cost) }
-    }
-}
-
-/// Where the numbers of a pair begin: of its wedges and of the faces on its sides.
-#[derive(Debug, Clone, Copy, Default)]
-struct Places {
-    first: usize,
-    second: usize,
-    left: usize,
-    right: Option<usize>,
-}
-
-/// Scratch for the keys of pairs.
-struct Block {
-    heads: Columns<Head, HEAD_WORDS>,
-    numbers: Columns<Numbers, NUMBER_WORDS>,
-    states: [Columns<State, STATE_WORDS>; 2],
-    keys: Columns<u32, 1>,
-}
-
-impl Block {
-    fn new() -> Self {
-        let states = [Columns::new(), Columns::new()];
-        Self { heads: Columns::new(), numbers: Columns::new(), states, keys: Columns::new() }
-    }
-}
-
 /// What pairs are costed from, on the host.
 #[derive(Debug, Clone, Copy)]
 pub struct AttributeRows<'a> {
@@ -492,7 +217,7 @@ impl<'a> AttributeRows<'a> {
     fn places(&self, Edge { half_edge, across }: Edge) -> Places {
         let (_, [a, b]) = self.ends(half_edge);
         let costed = self.params.costed;
-        let right = (across != NO_FACE).then_some((across * costed) as usize);
+        let right = (across != NO_FACE).then(|| (across * costed) as usize);
         Places {
             first: (a * costed) as usize,
             second: (b * costed) as usize,

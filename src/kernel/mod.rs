@@ -6,7 +6,9 @@
 
 pub mod angle_defects;
 pub mod attribute_costs;
+mod attribute_lanes;
 pub mod attribute_sums;
+mod attribute_terms;
 pub mod block_maxima;
 pub mod block_sums;
 pub mod border_curvatures;

@@ -142,7 +142,7 @@ pub fn written(mesh: &Mesh, document: &Document) -> (Value, Vec<u8>, Vec<String>
 pub fn again(mesh: &Mesh, document: &Document) -> Mesh {
     let mut bytes = Vec::new();
     formats::write_scene_to(mesh, document, Format::Glb, &WriteOptions::default(), &mut bytes).expect("written");
-    formats::read_bytes(&bytes, Format::Glb).expect("a mesh")
+    formats::read_scene_bytes(&bytes, Format::Glb, None).expect("a mesh").mesh
 }
 
 /// The bytes of a view.

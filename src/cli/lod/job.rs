@@ -155,9 +155,9 @@ fn how(args: &args::Lod) -> args::How {
     let mut how = args.how.clone();
     let shape = &mut how.shape;
     if args.levels.shared_vertices {
-        // Coordinates are of corners, not of vertices.
-        shape.attributes.drop.push(args::Dropped::Uv);
         if matches!(shape.method, args::Method::Contract | args::Method::Feature | args::Method::Average) {
+            // Coordinates are of corners, not of vertices.
+            shape.attributes.drop.push(args::Dropped::Uv);
             shape.placement = shape.placement.or(Some(args::Placement::Endpoint));
         }
     }
