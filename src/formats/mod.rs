@@ -33,6 +33,7 @@ mod attributes;
 mod faces;
 mod gltf;
 mod input;
+mod looks;
 mod obj;
 mod off;
 mod output;
@@ -53,6 +54,7 @@ use crate::mesh::Mesh;
 
 pub use faces::{write_polygons, write_polygons_to};
 pub use gltf::Gltf;
+pub use looks::{Looks, looks};
 pub(crate) use output::is_temporary_of;
 pub use pieces::write_pieces;
 pub(crate) use ply::{Rows, Stream};
