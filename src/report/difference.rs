@@ -105,3 +105,76 @@ impl Squares {
         if self.count == 0 { 0.0 } else { (self.sum / self.count as f64).sqrt() }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Mesh;
+    use crate::mesh::shapes::torus;
+
+    /// A square of half this width, at this height, in a gray.
+    fn square(from: f64, to: f64, height: f64, gray: f32) -> Mesh {
+        let corner = |x, y| DVec3::new(x, y, height);
+        let positions = vec![corner(from, -1.0), corner(to, -1.0), corner(to, 1.0), corner(from, 1.0)];
+        let mut mesh = Mesh::new(positions, vec![[0, 1, 2], [0, 2, 3]]);
+        mesh.colors = Some(vec![[gray, gray, gray, 1.0]; 4]);
+        mesh
+    }
+
+    fn difference(a: &Mesh, b: &Mesh) -> ImageDifference {
+        image_difference(a, b).expect("a difference")
+    }
+
+    /// What a white surface that faces the eye sends there, from the lights and the exposure.
+    const WHITE: [f64; 3] = [0.92 * 0.8116, 0.92 * 0.8088, 0.92 * 0.8028];
+
+    #[test]
+    fn one_color_against_another() {
+        let [white, gray, black] = [1.0, 0.25, 0.0].map(|gray| square(-1.0, 1.0, 0.0, gray));
+        let root = (WHITE.iter().sum::<f64>() / 3.0).sqrt();
+        for (a, b, expected) in [(&white, &gray, 0.75 * root), (&gray, &black, 0.25 * root), (&gray, &gray, 0.0)] {
+            let found = difference(a, b);
+            assert!((found.rmse - expected).abs() < 1e-5, "{found:?}, expected {expected}");
+            assert!((found.greatest.rmse - expected).abs() < 1e-5, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn what_one_does_not_cover_shows_the_background() {
+        let (whole, half) = (square(-1.0, 1.0, 0.0, 0.0), square(-1.0, 0.0, 0.0, 0.0));
+        let expected = 0.5 * 0.5_f64.sqrt();
+        for (a, b) in [(&whole, &half), (&whole, &Mesh::default())] {
+            let expected = if b.faces.is_empty() { 0.5 } else { expected };
+            let found = difference(a, b).rmse;
+            assert!((found - expected).abs() < 1e-5, "{found}, expected {expected}");
+        }
+        assert_eq!(difference(&Mesh::default(), &Mesh::default()).rmse, 0.0);
+    }
+
+    #[test]
+    fn the_side_that_differs_is_named() {
+        // From above one sees the upper square alone.
+        let both = |upper: f32| {
+            let (mut mesh, above) = (square(-1.0, 1.0, 0.0, 1.0), square(-1.0, 1.0, 0.5, upper));
+            mesh.faces.extend(above.faces.iter().map(|face| face.map(|v| v + 4)));
+            mesh.positions.extend(above.positions);
+            mesh.colors.iter_mut().for_each(|colors| colors.extend(above.colors.iter().flatten()));
+            mesh
+        };
+        let found = difference(&both(1.0), &both(0.0));
+        assert_eq!(found.greatest.view, "+z");
+        assert!(found.greatest.rmse > 0.8 && found.rmse < found.greatest.rmse, "{found:?}");
+    }
+
+    #[test]
+    fn a_mesh_against_itself_is_nothing_and_threads_do_not_show() {
+        let (fine, coarse) = (torus(60, 40), torus(12, 8));
+        assert_eq!(difference(&fine, &fine).rmse, 0.0);
+        let found = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            pool.install(|| difference(&fine, &coarse))
+        };
+        assert_eq!(found(1), found(5));
+        assert!(found(2).rmse > 0.01);
+    }
+}

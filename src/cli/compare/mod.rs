@@ -126,7 +126,7 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
         console::note(job.verbosity, note);
     }
     let mut seconds = Seconds::default();
-    let read = || device.install(|| anyhow::Ok((Side::read(&job.a, job)?, Side::read(&job.b, job)?)));
+    let read = || device.install(|| anyhow::Ok((Input::read(&job.a, job)?, Input::read(&job.b, job)?)));
     let (a, b) = timed(&mut seconds.read, read)?;
     for warning in a.looks.warnings.iter().chain(&b.looks.warnings) {
         console::warning(job.verbosity, warning);
@@ -146,12 +146,12 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
 }
 
 /// An input and how its materials look.
-struct Side {
+struct Input {
     scene: Scene,
     looks: Looks,
 }
 
-impl Side {
+impl Input {
     /// Reads an input; what its materials look like only where somebody looks.
     fn read(source: &Source, job: &Job) -> anyhow::Result<Self> {
         let scene = source.read_scene()?;
@@ -172,7 +172,7 @@ impl Side {
 }
 
 /// Writes heat map and picture and compares images, if they are asked for.
-fn draw(job: &Job, a: &Side, b: &Side, device: &Device) -> anyhow::Result<Option<ImageDifference>> {
+fn draw(job: &Job, a: &Input, b: &Input, device: &Device) -> anyhow::Result<Option<ImageDifference>> {
     if job.heatmap.is_some() || job.picture.is_some() {
         let distances = metrics::vertex_distances(a.mesh(), b.mesh(), device)?;
         device.install(|| {

@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-use crate::error::{Error, Result};
-use crate::formats::looks::{Pictures, path_beside, read_whole};
+use crate::error::Result;
+use crate::formats::looks::{Pictures, read_beside};
 use crate::formats::text;
 use crate::looks::{Look, Opacity, Texture, Wrap};
 use crate::math::DVec2;
@@ -16,17 +16,14 @@ pub(in crate::formats) fn looks(
     folder: Option<&Path>,
     pictures: &mut Pictures,
 ) -> Vec<Look> {
-    let Some(folder) = folder else {
-        if !libraries.is_empty() {
-            pictures.warn("the materials are not drawn: a stream has no folder where their libraries are".into());
-        }
-        return Vec::new();
-    };
     let mut known = Vec::new();
     for library in libraries {
-        match read_beside(folder, library) {
+        match read_library(folder, library) {
             Ok(bytes) => known.extend(materials(&bytes)),
-            Err(error) => pictures.warn(format!("the materials of '{library}' are not drawn: {error}")),
+            Err(error) => {
+                let shown = text::quote(library.as_bytes());
+                pictures.warn(format!("the materials of {shown} are not drawn: {error}"));
+            }
         }
     }
     if known.is_empty() {
@@ -49,7 +46,7 @@ struct Material {
 }
 
 impl Material {
-    fn look(&self, folder: &Path, pictures: &mut Pictures) -> Look {
+    fn look(&self, folder: Option<&Path>, pictures: &mut Pictures) -> Look {
         let texture = self.map.as_ref().and_then(|map| {
             let image = pictures.get(&map.name, || read_beside(folder, &map.name).map(Cow::Owned))?;
             Some(Texture { image, channel: None, transform: map.transform, wrap: map.wrap })
@@ -64,15 +61,14 @@ impl Material {
     }
 }
 
-/// The file that OBJ or MTL names, which may come from a system with other slashes or from another folder.
-fn read_beside(folder: &Path, name: &str) -> Result<Vec<u8>> {
-    let missing = || Error::Unsupported(format!("the name {}", text::quote(name.as_bytes())));
-    let name = name.replace('\\', "/");
-    let last = name.rsplit('/').next().unwrap_or_default();
-    let candidates = [path_beside(folder, &name), path_beside(folder, last)];
-    let path = candidates.iter().flatten().find(|path| path.is_file());
-    let path = path.or_else(|| candidates.iter().flatten().next()).ok_or_else(missing)?;
-    read_whole(path.clone())
+/// The text of what stands behind `mtllib`: a name that may have spaces, or several names.
+fn read_library(folder: Option<&Path>, library: &str) -> Result<Vec<u8>> {
+    let whole = read_beside(folder, library);
+    if whole.is_ok() || !library.contains(char::is_whitespace) {
+        return whole;
+    }
+    let parts: Result<Vec<_>> = library.split_whitespace().map(|name| read_beside(folder, name)).collect();
+    parts.map_or(whole, |parts| Ok(parts.join(&b'\n')))
 }
 
 /// The materials of a library.
