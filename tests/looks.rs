@@ -45,7 +45,7 @@ fn obj_takes_colors_and_textures_from_its_libraries() {
     file("red bricks.png", &png([200, 0, 0]));
     file("grass.png", &png([0, 99, 0]));
     file("one.mtl", b"# none\r\nnewmtl walls\r\nKd 0 0 0\r\nmap_Kd -s 2 4 -o 0.5 -clamp on red bricks.png\r\nnewmtl window\nKd 0.5\nd 0.25\n");
-    file("two.mtl", b"newmtl lawn\nKd 1 0.5 1\nTr 0\nmap_Kd C:\\models\\grass.png\nnewmtl walls\nKd 1 0 0\n");
+    file("two.mtl", b"newmtl lawn\nKd 1 0.5 1\nTr 0\nmap_Kd ..\\models\\grass.png\nnewmtl walls\nKd 1 0 0\n");
     let text = format!(
         "mtllib one.mtl two.mtl\n{TRIANGLE}f 1 2 3\ng front\nusemtl walls\nf 1 2 3\nusemtl window\nf 1 2 3\nusemtl lawn\nf 1 2 3\n"
     );
