@@ -91,7 +91,8 @@ mod tests {
     #[test]
     fn every_kind_of_png_becomes_texels() {
         use png::BitDepth::{Eight, One, Sixteen};
-        let cases: [(ColorType, png::BitDepth, &[u8], [[u8; 4]; 2]); 6] = [
+        type Case<'a> = (ColorType, png::BitDepth, &'a [u8], [[u8; 4]; 2]);
+        let cases: [Case; 6] = [
             (ColorType::Grayscale, Eight, &[9, 200], [[9, 9, 9, 255], [200, 200, 200, 255]]),
             (ColorType::Grayscale, One, &[0b0100_0000], [[0, 0, 0, 255], [255; 4]]),
             (ColorType::GrayscaleAlpha, Eight, &[9, 1, 200, 2], [[9, 9, 9, 1], [200, 200, 200, 2]]),

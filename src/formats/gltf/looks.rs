@@ -46,12 +46,12 @@ fn of_material(document: &Gltf, material: &Json<'_>, pictures: &mut Pictures) ->
         (_, Some(glossy)) => (Some(glossy), "diffuseFactor", "diffuseTexture"),
         (surface, None) => (surface, "baseColorFactor", "baseColorTexture"),
     };
-    let mut look = Look::default();
-    look.opacity = match material.text("alphaMode")? {
+    let opacity = match material.text("alphaMode")? {
         Some("MASK") => Opacity::Mask(number(material, "alphaCutoff", 0.5) as f32),
         Some("BLEND") => Opacity::Blend,
         _ => Opacity::Opaque,
     };
+    let mut look = Look { opacity, ..Look::default() };
     let Some(surface) = surface else { return Ok(look) };
     if let Some(light) = surface.numbers::<4>(factor)? {
         look.color = color::of_light(&light.map(|channel| channel as f32));
