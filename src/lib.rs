@@ -57,7 +57,7 @@
 //! - [`progressive`]: the contractions of a run, to replay to any face count and back.
 //! - [`metrics`]: how far two surfaces are apart; [`spatial`]: the tree behind it.
 //! - [`papers`]: the tables of papers as jobs, run and measured.
-//! - [`report`]: heat maps and pictures of it.
+//! - [`report`]: heat maps and pictures of it; [`looks`]: the colors and textures in them.
 //! - [`mesh`]: welding, topology, validation, shapes and samples; [`formats`]: files.
 
 #[cfg(doctest)]
@@ -72,6 +72,7 @@ pub mod error;
 pub mod formats;
 pub mod kernel;
 pub mod lod;
+pub mod looks;
 pub mod math;
 pub mod mesh;
 pub mod metrics;

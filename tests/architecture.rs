@@ -27,7 +27,9 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     // Works on what a run made; its tests run one.
     ("lod", &["backend", "contract", "error", "mesh", "simplify"]),
-    ("formats", &["error", "math", "mesh"]),
+    // What materials look like: readers make it of files, pictures are made of it.
+    ("looks", &["error", "math"]),
+    ("formats", &["error", "looks", "math", "mesh"]),
     // From a file, in parts that drivers reduce: above both, beside the command line's own reading and writing.
     ("out_of_core", &["backend", "contract", "error", "formats", "math", "mesh", "polish", "simplify"]),
     // A log needs nothing of the driver that made it, and is written as atomically as a mesh.
@@ -40,7 +42,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     // Runs methods and measures what they make: above both.
     ("papers", &["backend", "contract", "error", "mesh", "metrics", "partition", "simplify"]),
-    ("report", &["error", "math", "mesh", "metrics", "simplify", "spatial"]),
+    ("report", &["error", "looks", "math", "mesh", "metrics", "simplify", "spatial"]),
     // The command line uses the library by its public name and nothing uses the command line.
     ("cli", &[]),
 ];

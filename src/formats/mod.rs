@@ -33,6 +33,7 @@ mod attributes;
 mod faces;
 mod gltf;
 mod input;
+mod looks;
 mod obj;
 mod off;
 mod output;
@@ -55,6 +56,7 @@ use crate::mesh::Mesh;
 
 pub use faces::{write_polygons, write_polygons_to};
 pub use gltf::Gltf;
+pub use looks::{Looks, looks};
 pub(crate) use output::is_temporary_of;
 pub use pieces::write_pieces;
 pub use property::{Weights, read_numbers, read_property, write_with_property};

@@ -1,4 +1,4 @@
-//! What a person looks at: heat maps and pictures of meshes.
+//! What a person looks at: heat maps and pictures of meshes, and how far pictures differ.
 //!
 //! One software rasterizer for all machines, instead of the GPU where there is one: a picture then has the same bytes
 //! everywhere, needs no adapter, and can be compared by a test. It is fast enough, too: three panels, two of them of a
@@ -6,15 +6,19 @@
 //! calls a transcendental function, whose last bits differ between systems: lights, lens and color scale are numbers, and
 //! colors are blended in squares, which is close to sRGB's curve.
 //!
-//! Reading order: [`picture()`], `camera`, `raster`, `shade`.
+//! Reading order: [`picture()`], `camera`, `raster`, `shade`, `skin`; and [`image_difference()`].
 
 mod camera;
 mod canvas;
+pub mod difference;
 mod font;
 pub mod heat;
 pub mod picture;
 mod raster;
 mod shade;
+mod skin;
 
+pub use difference::{ImageDifference, ViewDifference, image_difference};
 pub use heat::heatmap;
 pub use picture::{PictureOptions, Up, picture};
+pub use skin::Model;

@@ -3,6 +3,7 @@
 use super::camera::{Camera, Frame, aspect};
 use super::canvas::{Canvas, Color};
 use super::shade::{Paint, SAMPLES, render};
+use super::skin::Model;
 use super::{font, heat};
 use crate::error::{Error, Result};
 use crate::math::DVec3;
@@ -52,12 +53,19 @@ const LIFT: f64 = 0.5;
 /// Draws `before`, `after`, and `before` with the color of each vertex by its distance, all from the same eye, as PNG.
 ///
 /// A row of three panels for each view; the faces are counted below, and a bar tells the colors in percent of the
-/// diagonal of `before`.
+/// diagonal of `before`. A model with colors or textures is drawn with them, another as clay with lines around its faces.
 ///
 /// # Errors
 /// [`Error::Mesh`] for an invalid mesh; [`Error::Parameter`] for distances that [`heat::heatmap`] refuses, a width
 /// outside 240 to 9600, or another number of views than 1 or 2.
-pub fn picture(before: &Mesh, after: &Mesh, distances: &[f64], options: &PictureOptions) -> Result<Vec<u8>> {
+pub fn picture<'a>(
+    before: impl Into<Model<'a>>,
+    after: impl Into<Model<'a>>,
+    distances: &[f64],
+    options: &PictureOptions,
+) -> Result<Vec<u8>> {
+    let models = [before.into(), after.into()];
+    let [before, after] = models.map(|model| model.mesh);
     before.check()?;
     after.check()?;
     let limit = heat::checked_limit(before, distances, options.limit)?;
@@ -72,12 +80,14 @@ pub fn picture(before: &Mesh, after: &Mesh, distances: &[f64], options: &Picture
     let views: Vec<DVec3> = VIEWS.iter().take(options.views).map(|&view| oriented(view + lift, options.up)).collect();
     let layout = Layout::new(before, &views, options);
     let mut canvas = Canvas::new(options.width, layout.height(views.len()), BACKGROUND);
-    let panels = [(before, Paint::Clay), (after, Paint::Clay), (before, Paint::Heat { distances, limit })];
+    let painted = |model: Model<'a>| (model, if model.is_colored() { Paint::Colors } else { Paint::Clay });
+    let [left, right] = models.map(painted);
+    let panels = [left, right, (before.into(), Paint::Heat { distances, limit })];
     for (row, &view) in views.iter().enumerate() {
         let camera = Camera::new(before, view, oriented(DVec3::Z, options.up), &layout.frame());
-        for (column, &(mesh, paint)) in panels.iter().enumerate() {
-            let pixels = render(mesh, paint, &camera, &layout.frame(), BACKGROUND);
-            canvas.put(column * layout.panel, row * layout.row, layout.panel, &pixels);
+        for (column, &(model, paint)) in panels.iter().enumerate() {
+            let drawn = render(model, paint, &camera, &layout.frame(), BACKGROUND);
+            canvas.put(column * layout.panel, row * layout.row, layout.panel, &drawn.pixels);
         }
     }
     layout.caption(&mut canvas, 0, views.len(), &faces(before));

@@ -27,6 +27,9 @@ pub struct Corner {
     pub nearness: f32,
 }
 
+/// Whether a face is there at a sample.
+pub type IsThere<'a> = dyn Fn(u32, &Outline, [usize; 2], [i64; 3]) -> bool + Sync + 'a;
+
 /// A mesh as a camera sees it.
 #[derive(Debug)]
 pub struct Sight {
@@ -63,6 +66,26 @@ impl Outline {
         let [a, b, c] = self.corners;
         [edge(b, c, at), edge(c, a, at), edge(a, b, at)]
     }
+
+    /// What the areas gain with a step of a sample to the right, and of one down.
+    pub fn gains(&self) -> [[i64; 3]; 2] {
+        let [a, b, c] = self.corners.map(|corner| corner.at.map(i64::from));
+        let legs = [(b, c), (c, a), (a, b)];
+        [legs.map(|(from, to)| (from[1] - to[1]) * STEPS), legs.map(|(from, to)| (to[0] - from[0]) * STEPS)]
+    }
+
+    /// What each corner counts for where these are the areas: their sum is 1. Outside too, unless that is behind the eye.
+    pub fn shares(&self, areas: [i64; 3]) -> Option<[f64; 3]> {
+        // Perspective: what is near counts more.
+        let shares: [f64; 3] = std::array::from_fn(|i| areas[i] as f64 * f64::from(self.corners[i].nearness));
+        let sum = shares.iter().sum::<f64>();
+        (sum > 0.0).then(|| shares.map(|share| share / sum))
+    }
+
+    /// The number that each corner has in its face.
+    pub fn order(&self) -> [usize; 3] {
+        if self.turned { [0, 2, 1] } else { [0, 1, 2] }
+    }
 }
 
 /// Twice the area of the triangle `a`, `b`, `p`.
@@ -78,7 +101,9 @@ pub fn middle(column: usize, row: usize) -> [i32; 2] {
 }
 
 /// Draws `mesh` as `camera` sees it. The mesh must be valid.
-pub fn draw(mesh: &Mesh, camera: &Camera, frame: &Frame) -> Sight {
+///
+/// A face is left out where `is_there` denies it: that is asked with its number, its outline, the sample's place and areas.
+pub fn draw(mesh: &Mesh, camera: &Camera, frame: &Frame, is_there: &IsThere<'_>) -> Sight {
     let place = |steps: f64| steps.round() as i32;
     let corner = |p| match camera.project(p, frame) {
         Some((x, y, nearness)) if (x * STEPS as f64).abs().max((y * STEPS as f64).abs()) < FARTHEST => {
@@ -91,7 +116,7 @@ pub fn draw(mesh: &Mesh, camera: &Camera, frame: &Frame) -> Sight {
     let sight = Sight { frame: *frame, cells, corners };
     mesh.faces.par_iter().enumerate().with_min_len(PARALLEL_ROWS).for_each(|(id, &face)| {
         if let Some(outline) = sight.outline(face) {
-            sight.fill(id as u32, &outline);
+            sight.fill(id as u32, &outline, is_there);
         }
     });
     sight
@@ -110,7 +135,7 @@ impl Sight {
     }
 
     /// Puts a face wherever it is the nearest so far.
-    fn fill(&self, id: u32, outline: &Outline) {
+    fn fill(&self, id: u32, outline: &Outline, is_there: &IsThere<'_>) {
         let [columns, rows] = [(0, self.frame.width), (1, self.frame.height)].map(|(axis, samples)| {
             let places = outline.corners.map(|corner| i64::from(corner.at[axis]));
             let least = places.iter().copied().min().unwrap_or(0);
@@ -121,14 +146,12 @@ impl Sight {
             first as usize..end.max(first) as usize
         });
         let nearness = outline.corners.map(|corner| f64::from(corner.nearness));
-        let [a, b, c] = outline.corners.map(|corner| corner.at.map(i64::from));
         let share = 1.0 / outline.area as f64;
-        // What the three areas gain with a step of a sample to the right.
-        let gains = [(b, c), (c, a), (a, b)].map(|(from, to)| (from[1] - to[1]) * STEPS);
+        let [gains, _] = outline.gains();
         for row in rows {
             let mut areas = outline.areas(middle(columns.start, row));
             for column in columns.clone() {
-                if areas.iter().all(|&area| area >= 0) {
+                if areas.iter().all(|&area| area >= 0) && is_there(id, outline, [column, row], areas) {
                     let [u, v, w] = areas.map(|area| area as f64 * share);
                     let near = (u * nearness[0] + v * nearness[1] + w * nearness[2]) as f32;
                     // The bits of positive floats are in the order of the floats.
@@ -149,6 +172,10 @@ mod tests {
 
     const FRAME: Frame = Frame { width: 8, height: 8, margin: 0 };
 
+    fn everywhere(_: u32, _: &Outline, _: [usize; 2], _: [i64; 3]) -> bool {
+        true
+    }
+
     /// A sight with these corners, in samples.
     fn sight(corners: &[([f64; 2], f32)], faces: &[[u32; 3]]) -> Sight {
         let corners = corners
@@ -158,7 +185,7 @@ mod tests {
         let sight = Sight { frame: FRAME, cells: (0..64).map(|_| AtomicU64::new(u64::MAX)).collect(), corners };
         for (id, &face) in faces.iter().enumerate() {
             if let Some(outline) = sight.outline(face) {
-                sight.fill(id as u32, &outline);
+                sight.fill(id as u32, &outline, &everywhere);
             }
         }
         sight
@@ -220,8 +247,8 @@ mod tests {
         let mesh = torus(200, 150);
         let faces = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-            let sight =
-                pool.install(|| draw(&mesh, &Camera::new(&mesh, DVec3::new(1.0, -1.0, 1.0), DVec3::Z, &frame), &frame));
+            let camera = Camera::new(&mesh, DVec3::new(1.0, -1.0, 1.0), DVec3::Z, &frame);
+            let sight = pool.install(|| draw(&mesh, &camera, &frame, &everywhere));
             sight.cells.into_iter().map(AtomicU64::into_inner).collect::<Vec<_>>()
         };
         let one = faces(1);
@@ -233,7 +260,7 @@ mod tests {
     fn a_ball_is_round_and_shows_its_front() {
         let frame = Frame { width: 100, height: 100, margin: 0 };
         let ball = icosphere(4);
-        let sight = draw(&ball, &Camera::new(&ball, DVec3::NEG_Y, DVec3::Z, &frame), &frame);
+        let sight = draw(&ball, &Camera::new(&ball, DVec3::NEG_Y, DVec3::Z, &frame), &frame, &everywhere);
         let mut covered = 0;
         for (row, column) in (0..100).flat_map(|row| (0..100).map(move |column| (row, column))) {
             if let Some(face) = sight.face(column, row) {

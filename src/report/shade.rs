@@ -1,10 +1,12 @@
-//! From the faces seen to the colors of pixels: two lights, flat faces, thin edges.
+//! From the faces seen to the colors of pixels: lights, and flat faces with thin edges or the surface's own colors.
 
 use rayon::prelude::*;
 
 use super::camera::{Camera, Frame};
+use super::canvas::Color;
 use super::heat;
 use super::raster::{Outline, STEPS, Sight, draw, middle};
+use super::skin::{CLAY, Model, Skin};
 use crate::math::DVec3;
 use crate::mesh::Mesh;
 
@@ -18,8 +20,6 @@ const LINE_SHADE: f32 = 0.5;
 /// faces would fill the picture and darken it.
 const LINES_FROM: f32 = 1.8;
 const LINES_FULL: f32 = 10.0;
-/// What a surface without a heat map is made of: a warm gray, as squares are blended.
-const CLAY: [f32; 3] = [0.66, 0.62, 0.56];
 
 /// A light from afar: where it comes from (right, up, toward the eye; of length 1) and its color.
 struct Light {
@@ -38,34 +38,55 @@ const AMBIENT: f32 = 0.06;
 /// How much of a heat map's brightness the lights decide; the rest is the scale's.
 const HEAT_RELIEF: f32 = 0.55;
 
+/// The share of the light that falls on colors: white stays within the range of pixels.
+const EXPOSURE: f32 = 0.92;
+
 /// What a surface is painted with.
 #[derive(Debug, Clone, Copy)]
 pub enum Paint<'a> {
+    /// None: flat faces, with lines around them.
     Clay,
+    /// Its own colors and textures, smooth where it has normals, without lines.
+    Colors,
     /// By a distance at each vertex, from 0 to the limit.
-    Heat {
-        distances: &'a [f64],
-        limit: f64,
-    },
+    Heat { distances: &'a [f64], limit: f64 },
 }
 
-/// The pixels of `mesh` seen by `camera`, in rows, on `background`; sRGB from 0 to 1. `frame` is in samples.
-pub fn render(mesh: &Mesh, paint: Paint, camera: &Camera, frame: &Frame, background: [f32; 3]) -> Vec<[f32; 3]> {
-    let sight = draw(mesh, camera, frame);
-    let scene = Scene { mesh, paint, camera, sight: &sight };
+/// An image of a model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drawn {
+    /// In rows; sRGB from 0 to 1.
+    pub pixels: Vec<Color>,
+    /// Whether the model covers any sample of a pixel.
+    pub covered: Vec<bool>,
+}
+
+/// Draws `model` as `camera` sees it, on `background`; `frame` is in samples.
+pub fn render(model: Model<'_>, paint: Paint, camera: &Camera, frame: &Frame, background: Color) -> Drawn {
+    let mesh = model.mesh;
+    let skin = Skin::new(model);
+    let sight = match paint {
+        Paint::Colors => draw(mesh, camera, frame, &|id, outline, at, areas| skin.is_there(id, outline, at, areas)),
+        _ => draw(mesh, camera, frame, &|_, _, _, _| true),
+    };
+    let scene = Scene { mesh, skin: &skin, paint, camera, sight: &sight };
     let (width, height) = (frame.width / SAMPLES, frame.height / SAMPLES);
     let background = background.map(|c| c * c);
     let mut pixels = vec![[0.0; 3]; width * height];
-    pixels.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
-        for (x, pixel) in row.iter_mut().enumerate() {
-            *pixel = scene.pixel(x, y, background).map(f32::sqrt);
+    let mut covered = vec![false; width * height];
+    let rows = pixels.par_chunks_mut(width.max(1)).zip(covered.par_chunks_mut(width.max(1)));
+    rows.enumerate().for_each(|(y, (pixels, covered))| {
+        for (x, (pixel, covered)) in pixels.iter_mut().zip(covered).enumerate() {
+            let (light, is_covered) = scene.pixel(x, y, background);
+            (*pixel, *covered) = (light.map(f32::sqrt), is_covered);
         }
     });
-    pixels
+    Drawn { pixels, covered }
 }
 
 struct Scene<'a> {
     mesh: &'a Mesh,
+    skin: &'a Skin<'a>,
     paint: Paint<'a>,
     camera: &'a Camera,
     sight: &'a Sight,
@@ -77,21 +98,26 @@ struct Seen {
     outline: Outline,
     /// The corners' vertices, in the order of the outline.
     vertices: [u32; 3],
+    /// The normals of these, toward the eye and along its axes, where the surface is smooth.
+    normals: Option<[DVec3; 3]>,
+    /// Of the whole face, where it is flat.
     light: [f32; 3],
     /// How dark its lines are, from 0 to 1.
     lines: f32,
 }
 
 impl Scene<'_> {
-    /// The mean of a pixel's samples, in squares.
-    fn pixel(&self, x: usize, y: usize, background: [f32; 3]) -> [f32; 3] {
+    /// The mean of a pixel's samples, in squares, and whether any of them is covered.
+    fn pixel(&self, x: usize, y: usize, background: [f32; 3]) -> ([f32; 3], bool) {
         let mut sum = [0.0; 3];
         let mut seen: Option<Seen> = None;
+        let mut is_covered = false;
         for (row, column) in (0..SAMPLES).flat_map(|row| (0..SAMPLES).map(move |column| (row, column))) {
             let (column, row) = (x * SAMPLES + column, y * SAMPLES + row);
             let color = match self.sight.face(column, row) {
                 None => background,
                 Some(id) => {
+                    is_covered = true;
                     if seen.as_ref().is_none_or(|seen| seen.id != id) {
                         seen = self.look_at(id);
                     }
@@ -100,45 +126,60 @@ impl Scene<'_> {
             };
             sum = std::array::from_fn(|i| sum[i] + color[i]);
         }
-        sum.map(|c| (c / (SAMPLES * SAMPLES) as f32).min(1.0))
+        (sum.map(|c| (c / (SAMPLES * SAMPLES) as f32).min(1.0)), is_covered)
     }
 
     fn look_at(&self, id: u32) -> Option<Seen> {
         let face = self.mesh.faces[id as usize];
         let outline = self.sight.outline(face)?;
-        let [a, b, c] = face;
         let size = ((outline.area as f32 / 2.0).sqrt()) / (STEPS * SAMPLES as i64) as f32;
+        let vertices = outline.order().map(|corner| face[corner]);
+        let normal = self.toward_eye(face);
         Some(Seen {
             id,
             outline,
-            vertices: if outline.turned { [a, c, b] } else { face },
-            light: self.light(face),
-            lines: smoothstep((size - LINES_FROM) / (LINES_FULL - LINES_FROM)),
+            vertices,
+            normals: self.normals(vertices, normal),
+            light: light(normal),
+            lines: match self.paint {
+                Paint::Colors => 0.0,
+                _ => smoothstep((size - LINES_FROM) / (LINES_FULL - LINES_FROM)),
+            },
         })
     }
 
-    /// The light that a face sends to the eye: both its sides are lit.
-    fn light(&self, face: [u32; 3]) -> [f32; 3] {
+    /// A face's normal along the axes of the eye, and toward it: both its sides are lit.
+    fn toward_eye(&self, face: [u32; 3]) -> DVec3 {
         let corner = |v: u32| self.mesh.positions[v as usize];
         let normal = self.camera.direction(self.mesh.cross(face).normalize_or_zero());
         let facing = normal.dot(self.camera.eye_from(corner(face[0])));
-        let normal = if facing < 0.0 { -normal } else { normal };
-        LIGHTS.iter().fold([AMBIENT; 3], |sum, light| {
-            let lit = normal.dot(light.from).max(0.0) as f32;
-            std::array::from_fn(|i| sum[i] + lit * light.color[i])
-        })
+        if facing < 0.0 { -normal } else { normal }
+    }
+
+    /// The normals of a face's vertices on the side of `normal`, where colors are drawn and all have one.
+    fn normals(&self, vertices: [u32; 3], normal: DVec3) -> Option<[DVec3; 3]> {
+        let normals = self.mesh.normals.as_ref().filter(|_| matches!(self.paint, Paint::Colors))?;
+        let normals = vertices.map(|v| self.camera.direction(normals[v as usize].as_dvec3()));
+        let side = normals.iter().sum::<DVec3>().dot(normal);
+        let are_there = normals.iter().all(|normal| normal.is_finite() && *normal != DVec3::ZERO);
+        are_there.then(|| normals.map(|normal| if side < 0.0 { -normal } else { normal }))
     }
 
     fn sample(&self, seen: &Seen, at: [i32; 2]) -> [f32; 3] {
-        let areas = seen.outline.areas(at);
+        let outline = &seen.outline;
+        let areas = outline.areas(at);
+        let shares = outline.shares(areas).unwrap_or_default();
         let color = match self.paint {
             Paint::Clay => std::array::from_fn(|i| CLAY[i] * seen.light[i]),
+            Paint::Colors => {
+                let smooth = |normals: [DVec3; 3]| light((0..3).map(|i| normals[i] * shares[i]).sum());
+                let [r, g, b, _] = self.skin.color(seen.id, outline, areas);
+                let light = seen.normals.map_or(seen.light, smooth);
+                std::array::from_fn(|i| EXPOSURE * [r, g, b][i] * light[i])
+            }
             Paint::Heat { distances, limit } => {
-                // Perspective: the shares are of nearness times area.
-                let shares: [f64; 3] =
-                    std::array::from_fn(|i| areas[i] as f64 * f64::from(seen.outline.corners[i].nearness));
-                let sum: f64 = (0..3).map(|i| shares[i] * distances[seen.vertices[i] as usize]).sum();
-                let color = heat::color(heat::share(sum / shares.iter().sum::<f64>(), limit));
+                let distance = (0..3).map(|i| shares[i] * distances[seen.vertices[i] as usize]).sum();
+                let color = heat::color(heat::share(distance, limit));
                 let gray = seen.light[1] * HEAT_RELIEF + (1.0 - HEAT_RELIEF) * 0.85;
                 color.map(|c| c * c * gray)
             }
@@ -146,9 +187,18 @@ impl Scene<'_> {
         if seen.lines == 0.0 {
             return color;
         }
-        let light = 1.0 - LINE_SHADE * seen.lines * line(&seen.outline, areas);
+        let light = 1.0 - LINE_SHADE * seen.lines * line(outline, areas);
         color.map(|c| c * light)
     }
+}
+
+/// The light that a surface sends to the eye, by its normal along the axes of the eye, of any length.
+fn light(normal: DVec3) -> [f32; 3] {
+    let normal = normal.normalize_or_zero();
+    LIGHTS.iter().fold([AMBIENT; 3], |sum, light| {
+        let lit = normal.dot(light.from).max(0.0) as f32;
+        std::array::from_fn(|i| sum[i] + lit * light.color[i])
+    })
 }
 
 /// How much of a sample the lines along the edges cover, from 0 to 1.
@@ -177,7 +227,7 @@ mod tests {
         let mut mesh = icosphere(4);
         let camera = Camera::new(&mesh, DVec3::NEG_Y, DVec3::Z, &FRAME);
         mesh.faces.iter_mut().for_each(|face| *face = faces(*face));
-        render(&mesh, paint, &camera, &FRAME, [1.0; 3])
+        render((&mesh).into(), paint, &camera, &FRAME, [1.0; 3]).pixels
     }
 
     #[test]
@@ -205,8 +255,8 @@ mod tests {
         let darkest = |level| {
             let mesh = icosphere(level);
             let frame = Frame { width: 200 * SAMPLES, height: 200 * SAMPLES, margin: 0 };
-            let pixels =
-                render(&mesh, Paint::Clay, &Camera::new(&mesh, DVec3::NEG_Y, DVec3::Z, &frame), &frame, [1.0; 3]);
+            let camera = Camera::new(&mesh, DVec3::NEG_Y, DVec3::Z, &frame);
+            let pixels = render((&mesh).into(), Paint::Clay, &camera, &frame, [1.0; 3]).pixels;
             // Around the middle of the ball the light hardly changes, so a step is a line.
             let row = &pixels[100 * 200 + 90..100 * 200 + 110];
             row.windows(2).map(|pair| (pair[0][0] - pair[1][0]).abs()).fold(0.0, f32::max)

@@ -72,6 +72,7 @@ fn json_has_its_fields() {
         "diagonal",
         "forward",
         "heatmap",
+        "images",
         "kinds",
         "peak_memory",
         "picture",
@@ -102,6 +103,7 @@ fn json_has_its_fields() {
         ("device", "CPU, 1 thread".into()),
         ("samples", 1000.into()),
         ("seed", 7.into()),
+        ("images", Value::Null),
         ("screen", Value::Null),
         ("texture", Value::Null),
         ("heatmap", Value::Null),
@@ -148,6 +150,34 @@ fn textures_are_compared_where_both_have_them() {
     assert!((greatest - 0.5).abs() < 1e-6, "{greatest}");
     let table = String::from_utf8(dir.run("compare a.obj b.obj -g cpu").succeeds().out).expect("UTF-8");
     assert!(table.lines().any(|line| line == "texture, mapping        0.50000"), "{table}");
+}
+
+#[test]
+fn images_show_what_materials_do() {
+    let dir = Dir::new();
+    let square = |material: &str| {
+        format!("mtllib colors.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl {material}\nf 1 2 3\nf 1 3 4\n")
+    };
+    dir.file("colors.mtl", "newmtl black\nKd 0\nnewmtl gray\nKd 0.5\nnewmtl lost\nKd 0.5\nmap_Kd gone.png\n");
+    dir.file("black.obj", square("black")).file("gray.obj", square("gray")).file("lost.obj", square("lost"));
+    let record = dir.run("compare black.obj gray.obj -g cpu --images --json").succeeds().json();
+    let images = &record["images"];
+    assert_eq!((keys(images), keys(&images["greatest"])), (keys_of("greatest rmse"), keys_of("rmse view")));
+    // Half of what a white square sends to the eye.
+    let rmse = images["rmse"].as_f64().expect("a number");
+    assert!((rmse - 0.5 * (0.92_f64 * 0.80773).sqrt()).abs() < 1e-4, "{images}");
+    assert_eq!(images["greatest"]["view"], "+z");
+    let ran = dir.run("compare gray.obj lost.obj -g cpu --images").succeeds();
+    let table = String::from_utf8(ran.out.clone()).expect("UTF-8");
+    assert!(table.lines().any(|line| line == "images, six sides       0 root mean square, 0 from +x"), "{table}");
+    assert!(ran.err.contains("warning: 'lost.obj': the texture 'gone.png' is not drawn: cannot read"), "{}", ran.err);
+    // Nobody looks, nothing is missed.
+    let ran = dir.run("compare gray.obj lost.obj -g cpu").succeeds();
+    assert!(!ran.err.contains("texture"), "{}", ran.err);
+}
+
+fn keys_of(words: &str) -> Vec<String> {
+    words.split(' ').map(Into::into).collect()
 }
 
 #[test]

@@ -67,6 +67,14 @@ pub struct Measuring {
     /// FOV degrees from the lower to the upper edge of a picture HEIGHT pixels high.
     #[arg(long, value_name = "DISTANCE,FOV,HEIGHT", value_parser = values::view)]
     pub view: Option<View>,
+
+    /// Compare images of both from six sides
+    ///
+    /// Draws both meshes as --picture does, with colors and textures, from six sides and 512 pixels high, by the same camera,
+    /// and tells the root of the mean square difference of all pixels that either covers, of 1 for black against white, and
+    /// where it is the greatest. Takes a second or two.
+    #[arg(long)]
+    pub images: bool,
 }
 
 #[derive(Debug, Args)]
@@ -81,8 +89,9 @@ pub struct Drawing {
 
     /// Draw A, B and the deviation: a PNG file
     ///
-    /// Draws the first mesh, the second, and the first colored by deviation, all from the same eye. It is drawn on the
-    /// CPU, with the same bytes everywhere, in about a second for a million faces.
+    /// Draws the first mesh, the second, and the first colored by deviation, all from the same eye. Meshes with colors or
+    /// textures (glTF; OBJ with its materials beside it; PNG and JPEG) are drawn with them. It is drawn on the CPU, with the
+    /// same bytes everywhere, in about a second for a million faces.
     #[arg(long, value_name = "PNG")]
     pub picture: Option<PathBuf>,
 

@@ -3,13 +3,13 @@
 mod record;
 mod table;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use coarsen::backend::Selector;
-use coarsen::formats::{self, Format, WriteOptions};
+use coarsen::formats::{self, Format, Looks, Scene, WriteOptions};
 use coarsen::metrics::{self, Options, View};
-use coarsen::report::{self, PictureOptions, Up};
+use coarsen::report::{self, ImageDifference, Model, PictureOptions, Up};
 use coarsen::{Device, Mesh};
 
 use self::record::{Record, Seconds};
@@ -27,6 +27,7 @@ pub struct Job {
     b: Source,
     options: Options,
     view: Option<View>,
+    images: bool,
     heatmap: Option<PathBuf>,
     picture: Option<PathBuf>,
     drawing: PictureOptions,
@@ -83,6 +84,7 @@ impl Job {
                 kinds: args.measuring.kinds,
             },
             view: args.measuring.view,
+            images: args.measuring.images,
             heatmap,
             picture,
             drawing: PictureOptions {
@@ -103,7 +105,7 @@ impl Job {
 }
 
 /// Refuses a heat map whose format drops the colors.
-fn carries_colors(path: &std::path::Path) -> anyhow::Result<()> {
+fn carries_colors(path: &Path) -> anyhow::Result<()> {
     let (format, _) = Format::from_path(path)?;
     if format.traits().colors.is_empty() {
         let message = format!("{} carries no colors: write the heat map as PLY, OBJ or OFF", format.name());
@@ -124,13 +126,17 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
         console::note(job.verbosity, note);
     }
     let mut seconds = Seconds::default();
-    let (a, b) = timed(&mut seconds.read, || device.install(|| anyhow::Ok((job.a.read()?, job.b.read()?))))?;
+    let read = || device.install(|| anyhow::Ok((Input::read(&job.a, job)?, Input::read(&job.b, job)?)));
+    let (a, b) = timed(&mut seconds.read, read)?;
+    for warning in a.looks.warnings.iter().chain(&b.looks.warnings) {
+        console::warning(job.verbosity, warning);
+    }
     let names = format!("{} and {}", job.a, job.b);
-    let comparison = timed(&mut seconds.measure, || metrics::compare(&a, &b, &job.options, &device))
+    let comparison = timed(&mut seconds.measure, || metrics::compare(a.mesh(), b.mesh(), &job.options, &device))
         .map_err(|error| at(names.as_ref(), error))?;
-    timed(&mut seconds.draw, || draw(job, &a, &b, &device))?;
+    let images = timed(&mut seconds.draw, || draw(job, &a, &b, &device))?;
     seconds.total = clock.elapsed().as_secs_f64();
-    let record = Record::new(job, &device, comparison, seconds);
+    let record = Record::new(job, &device, comparison, images, seconds);
     if job.json {
         console::print_json(&record)?;
     } else {
@@ -139,23 +145,50 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
     Ok(if interrupt::asked() { Exit::Interrupted } else { Exit::Done })
 }
 
-/// Writes heat map and picture, if they are asked for.
-fn draw(job: &Job, a: &Mesh, b: &Mesh, device: &Device) -> anyhow::Result<()> {
-    if job.heatmap.is_none() && job.picture.is_none() {
-        return Ok(());
+/// An input and how its materials look.
+struct Input {
+    scene: Scene,
+    looks: Looks,
+}
+
+impl Input {
+    /// Reads an input; what its materials look like only where somebody looks.
+    fn read(source: &Source, job: &Job) -> anyhow::Result<Self> {
+        let scene = source.read_scene()?;
+        let folder = source.path().and_then(Path::parent);
+        let are_seen = job.images || job.picture.is_some();
+        let mut looks = if are_seen { formats::looks(&scene, folder) } else { Looks::default() };
+        looks.warnings.iter_mut().for_each(|warning| *warning = format!("'{source}': {warning}"));
+        Ok(Self { scene, looks })
     }
-    let distances = metrics::vertex_distances(a, b, device)?;
-    device.install(|| {
-        if let Some(path) = &job.heatmap {
-            let map = report::heatmap(a, &distances, job.drawing.limit)?;
-            interrupt::shielded(|| formats::write(&map, path, &WriteOptions::default()))?;
-        }
-        if let Some(path) = &job.picture {
-            let png = report::picture(a, b, &distances, &job.drawing)?;
-            interrupt::shielded(|| formats::write_file(path, &png))?;
-        }
-        Ok(())
-    })
+
+    fn mesh(&self) -> &Mesh {
+        &self.scene.mesh
+    }
+
+    fn model(&self) -> Model<'_> {
+        Model { mesh: self.mesh(), looks: &self.looks.of_material }
+    }
+}
+
+/// Writes heat map and picture and compares images, if they are asked for.
+fn draw(job: &Job, a: &Input, b: &Input, device: &Device) -> anyhow::Result<Option<ImageDifference>> {
+    if job.heatmap.is_some() || job.picture.is_some() {
+        let distances = metrics::vertex_distances(a.mesh(), b.mesh(), device)?;
+        device.install(|| {
+            if let Some(path) = &job.heatmap {
+                let map = report::heatmap(a.mesh(), &distances, job.drawing.limit)?;
+                interrupt::shielded(|| formats::write(&map, path, &WriteOptions::default()))?;
+            }
+            if let Some(path) = &job.picture {
+                let png = report::picture(a.model(), b.model(), &distances, &job.drawing)?;
+                interrupt::shielded(|| formats::write_file(path, &png))?;
+            }
+            anyhow::Ok(())
+        })?;
+    }
+    let compared = job.images.then(|| device.install(|| report::image_difference(a.model(), b.model())));
+    Ok(compared.transpose()?)
 }
 
 fn timed<R>(seconds: &mut f64, work: impl FnOnce() -> R) -> R {

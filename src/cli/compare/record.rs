@@ -5,6 +5,7 @@ use std::path::Path;
 use coarsen::Device;
 use coarsen::mesh::Topology;
 use coarsen::metrics::{Comparison, Kinds, Quality, Side, Spread, TextureDeviation, View};
+use coarsen::report::ImageDifference;
 use serde::Serialize;
 
 use super::Job;
@@ -38,6 +39,8 @@ pub struct Record {
     pub topology: Pair<Topology>,
     /// Where both have texture coordinates.
     pub texture: Option<TextureDeviation>,
+    /// With --images.
+    pub images: Option<ImageDifference>,
     /// With --view.
     pub screen: Option<Screen>,
     heatmap: Option<String>,
@@ -72,7 +75,13 @@ pub struct Seconds {
 
 impl Record {
     /// The record of a job that is done.
-    pub fn new(job: &Job, device: &Device, comparison: Comparison, seconds: Seconds) -> Self {
+    pub fn new(
+        job: &Job,
+        device: &Device,
+        comparison: Comparison,
+        images: Option<ImageDifference>,
+        seconds: Seconds,
+    ) -> Self {
         let Comparison { deviation, quality, topology, texture } = comparison;
         let symmetric = deviation.symmetric();
         let diagonal = deviation.diagonal;
@@ -94,6 +103,7 @@ impl Record {
             quality: quality.into(),
             topology: topology.into(),
             texture,
+            images,
             screen: job.view.map(|view| Screen { view, pixels: each(symmetric, |length| view.pixels(length)) }),
             heatmap: job.heatmap.as_deref().map(path),
             picture: job.picture.as_deref().map(path),

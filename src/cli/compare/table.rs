@@ -32,6 +32,11 @@ pub fn table(record: &Record) -> String {
         line(&mut text, "texture, mapping", figure(texture.mapping_distance));
         line(&mut text, "texture, in common", format!("{:.2} %", 100.0 * texture.covered));
     }
+    if let Some(images) = &record.images {
+        let (rmse, greatest) = (figure(images.rmse), figure(images.greatest.rmse));
+        let value = format!("{rmse} root mean square, {greatest} from {}", images.greatest.view);
+        line(&mut text, "images, six sides", value);
+    }
     if let Some(screen) = &record.screen {
         let [max, rms] = [screen.pixels.max, screen.pixels.rms].map(figure);
         line(&mut text, "on the screen", format!("{max} pixels at most, {rms} root mean square"));

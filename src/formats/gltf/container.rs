@@ -1,8 +1,7 @@
 //! Where JSON and bytes lie: in a GLB, beside each other, or the bytes in the JSON.
 
 use std::borrow::Cow;
-use std::fs;
-use std::path::{Component, Path};
+use std::path::Path;
 
 use base64::Engine as _;
 use base64::alphabet;
@@ -13,6 +12,7 @@ use super::FORMAT;
 use super::json::Json;
 use crate::error::{Error, Place, Result};
 use crate::formats::Format;
+use crate::formats::looks::{path_beside, read_whole};
 
 /// Reads base64 with and without the padding, and with stray bits, as writers leave them.
 pub(super) const BASE64: GeneralPurpose = GeneralPurpose::new(
@@ -131,34 +131,24 @@ fn load_one<'a>(index: usize, json: &Json<'_>, chunk: Option<&'a [u8]>, folder: 
 }
 
 /// The bytes of a data URI behind its `data:`.
-fn decode(json: &Json<'_>, data: &str) -> Result<Vec<u8>> {
+pub(super) fn decode(json: &Json<'_>, data: &str) -> Result<Vec<u8>> {
     let encoded = data.split_once(',').filter(|(kind, _)| kind.ends_with(";base64")).map(|(_, encoded)| encoded);
     let Some(encoded) = encoded else { return Err(json.error("found a data URI that is not base64")) };
     BASE64.decode(encoded).map_err(|error| json.error(format!("the data URI does not decode: {error}")))
 }
 
 /// The file that a relative URI names.
-fn read_beside(json: &Json<'_>, uri: &str, folder: Option<&Path>) -> Result<Vec<u8>> {
+pub(super) fn read_beside(json: &Json<'_>, uri: &str, folder: Option<&Path>) -> Result<Vec<u8>> {
     let shown = crate::formats::text::quote(uri.as_bytes());
     let Some(folder) = folder else {
-        let message = format!("the buffer {shown} lies in a file of its own, which a stream has not: give a path");
+        let message = format!("{shown} lies in a file of its own, which a stream has not: give a path");
         return Err(Error::Unsupported(format!("glTF {}: {message}", json.path)));
     };
-    let name = percent_decoded(uri).filter(|name| !name.contains('\0'));
-    let is_relative = |name: &String| {
-        let is_plain = |part| matches!(part, Component::Normal(_) | Component::ParentDir | Component::CurDir);
-        !name.is_empty() && !uri.contains("://") && Path::new(name).components().all(is_plain)
-    };
-    let Some(name) = name.filter(is_relative) else {
-        return Err(json.error(format!("found the URI {shown}, expected a relative one")));
-    };
-    let path = folder.join(name);
-    let read = match fs::metadata(&path) {
-        Ok(metadata) if !metadata.is_file() => Err(std::io::ErrorKind::InvalidInput.into()),
-        Ok(_) => fs::read(&path),
-        Err(error) => Err(error),
-    };
-    read.map_err(|source| Error::Read { path, source })
+    let path = percent_decoded(uri).filter(|_| !uri.contains("://")).and_then(|name| path_beside(folder, &name));
+    match path {
+        Some(path) => read_whole(path),
+        None => Err(json.error(format!("found the URI {shown}, expected a relative one"))),
+    }
 }
 
 /// A text with its `%20` and the like decoded; `None` where they are not UTF-8.

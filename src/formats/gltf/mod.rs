@@ -24,6 +24,7 @@ mod document;
 mod file;
 mod fresh;
 mod json;
+mod looks;
 mod number;
 mod part;
 mod read;
@@ -43,6 +44,7 @@ use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use accessor::Store;
 pub use document::Gltf;
+pub(super) use looks::looks;
 
 const FORMAT: &str = "glTF";
 

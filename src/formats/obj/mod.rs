@@ -11,6 +11,7 @@
 //! line again.
 
 mod groups;
+mod looks;
 mod normalize;
 mod plain;
 mod read;
@@ -18,6 +19,7 @@ mod shading;
 mod words;
 mod write;
 
+pub(super) use looks::looks;
 pub(super) use read::read;
 pub(super) use write::{write, write_objects};
 

@@ -25,12 +25,14 @@ mod color;
 mod face;
 mod fixed;
 mod header;
+mod looks;
 mod property;
 mod scalar;
 mod stream;
 mod vertex;
 mod write;
 
+pub(super) use looks::look;
 pub(super) use property::read_property;
 pub(crate) use stream::Tables;
 pub(super) use write::write;

@@ -1,0 +1,122 @@
+//! How the materials of a document look: their base colors.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use super::color;
+use super::container;
+use super::document::Gltf;
+use super::json::Json;
+use crate::error::Result;
+use crate::formats::looks::Pictures;
+use crate::looks::{Image, Look, Opacity, Texture, Wrap};
+use crate::math::DVec2;
+
+/// The extension that older files have instead of a base color.
+const GLOSSY: &str = "KHR_materials_pbrSpecularGlossiness";
+/// The extension that moves pictures about.
+const TRANSFORM: &str = "KHR_texture_transform";
+
+/// A look for each part.
+pub(in crate::formats) fn looks(document: &Gltf, pictures: &mut Pictures) -> Vec<Look> {
+    let root = Json::root(&document.json);
+    let mut known: Vec<(usize, Look)> = Vec::new();
+    let mut look = |number: usize| {
+        if let Some((_, look)) = known.iter().find(|(known, _)| *known == number) {
+            return look.clone();
+        }
+        let made = root.element("materials", number).and_then(|material| of_material(document, &material, pictures));
+        let look = made.unwrap_or_else(|error| {
+            pictures.warn(format!("materials[{number}] is drawn white: {error}"));
+            Look::default()
+        });
+        known.push((number, look.clone()));
+        look
+    };
+    let number = |mesh: usize, primitive: usize| {
+        root.element("meshes", mesh).ok()?.element("primitives", primitive).ok()?.optional_whole("material").ok()?
+    };
+    let numbers = document.parts.iter().map(|part| number(part.mesh, part.primitive));
+    numbers.map(|number| number.map_or_else(Look::default, &mut look)).collect()
+}
+
+fn of_material(document: &Gltf, material: &Json<'_>, pictures: &mut Pictures) -> Result<Look> {
+    let glossy = material.get("extensions").and_then(|extensions| extensions.get(GLOSSY));
+    let (surface, factor, texture) = match (material.get("pbrMetallicRoughness"), glossy) {
+        (_, Some(glossy)) => (Some(glossy), "diffuseFactor", "diffuseTexture"),
+        (surface, None) => (surface, "baseColorFactor", "baseColorTexture"),
+    };
+    let opacity = match material.text("alphaMode")? {
+        Some("MASK") => Opacity::Mask(number(material, "alphaCutoff", 0.5) as f32),
+        Some("BLEND") => Opacity::Blend,
+        _ => Opacity::Opaque,
+    };
+    let mut look = Look { opacity, ..Look::default() };
+    let Some(surface) = surface else { return Ok(look) };
+    if let Some(light) = surface.numbers::<4>(factor)? {
+        look.color = color::of_light(&light.map(|channel| channel as f32));
+    }
+    if let Some(texture) = surface.get(texture) {
+        look.texture = of_texture(document, &texture, pictures)?;
+    }
+    Ok(look)
+}
+
+/// The texture that a material names, unless its picture is missing or broken.
+fn of_texture(document: &Gltf, named: &Json<'_>, pictures: &mut Pictures) -> Result<Option<Texture>> {
+    let root = Json::root(&document.json);
+    let texture = root.element("textures", named.need("index")?.whole()?)?;
+    let Some(source) = texture.optional_whole("source")? else {
+        pictures.warn(format!("{} is not drawn: its picture is neither PNG nor JPEG", texture.path));
+        return Ok(None);
+    };
+    let Some(image) = picture(document, source, pictures) else { return Ok(None) };
+    let mut set = named.optional_whole("texCoord")?.unwrap_or(0);
+    let mut transform = Texture::DOWN;
+    if let Some(moved) = named.get("extensions").and_then(|extensions| extensions.get(TRANSFORM)) {
+        set = moved.optional_whole("texCoord")?.unwrap_or(set);
+        let scale = moved.numbers::<2>("scale")?.map_or(DVec2::ONE, DVec2::from);
+        let offset = moved.numbers::<2>("offset")?.map_or(DVec2::ZERO, DVec2::from);
+        // The last bits of sines differ between systems.
+        let turn = DVec2::from_angle(number(&moved, "rotation", 0.0)).as_vec2().as_dvec2();
+        // Counter-clockwise on a picture whose second axis points down.
+        transform = [DVec2::new(turn.x, -turn.y) * scale.x, DVec2::new(turn.y, turn.x) * scale.y, offset];
+    }
+    let sampler = match texture.optional_whole("sampler")? {
+        Some(sampler) => Some(root.element("samplers", sampler)?),
+        None => None,
+    };
+    let wrap = |key: &str| -> Result<Wrap> {
+        Ok(match sampler.as_ref().map(|sampler| sampler.optional_whole(key)).transpose()?.flatten() {
+            Some(33071) => Wrap::Clamp,
+            Some(33648) => Wrap::Mirror,
+            _ => Wrap::Repeat,
+        })
+    };
+    let wrap = [wrap("wrapS")?, wrap("wrapT")?];
+    let channel = (set > 0).then(|| format!("TEXCOORD_{set}"));
+    Ok(Some(Texture { image, channel, transform, wrap }))
+}
+
+fn picture(document: &Gltf, number: usize, pictures: &mut Pictures) -> Option<Arc<Image>> {
+    pictures.get(&format!("images[{number}]"), || {
+        let root = Json::root(&document.json);
+        let image = root.element("images", number)?;
+        if let Some(uri) = image.text("uri")? {
+            return Ok(Cow::Owned(match uri.strip_prefix("data:") {
+                Some(data) => container::decode(&image, data)?,
+                None => container::read_beside(&image, uri, document.folder.as_deref())?,
+            }));
+        }
+        let view = root.element("bufferViews", image.need("bufferView")?.whole()?)?;
+        let start = view.optional_whole("byteOffset")?.unwrap_or(0);
+        let length = view.need("byteLength")?.whole()?;
+        let bytes = document.binary.get(start..).and_then(|bytes| bytes.get(..length));
+        bytes.map(Cow::Borrowed).ok_or_else(|| view.error("lies outside of its buffer"))
+    })
+}
+
+/// A number that may be there.
+fn number(json: &Json<'_>, key: &str, otherwise: f64) -> f64 {
+    json.get(key).and_then(|member| member.value.as_f64()).unwrap_or(otherwise)
+}
