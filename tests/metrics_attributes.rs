@@ -104,13 +104,16 @@ fn measures_do_not_depend_on_place_and_grow_with_size() {
 }
 
 #[test]
-fn simplify_says_that_it_drops_the_texture() {
+fn methods_without_seams_say_that_they_drop_the_texture() {
     let device = Device::cpu(1).expect("the CPU");
-    let dropped = |mesh: &Mesh| {
-        let outcome = simplify(mesh, &Method::default(), &Budget::faces(200), &device, None).expect("a valid mesh");
-        assert_eq!(outcome.mesh.texcoords, None);
-        outcome.warnings.iter().any(|warning| warning.contains("texture coordinates are dropped"))
+    let dropped = |mesh: &Mesh, method: Method| {
+        let outcome = simplify(mesh, &method, &Budget::faces(200), &device, None).expect("a valid mesh");
+        let is_told = outcome.warnings.iter().any(|warning| warning.contains("texture coordinates are dropped"));
+        assert_eq!(outcome.mesh.texcoords.is_none(), is_told || mesh.texcoords.is_none());
+        is_told
     };
-    assert!(dropped(&two_charts()));
-    assert!(!dropped(&shapes::torus(24, 16)));
+    let removal = || Method::Removal(coarsen::removal::Options::default());
+    assert!(dropped(&two_charts(), removal()));
+    assert!(!dropped(&shapes::torus(24, 16), removal()));
+    assert!(!dropped(&two_charts(), Method::default()));
 }
