@@ -3,7 +3,7 @@
 
 mod support;
 
-use coarsen::contract::{Metric, Options};
+use coarsen::contract::{Attributes, Metric, Options};
 use coarsen::kernel::volume_costs::VOLUME_REGULARIZATION;
 use coarsen::math::DVec3;
 use coarsen::mesh::{sample, weld};
@@ -35,7 +35,7 @@ const PEERS: [(&str, [f64; 2], [f64; 2]); 8] = [
 ];
 
 fn contract(mesh: &Mesh, metric: Metric, faces: usize) -> coarsen::Result<coarsen::Outcome> {
-    let method = Method::Contract(Options { metric, ..Options::default() });
+    let method = Method::Contract(Options { metric, attributes: Attributes::drop_all(), ..Options::default() });
     coarsen::simplify(mesh, &method, &Budget::faces(faces), &Device::cpu(0)?, None)
 }
 

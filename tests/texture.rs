@@ -9,7 +9,7 @@ use coarsen::formats;
 use coarsen::math::{DVec3, Vec2};
 use coarsen::mesh::{sample, shapes, weld};
 use coarsen::metrics::texture_deviation;
-use coarsen::{Budget, Device, Error, Mesh, Method, Outcome, StopReason, simplify};
+use coarsen::{Budget, Device, Mesh, Method, Outcome, StopReason, simplify};
 use support::engine::{METRICS, bytes, cpu, gpu};
 use support::models;
 use support::texture::{area, folds, rows, seam_ends, textured};
@@ -278,7 +278,7 @@ fn real_textures_follow_the_surface() {
             let diagonal = mesh.diagonal();
             let [max, rms] = [found.deviation.max, found.deviation.rms].map(|length| length / diagonal);
             println!("{name} {share}: {:?}, texture {max:.2e} {rms:.2e} on {:.3}", outcome.stop, found.covered);
-            assert!(rms < 2e-3 && found.covered > 0.97, "{name} {share}: {rms:.1e} {}", found.covered);
+            assert!(rms < 2e-3 && found.covered > 0.96, "{name} {share}: {rms:.1e} {}", found.covered);
         }
     }
 }

@@ -8,6 +8,7 @@ use crate::progressive::{self, CollapseLog};
 
 use super::carry::{Carried, MOVED_FROM};
 use super::commit::Committed;
+use super::layout::Origin;
 use super::prepare::Prepared;
 use super::restore::model_position;
 
@@ -24,7 +25,12 @@ impl<'a> Recorder<'a> {
     pub fn new(input: &'a Mesh, prepared: &Prepared) -> Self {
         let Prepared { frame, carried, lowest, .. } = prepared;
         let faces = carried.face_origin.iter().map(|origin| origin & !TURNED);
-        Self { input, frame: *frame, log: CollapseLog::new(input, lowest.as_deref(), &carried.origin, faces) }
+        let carries = |origin| {
+            carried.wedges.as_ref().is_some_and(|w| w.layout.layers.iter().any(|layer| layer.origin == origin))
+        };
+        let carries = [Origin::Normals, Origin::Colors].map(carries);
+        let log = CollapseLog::new(input, lowest.as_deref(), &carried.origin, faces, carries);
+        Self { input, frame: *frame, log }
     }
 
     /// Notes a round before it is compacted: `before` are the origins as it began, which follow it.

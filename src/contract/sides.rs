@@ -147,10 +147,9 @@ impl Sides {
             1 | 2 => {}
             _ => return Err(Rejection::Seam),
         }
-        if on_seam == [true, true] {
-            if self.sides.len() < 2 || dying().any(|face| self.closes(face, pair)) {
-                return Err(Rejection::Seam);
-            }
+        let tears = || self.sides.len() < 2 || dying().any(|face| self.closes(face, pair));
+        if on_seam == [true, true] && tears() {
+            return Err(Rejection::Seam);
         }
         // Along a seam the wedges of either end are two, but where it ends.
         let meets = |end: usize| self.sides.len() == 2 && self.sides[0].wedges[end] == self.sides[1].wedges[end];

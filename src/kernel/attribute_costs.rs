@@ -337,6 +337,7 @@ impl Kernel for AttributeCosts<'_> {
     const NAME: &'static str = "attribute_costs";
     const SOURCE: &'static str = include_str!("../../shaders/attribute_costs.wgsl");
     const SHARED: &'static [&'static str] = &[
+        include_str!("../../shaders/shared/attribute_terms.wgsl"),
         include_str!("../../shaders/shared/border_term.wgsl"),
         include_str!("../../shaders/shared/half_edges.wgsl"),
         include_str!("../../shaders/shared/pair_quadric.wgsl"),

@@ -1,4 +1,4 @@
-//! What attributes add to the cost of a pair, number by number. In WGSL: `shaders/attribute_costs.wgsl`, line for line.
+//! What attributes add to the cost of a pair, number by number. In WGSL: `shaders/shared/attribute_terms.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
 

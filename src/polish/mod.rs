@@ -9,6 +9,7 @@
 //! a flip looks at those of its two faces alone.
 
 mod samples;
+mod seams;
 mod sweep;
 
 use std::time::Instant;
@@ -61,7 +62,8 @@ pub struct Flipped {
     pub warning: Option<String>,
 }
 
-/// Turns edges of `result`, which came of `original`. Only the faces change; colors of faces, which belong to none any more, are dropped.
+/// Turns edges of `result`, which came of `original`. Only the faces change, and with them the texture at
+/// their corners; no edge of a seam turns. Colors of faces, which belong to none any more, are dropped.
 ///
 /// # Errors
 /// [`Error::Mesh`] for an invalid mesh, [`Error::Limit`] for more rows than the host can index; a GPU that fails gives way to the host.
@@ -84,7 +86,7 @@ pub fn flip(original: &Mesh, result: &mut Mesh, flips: Flips, device: &Device) -
             Some(done) => done?,
             None => sweep::run(device.cpu_queue(), original, result, flips)?,
         };
-        (result.faces, flipped.edges) = faces;
+        (result.faces, result.texcoords, flipped.edges) = faces;
         if flipped.edges > 0 {
             result.face_colors = None;
         }

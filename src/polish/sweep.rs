@@ -8,12 +8,14 @@ use crate::kernel::flip_gains::FlipGains;
 use crate::kernel::pairs::{half_edge_corners, pairs_at};
 use crate::kernel::rows::{BORDER, Edge, Face, LOCKED, Position, with_hub};
 use crate::kernel::stars::{Stars, spoke};
+use crate::math::Vec2;
 use crate::math::tie_hash;
 use crate::mesh::fan::{Fan, fans};
 use crate::mesh::frame::Frame;
 use crate::mesh::{Mesh, Rings};
 
 use super::samples::Samples;
+use super::seams::Seams;
 use super::{Flips, Objective};
 
 /// Vertices that a thread lists the edges of at a time.
@@ -26,8 +28,12 @@ struct Candidate {
     edge: Edge,
 }
 
-/// Turns edges in sweeps on the device of `queue`; returns the faces and how many edges were turned.
-pub fn run(mut queue: Queue, original: &Mesh, result: &Mesh, flips: Flips) -> Result<(Vec<[u32; 3]>, usize)> {
+/// Faces, the texture at their corners, and how many edges were turned.
+type Turned = (Vec<[u32; 3]>, Option<Vec<[Vec2; 3]>>, usize);
+
+/// Turns edges in sweeps on the device of `queue`; returns the faces, their texture, and how many edges were
+/// turned.
+pub fn run(mut queue: Queue, original: &Mesh, result: &Mesh, flips: Flips) -> Result<Turned> {
     let frame = Frame::new(&result.faces, |v| result.positions[v as usize], result.bounds());
     let mut faces = result.faces.clone();
     let mut rings = Rings::new(&faces, result.positions.len());
@@ -44,6 +50,7 @@ pub fn run(mut queue: Queue, original: &Mesh, result: &Mesh, flips: Flips) -> Re
         Objective::Distance => Samples::new(original, result, frame),
         Objective::Bend | Objective::Shape => Samples::default(),
     };
+    let mut seams = Seams::new(result, &rings);
     let mut turned = 0;
     for sweep in 0..flips.sweeps {
         for (position, ends) in positions.iter_mut().zip(rings.starts.windows(2)) {
@@ -59,7 +66,9 @@ pub fn run(mut queue: Queue, original: &Mesh, result: &Mesh, flips: Flips) -> Re
         let before = turned;
         for Candidate { edge, .. } in candidates {
             let [u, v, k, l] = diamond(edge, &faces);
-            if [u, v, k, l].iter().any(|&corner| used[corner as usize]) {
+            let sides = [edge.half_edge / 3, edge.across];
+            let is_used = [u, v, k, l].iter().any(|&corner| used[corner as usize]);
+            if is_used || !seams.allow([u, v, k, l], sides, &faces) {
                 continue;
             }
             [u, v, k, l].iter().for_each(|&corner| used[corner as usize] = true);
@@ -68,6 +77,7 @@ pub fn run(mut queue: Queue, original: &Mesh, result: &Mesh, flips: Flips) -> Re
                 .iter()
                 .flat_map(|(face, _)| &order[starts[*face as usize] as usize..starts[*face as usize + 1] as usize]);
             samples.follow(own, new, &positions);
+            seams.turn([u, v, k, l], sides, &faces);
             new.into_iter().for_each(|(face, corners)| faces[face as usize] = corners);
             turned += 1;
         }
@@ -76,7 +86,7 @@ pub fn run(mut queue: Queue, original: &Mesh, result: &Mesh, flips: Flips) -> Re
         }
         rings = Rings::new(&faces, positions.len());
     }
-    Ok((faces, turned))
+    Ok((faces, seams.texcoords, turned))
 }
 
 /// A result between sweeps.

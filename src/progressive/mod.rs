@@ -90,12 +90,13 @@ struct Identity {
 impl CollapseLog {
     /// A log without contractions, of a run on `input` that starts with these of its vertices and faces.
     ///
-    /// `lowest` is the vertex that each was joined to, if any was.
+    /// `lowest` is the vertex that each was joined to, if any was; the last tells whether normals and colors are kept.
     pub(crate) fn new(
         input: &Mesh,
         lowest: Option<&[u32]>,
         vertices: &[u32],
         faces: impl IntoIterator<Item = u32>,
+        [normals, colors]: [bool; 2],
     ) -> Self {
         let mut lives = vec![false; input.positions.len()];
         vertices.iter().for_each(|&v| lives[v as usize] = true);
@@ -111,8 +112,8 @@ impl CollapseLog {
             dropped_faces: (0..dropped.len() as u32).filter(|&f| dropped[f as usize]).collect(),
             contractions: Vec::new(),
             cancelled: Vec::new(),
-            normals: input.normals.is_some().then(Vec::new),
-            colors: input.colors.is_some().then(Vec::new),
+            normals: normals.then(Vec::new),
+            colors: colors.then(Vec::new),
         }
     }
 

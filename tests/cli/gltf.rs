@@ -121,7 +121,10 @@ fn real_files_are_halved() {
         let half = dir.run("inspect out.glb --json").succeeds().json();
         let whole = dir.run(&format!("inspect {name} --json")).succeeds().json();
         let faces = |record: &Value| record["stored"]["faces"].as_u64().expect("a number");
-        assert!(2 * faces(&half) <= faces(&whole) + 1, "{name}: {}", ran.err);
+        // Creases and materials hold some at a little more than half, which is told.
+        let is_half = 2 * faces(&half) <= faces(&whole) + 1;
+        let is_stuck = ran.err.contains("stop=stuck, blocked by seam") && 10 * faces(&half) <= 6 * faces(&whole);
+        assert!(is_half || is_stuck, "{name}: {}", ran.err);
         if !ran.err.contains("does not tell its materials apart") {
             let before = json_of(path);
             for key in UNTOUCHED.iter().chain(&["samplers", "cameras", "extras"]) {

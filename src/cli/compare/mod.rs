@@ -3,11 +3,12 @@
 mod record;
 mod table;
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use coarsen::backend::Selector;
-use coarsen::formats::{self, Format, Looks, Scene, WriteOptions};
+use coarsen::formats::{self, Document, Format, Looks, Scene, WriteOptions};
 use coarsen::metrics::{self, Options, View};
 use coarsen::report::{self, ImageDifference, Model, PictureOptions, Up};
 use coarsen::{Device, Mesh};
@@ -132,8 +133,11 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
         console::warning(job.verbosity, warning);
     }
     let names = format!("{} and {}", job.a, job.b);
-    let comparison = timed(&mut seconds.measure, || metrics::compare(a.mesh(), b.mesh(), &job.options, &device))
-        .map_err(|error| at(names.as_ref(), error))?;
+    let comparison = timed(&mut seconds.measure, || {
+        let [a, b] = [a.measured_beside(&b), b.measured_beside(&a)];
+        metrics::compare(&a, &b, &job.options, &device)
+    })
+    .map_err(|error| at(names.as_ref(), error))?;
     let images = timed(&mut seconds.draw, || draw(job, &a, &b, &device))?;
     seconds.total = clock.elapsed().as_secs_f64();
     let record = Record::new(job, &device, comparison, images, seconds);
@@ -160,6 +164,15 @@ impl Input {
         let mut looks = if are_seen { formats::looks(&scene, folder) } else { Looks::default() };
         looks.warnings.iter_mut().for_each(|warning| *warning = format!("'{source}': {warning}"));
         Ok(Self { scene, looks })
+    }
+
+    /// The mesh; with its textures up the picture, where the other's are up and a glTF's own are not.
+    fn measured_beside(&self, other: &Self) -> Cow<'_, Mesh> {
+        let is_gltf = |input: &Self| matches!(input.scene.document, Document::Gltf(_));
+        if is_gltf(self) && !is_gltf(other) {
+            return Cow::Owned(self.scene.clone().into_mesh());
+        }
+        Cow::Borrowed(self.mesh())
     }
 
     fn mesh(&self) -> &Mesh {

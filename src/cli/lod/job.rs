@@ -154,12 +154,11 @@ impl Job {
 fn how(args: &args::Lod) -> args::How {
     let mut how = args.how.clone();
     let shape = &mut how.shape;
-    if args.levels.shared_vertices {
-        if matches!(shape.method, args::Method::Contract | args::Method::Feature | args::Method::Average) {
-            // Coordinates are of corners, not of vertices.
-            shape.attributes.drop.push(args::Dropped::Uv);
-            shape.placement = shape.placement.or(Some(args::Placement::Endpoint));
-        }
+    let contracts = matches!(shape.method, args::Method::Contract | args::Method::Feature | args::Method::Average);
+    if args.levels.shared_vertices && contracts {
+        // Coordinates are of corners, not of vertices.
+        shape.attributes.drop.push(args::Dropped::Uv);
+        shape.placement = shape.placement.or(Some(args::Placement::Endpoint));
     }
     how
 }

@@ -17,8 +17,10 @@ pub const TRIALS: [Trial; 3] = [
     Trial { name: "attribute_costs", run: attribute_costs },
 ];
 
-/// Numbers of a wedge: what the host's code is compiled for, and padded ones.
-const COSTED: [usize; 5] = [2, 4, 5, 9, 16];
+/// How many numbers a wedge has: of small rounds also the most, for the bindings of small pages are few.
+fn costed_of(round: &Round) -> &'static [usize] {
+    if round.faces.len() < 500 { &[2, 16] } else { &[2] }
+}
 
 /// The wedges of a round.
 struct Wedges {
@@ -56,7 +58,7 @@ fn wedges(round: &Round, costed: usize) -> Wedges {
 fn face_gradients(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
     for (round, perturbed) in rounds(perturbed) {
         seen.input(round.name);
-        for costed in COSTED {
+        for &costed in costed_of(round) {
             let Wedges { corners, mut values, .. } = wedges(round, costed);
             flip(&mut values[corners[0].a as usize * costed], perturbed);
             let gradients = &mut queue.buffer(round.faces.len() * costed)?;
@@ -124,7 +126,7 @@ fn summed(queue: &mut Queue, round: &Round, wedges: &Wedges, rows: Vec<Gradient>
 fn attribute_sums(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
     for (round, perturbed) in rounds(perturbed) {
         seen.input(round.name);
-        for costed in COSTED {
+        for &costed in costed_of(round) {
             let wedges = wedges(round, costed);
             let mut rows = gradients(round, &wedges)?;
             flip(&mut rows[0].x, perturbed);
@@ -137,7 +139,7 @@ fn attribute_sums(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result
 fn attribute_costs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
     for (round, perturbed) in rounds(perturbed) {
         seen.input(round.name);
-        for costed in COSTED {
+        for &costed in costed_of(round) {
             let mut wedges = wedges(round, costed);
             let rows = gradients(round, &wedges)?;
             let mut host = Device::cpu(1)?.cpu_queue();
