@@ -56,6 +56,7 @@ impl Blend {
                 row.copy_from_slice(wedges.row(sides.sides[side].wedges[end]));
                 continue;
             }
+            row.copy_from_slice(wedges.row(sides.sides[side].wedges[0]));
             if sides.apart || layout.width > layout.costed {
                 nearest_row(wedges, sides, side, x, row);
             }

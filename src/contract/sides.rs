@@ -167,7 +167,9 @@ impl Sides {
     fn find_apart(&mut self, patch: &Patch<'_>, pair: [u32; 2], is_whole: bool) -> Result<(), Rejection> {
         self.apart = true;
         let Some(rows) = patch.wedges() else { return Ok(()) };
-        let wedge = |end: usize| self.faces.iter().find(|face| face.corners[0] == pair[end]).map(|face| face.wedges[0]);
+        let with_face = |end: usize| self.faces.iter().find(|face| face.corners[0] == pair[end]);
+        // An end may have lost all of its faces.
+        let wedge = |end: usize| with_face(end).map(|face| face.wedges[0]).or_else(|| rows.only(pair[end]));
         let holds = rows.layout.has_materials || rows.layout.of_kind(Kind::Texcoords).next().is_some();
         match (wedge(0), wedge(1)) {
             (Some(first), Some(second)) if is_whole && !holds => {

@@ -424,6 +424,12 @@ impl<'a> WedgeRows<'a> {
         (wedge - self.first) as usize
     }
 
+    /// The wedge of a vertex that had one as the round began.
+    pub fn only(&self, vertex: u32) -> Option<u32> {
+        let (first, end) = (self.starts[vertex as usize], self.starts[vertex as usize + 1]);
+        (end - first == 1).then_some(first)
+    }
+
     /// The wedge that a face's corner had as the round began.
     pub fn wedge(&self, face: u32, corner: usize) -> u32 {
         self.corners[face as usize][corner]

@@ -49,7 +49,7 @@ fn wedges(round: &Round, costed: usize) -> Wedges {
     let count = *starts.last().expect("the last start") as usize;
     let mut random = Random::new();
     // Of any size, but for one, where a bit of one of them shows.
-    let scales = if costed == 5 { [1.0; 6] } else { [1.0, 1.0, 1.0, 0.0, 1e-30, 1e9] };
+    let scales = if costed == 2 { [1.0; 6] } else { [1.0, 1.0, 1.0, 0.0, 1e-30, 1e9] };
     let values = (0..count * costed).map(|_| random.centered() * scales[random.below(6) as usize]).collect();
     let corners = corners.into_iter().map(|[a, b, c]| Face { a, b, c }).collect();
     Wedges { corners, starts, values, costed }
