@@ -166,23 +166,25 @@ impl Costs<'_> {
         match (self.volume, quadrics(surface, self.weights)) {
             (Some(Volume { normals, sums, borders }), _) => {
                 let params = volume_costs::Params::new(self.placement, self.border_weight);
-                if let Some(attributes) = self.attributes {
-                    let rows =
-                        AttributeRows::on_host(positions, faces, normals, sums, borders, attributes.rows(), params);
-                    let apart = VolumeRows::on_host(positions, faces, normals, sums, borders, params);
-                    return self.list_with(listing, surface, joins, rows, apart);
-                }
+                let with_attributes = self.attributes.map(|attributes| {
+                    AttributeRows::on_host(positions, faces, normals, sums, borders, attributes.rows(), params)
+                });
                 let rows = VolumeRows::on_host(positions, faces, normals, sums, borders, params);
                 let weights = self.weights.map(|weights| weights.weights().host());
                 let mut histogram = listing.list(*vertex_count, &stars, || {
                     let mut block = VolumeBlock::new();
+                    let mut keys_with = with_attributes.as_ref().map(AttributeRows::costing);
                     move |pairs: &[Edge], keys: &mut [u32]| {
-                        rows.keys(pairs, &mut block, keys);
+                        match &mut keys_with {
+                            Some(keys_with) => keys_with(pairs, keys),
+                            None => rows.keys(pairs, &mut block, keys),
+                        }
                         if let Some(weights) = weights {
                             weigh_keys(pairs, faces.host(), weights, keys);
                         }
                     }
                 });
+                // What is apart is costed by geometry alone: its wedges may stay two.
                 let key_apart = |pair: [u32; 2]| match weights.map(|weights| pair.map(|v| weights[v as usize])) {
                     Some([first, second]) => weighed_key(rows.key_apart(pair), first, second),
                     None => rows.key_apart(pair),
@@ -202,39 +204,6 @@ impl Costs<'_> {
             }
             (None, None) => Vec::new(),
         }
-    }
-}
-
-impl Costs<'_> {
-    /// Lists and costs pairs by geometry and attributes; those `apart` by geometry alone, for their wedges may stay two.
-    fn list_with(
-        &self,
-        listing: &mut Listing,
-        surface: &Surface,
-        joins: &[[u32; 2]],
-        rows: AttributeRows<'_>,
-        apart: VolumeRows<'_>,
-    ) -> Vec<u32> {
-        let Surface { positions, faces, ring_starts, ring_faces, vertex_count, face_count, .. } = surface;
-        let stars = Stars::on_host(positions, faces, ring_starts, ring_faces);
-        let weights = self.weights.map(|weights| weights.weights().host());
-        let mut histogram = listing.list(*vertex_count, &stars, || {
-            let mut keys_of = rows.costing();
-            move |pairs: &[Edge], keys: &mut [u32]| {
-                keys_of(pairs, keys);
-                if let Some(weights) = weights {
-                    weigh_keys(pairs, faces.host(), weights, keys);
-                }
-            }
-        });
-        let key = |pair: [u32; 2]| {
-            let key = apart.key_apart(pair);
-            weights.map_or(key, |weights| weighed_key(key, weights[pair[0] as usize], weights[pair[1] as usize]))
-        };
-        let has_hub = |pair: [u32; 2]| pair.into_iter().any(|v| stars.positions[v as usize].flags & HUB != 0);
-        let past = 3 * *face_count as u32;
-        listing.list_apart(joins, past, &mut histogram, |pair| (!has_hub(pair)).then(|| key(pair)));
-        histogram
     }
 }
 

@@ -16,6 +16,9 @@ const NORMAL_UNIT: f64 = 1e-3;
 /// The same of a color, and of the range of a scalar.
 const COLOR_UNIT: f64 = 2e-2;
 
+/// Greatest number that decides: sums of its squares stay finite in single precision.
+const MOST: f32 = 1e9;
+
 /// How the numbers of a layer become those of a new vertex.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -176,6 +179,9 @@ impl Layout {
             }
             for x in out {
                 *x = if x.is_finite() { *x * layer.scale } else { 0.0 };
+                if layer.first < self.costed {
+                    *x = x.clamp(-MOST, MOST);
+                }
             }
         }
     }
@@ -204,4 +210,31 @@ fn length_of_texture(mesh: &Mesh, frame: Frame, corners: impl Fn(usize) -> [[f32
         }
     }
     if in_texture > 0.0 { frame.length_to_rows((area / in_texture).sqrt()) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    #[test]
+    fn numbers_that_decide_come_first_and_stay_finite() {
+        let mut mesh = shapes::plane(2, 2);
+        mesh.colors = Some(vec![[f32::MAX, f32::NAN, 0.5, -1.0]; mesh.positions.len()]);
+        mesh.normals = Some(vec![Vec3::Z; mesh.positions.len()]);
+        let frame = Frame::new(&mesh.faces, |v| mesh.positions[v as usize], mesh.bounds());
+        let mut options = Attributes::default();
+        (options.weights.normal, options.weights.color) = (0.0, 1e6);
+        let layout = Layout::new(&mesh, &options, Metric::Volume, frame, false).expect("attributes");
+        assert_eq!((layout.costed, layout.width), (4, 7));
+        let mut row = vec![7.0; layout.width];
+        layout.read(&mesh, 0, 0, &mut row);
+        let [colors, normals] = [Origin::Colors, Origin::Normals]
+            .map(|origin| *layout.layers.iter().find(|layer| layer.origin == origin).expect("a layer"));
+        assert_eq!(
+            (colors.first, &colors.of(&row)[..2], normals.of(&row)),
+            (0, &[MOST, 0.0][..], &[0.0, 0.0, 1.0][..])
+        );
+        assert!(row.iter().all(|x| x.is_finite()));
+    }
 }

@@ -6,6 +6,7 @@
 //! Σ |n| (g·x + e − s)², least where s is the weighted mean of g·x + e.
 
 use crate::kernel::attribute_costs::MOST_COSTED;
+use crate::kernel::face_gradients::LEAST_HEIGHT;
 use crate::kernel::rows::{LOCKED, SEAM};
 use crate::math::DVec3;
 
@@ -17,9 +18,6 @@ use super::wedges::WedgeRows;
 
 /// Most ends of a contraction.
 pub const ENDS: usize = 3;
-
-/// Least height of a face over its length for its attributes to have a gradient.
-const MIN_HEIGHT: f64 = 1e-4;
 
 /// A live face at one of the ends, each told by the first of its ends.
 #[derive(Debug, Clone, Copy)]
@@ -143,7 +141,10 @@ impl Sides {
             }
         }
         match self.sides.len() {
-            0 => return self.find_apart(patch, pair, on_seam == [false, false]),
+            0 => {
+                self.find_apart(rows, pair, on_seam == [false, false]);
+                return Ok(());
+            }
             1 | 2 => {}
             _ => return Err(Rejection::Seam),
         }
@@ -164,9 +165,8 @@ impl Sides {
     }
 
     /// The one side of a pair without an edge, where nothing but a texture or a material could tear.
-    fn find_apart(&mut self, patch: &Patch<'_>, pair: [u32; 2], is_whole: bool) -> Result<(), Rejection> {
+    fn find_apart(&mut self, rows: &WedgeRows<'_>, pair: [u32; 2], is_whole: bool) {
         self.apart = true;
-        let Some(rows) = patch.wedges() else { return Ok(()) };
         let with_face = |end: usize| self.faces.iter().find(|face| face.corners[0] == pair[end]);
         // An end may have lost all of its faces.
         let wedge = |end: usize| with_face(end).map(|face| face.wedges[0]).or_else(|| rows.only(pair[end]));
@@ -174,12 +174,8 @@ impl Sides {
         match (wedge(0), wedge(1)) {
             (Some(first), Some(second)) if is_whole && !holds => {
                 self.sides.push(Side::between([first, second, first], rows));
-                Ok(())
             }
-            _ => {
-                self.tears = true;
-                Ok(())
-            }
+            _ => self.tears = true,
         }
     }
 
@@ -238,7 +234,7 @@ impl Sides {
             let n = e1.cross(e2);
             let (weight, sides_sq) = (n.length(), e1.length_squared() + e2.length_squared());
             side.weight += weight;
-            let is_flat = weight <= MIN_HEIGHT * sides_sq;
+            let is_flat = weight <= f64::from(LEAST_HEIGHT) * sides_sq;
             let [c1, c2] =
                 if is_flat { [DVec3::ZERO; 2] } else { [e2.cross(n), n.cross(e1)].map(|c| c / (weight * weight)) };
             let (c1_at, c2_at, offset) = (c1.dot(p0), c2.dot(p0), if face.dies { 0.0 } else { 1.0 });

@@ -125,15 +125,19 @@ fn real_files_are_halved() {
         let is_half = 2 * faces(&half) <= faces(&whole) + 1;
         let is_stuck = ran.err.contains("stop=stuck, blocked by seam") && 10 * faces(&half) <= 6 * faces(&whole);
         assert!(is_half || is_stuck, "{name}: {}", ran.err);
-        if !ran.err.contains("does not tell its materials apart") {
-            let before = json_of(path);
-            for key in UNTOUCHED.iter().chain(&["samplers", "cameras", "extras"]) {
-                assert_eq!(
-                    written.get(key).filter(|_| *key != "images"),
-                    before.get(key).filter(|_| *key != "images"),
-                    "{name}"
-                );
+        let before = json_of(path);
+        // Views of pictures have other numbers, and what is no view is as it was.
+        let rest = |json: &Value, key: &str| {
+            let mut rest = json.get(key).cloned();
+            if let (Some(images), "images") = (rest.as_mut().and_then(Value::as_array_mut), key) {
+                images.iter_mut().filter_map(Value::as_object_mut).for_each(|image| {
+                    image.remove("bufferView");
+                });
             }
+            rest
+        };
+        for key in UNTOUCHED.iter().chain(&["samplers", "cameras", "extras"]) {
+            assert_eq!(rest(&written, key), rest(&before, key), "{name}: {key}");
         }
     }
 }
