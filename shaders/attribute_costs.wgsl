@@ -1,8 +1,5 @@
 // The cost of every pair by the volume metric and the attributes. Twin: src/kernel/attribute_costs.rs
 
-// The wedges at both ends of a pair on one of its sides, and the faces there that both share.
-struct PairSide { first: u32, second: u32, left: u32, right: u32 }
-
 fn normal_of(f: u32) -> Normal {
     var normal = Normal(0.0, 0.0, 0.0, 0.0);
     if f != NO_FACE {
@@ -11,43 +8,18 @@ fn normal_of(f: u32) -> Normal {
     return normal;
 }
 
-fn slope(wedge: u32, j: u32) -> vec3f {
-    let row = load_slopes(wedge * params.costed + j);
-    return vec3f(row.x, row.y, row.z);
-}
-
-fn gradient(f: u32, j: u32) -> vec3f {
-    var g = vec3f(0.0, 0.0, 0.0);
-    if f != NO_FACE {
-        let row = load_gradients(f * params.costed + j);
-        g = vec3f(row.x, row.y, row.z);
-    }
-    return g;
-}
-
-// Adds the terms of a side.
-fn with_terms(before: Joint, side: PairSide, half: u32, h: vec3f) -> Joint {
+// Adds the terms of a side, whose wedges at both ends these are.
+fn with_terms(before: Joint, side: vec2u, half: u32, h: vec3f) -> Joint {
     let s = scale_down(half);
     let s_sq = mul(s, s);
-    let left_root = mul(normal_of(side.left).root, s);
-    let right_root = mul(normal_of(side.right).root, s);
-    let first_weight = mul(load_wedge_sums(side.first).weight, s_sq);
-    let second_weight = mul(load_wedge_sums(side.second).weight, s_sq);
-    let weights = side_weights(first_weight, second_weight, left_root, right_root);
+    let first_weight = mul(load_wedge_sums(side.x).weight, s_sq);
+    let second_weight = mul(load_wedge_sums(side.y).weight, s_sq);
+    let weights = side_weights(first_weight, second_weight);
     var joint = before;
     for (var j = 0u; j < params.costed; j++) {
-        let a = load_values(side.first * params.costed + j);
-        let b = load_values(side.second * params.costed + j);
-        let term = Term(
-            scale3(slope(side.first, j), s_sq),
-            scale3(slope(side.second, j), s_sq),
-            scale3(gradient(side.left, j), s),
-            scale3(gradient(side.right, j), s),
-            left_root,
-            right_root,
-            mul(sub(b, a), 0.5),
-        );
-        joint = with_term(joint, term, weights, h);
+        let a = load_slopes(side.x * params.costed + j);
+        let b = load_slopes(side.y * params.costed + j);
+        joint = with_term(joint, term_of(a, b, s_sq), weights, h);
     }
     return joint;
 }
@@ -94,17 +66,13 @@ fn run(i: u32) {
     }
     let h = scale3(sub3(xyz(pw), xyz(pu)), 0.5);
     let half = ends_half_exponent(ends);
-    var side = PairSide(own.x, own.y, f, edge.across);
-    if tears {
-        side.right = NO_FACE;
-    }
     var joint = Joint(
-        Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), vec3f(0.0, 0.0, 0.0), 0.0,
+        vec3f(0.0, 0.0, 0.0), 0.0,
         Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), vec3f(0.0, 0.0, 0.0), 0.0, 0.0, 0.0,
     );
-    joint = with_terms(joint, side, half, h);
+    joint = with_terms(joint, own, half, h);
     if tears {
-        joint = with_terms(joint, PairSide(other.x, other.y, NO_FACE, edge.across), half, h);
+        joint = with_terms(joint, other, half, h);
     }
     let freedom =
         Freedom(stays(pu.flags, pw.flags), stays(pw.flags, pu.flags), params.placement, params.regularization);

@@ -1,5 +1,5 @@
-// What the attributes need of every wedge: sums over its faces of |n| g gᵀ, |n| and |n| g. Twin:
-// src/kernel/attribute_sums.rs
+// What the attributes need of every wedge: sums over its faces of |n| g gᵀ, |n| and |n| g, the last beside its numbers.
+// Twin: src/kernel/attribute_sums.rs
 //
 // Gathers the ring in ascending face order.
 
@@ -11,34 +11,39 @@ fn has_wedge(f: u32, vertex: u32, wedge: u32) -> bool {
     return select(at_b, corners.c, face.c == vertex) == wedge;
 }
 
-fn attribute_sum(start: u32, end: u32, vertex: u32, wedge: u32) -> AttributeSum {
-    var matrix = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-    var weight = 0.0;
+fn with_face(sum: AttributeSum, face: AttributeSum) -> AttributeSum {
+    return AttributeSum(
+        add(sum.xx, face.xx),
+        add(sum.xy, face.xy),
+        add(sum.xz, face.xz),
+        add(sum.yy, face.yy),
+        add(sum.yz, face.yz),
+        add(sum.zz, face.zz),
+        add(sum.weight, face.weight),
+    );
+}
+
+fn wedge_sum(start: u32, end: u32, vertex: u32, wedge: u32) -> AttributeSum {
+    var sum = AttributeSum(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     for (var i = start; i < end; i++) {
         let f = load_ring_faces(i);
         if has_wedge(f, vertex, wedge) {
-            let root = load_normals(f).root;
-            weight = add(weight, mul(root, root));
-            for (var j = 0u; j < params.costed; j++) {
-                let g = load_gradients(f * params.costed + j);
-                matrix = sym_add(matrix, outer(vec3f(g.x, g.y, g.z)));
-            }
+            sum = with_face(sum, load_face_sums(f));
         }
     }
-    return AttributeSum(matrix.xx, matrix.xy, matrix.xz, matrix.yy, matrix.yz, matrix.zz, weight);
+    return sum;
 }
 
-fn slope(start: u32, end: u32, vertex: u32, wedge: u32, j: u32) -> Gradient {
+fn slope(start: u32, end: u32, vertex: u32, wedge: u32, j: u32) -> Slope {
     var sum = vec3f(0.0, 0.0, 0.0);
     for (var i = start; i < end; i++) {
         let f = load_ring_faces(i);
         if has_wedge(f, vertex, wedge) {
-            let root = load_normals(f).root;
             let g = load_gradients(f * params.costed + j);
-            sum = add3(sum, scale3(vec3f(g.x, g.y, g.z), root));
+            sum = add3(sum, vec3f(g.x, g.y, g.z));
         }
     }
-    return Gradient(sum.x, sum.y, sum.z);
+    return Slope(sum.x, sum.y, sum.z, load_values(wedge * params.costed + j));
 }
 
 fn run(i: u32) {
@@ -49,7 +54,7 @@ fn run(i: u32) {
     }
     let last = load_wedge_starts(i + 1u);
     for (var wedge = load_wedge_starts(i); wedge < last; wedge++) {
-        store_sums(wedge, attribute_sum(start, end, i, wedge));
+        store_sums(wedge, wedge_sum(start, end, i, wedge));
         for (var j = 0u; j < params.costed; j++) {
             store_slopes(wedge * params.costed + j, slope(start, end, i, wedge, j));
         }

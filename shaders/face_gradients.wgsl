@@ -1,4 +1,4 @@
-// How the attributes change over every face, times √|n|. Twin: src/kernel/face_gradients.rs
+// How the attributes change over every face. Twin: src/kernel/face_gradients.rs
 
 struct EdgeFactors { first: vec3f, second: vec3f }
 
@@ -16,21 +16,31 @@ fn edge_factors(a: vec3f, b: vec3f, c: vec3f, normal: Normal) -> EdgeFactors {
     return EdgeFactors(scale3(cross3(e2, n), inverse), scale3(cross3(n, e1), inverse));
 }
 
-fn gradient(factors: EdgeFactors, a: f32, b: f32, c: f32) -> Gradient {
-    let g = flush3(add3(scale3(factors.first, sub(b, a)), scale3(factors.second, sub(c, a))), LEAST_FACTOR);
-    return Gradient(g.x, g.y, g.z);
+fn gradient(factors: EdgeFactors, a: f32, b: f32, c: f32) -> vec3f {
+    return flush3(add3(scale3(factors.first, sub(b, a)), scale3(factors.second, sub(c, a))), LEAST_FACTOR);
+}
+
+fn slope_of(g: vec3f, root: f32) -> Slope {
+    let scaled = scale3(g, root);
+    return Slope(scaled.x, scaled.y, scaled.z, 0.0);
 }
 
 fn run(i: u32) {
     let face = load_faces(i);
+    let normal = load_normals(i);
     let factors = edge_factors(
-        xyz(load_positions(face.a)), xyz(load_positions(face.b)), xyz(load_positions(face.c)), load_normals(i),
+        xyz(load_positions(face.a)), xyz(load_positions(face.b)), xyz(load_positions(face.c)), normal,
     );
     let corners = load_corners(i);
+    var matrix = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     for (var j = 0u; j < params.costed; j++) {
         let a = load_values(corners.a * params.costed + j);
         let b = load_values(corners.b * params.costed + j);
         let c = load_values(corners.c * params.costed + j);
-        store_gradients(i * params.costed + j, gradient(factors, a, b, c));
+        let g = gradient(factors, a, b, c);
+        matrix = sym_add(matrix, outer(g));
+        store_gradients(i * params.costed + j, slope_of(g, normal.root));
     }
+    let weight = mul(normal.root, normal.root);
+    store_sums(i, AttributeSum(matrix.xx, matrix.xy, matrix.xz, matrix.yy, matrix.yz, matrix.zz, weight));
 }

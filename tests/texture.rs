@@ -71,7 +71,8 @@ fn a_linear_texture_of_a_plane_stays_linear() {
             for (face, uv) in outcome.mesh.faces.iter().zip(rows(&outcome.mesh)) {
                 for (&v, uv) in face.iter().zip(uv) {
                     let expected = Vec2::from(map(outcome.mesh.positions[v as usize]).map(|x| x as f32));
-                    assert!(uv.distance(expected) < 1e-4, "{metric:?} {placement:?}: {uv}, expected {expected}");
+                    // Of a texture that is 19 wide: slivers on the way make a rounding error a larger one.
+                    assert!(uv.distance(expected) < 5e-4, "{metric:?} {placement:?}: {uv}, expected {expected}");
                 }
             }
         }

@@ -2,7 +2,6 @@
 
 // What the attributes add about the midpoint.
 struct Joint {
-    mutual: Sym3,
     // With the means of the ends' numbers.
     b: vec3f,
     c: f32,
@@ -18,8 +17,8 @@ struct Joint {
 // Of the wedges of both ends, and of the faces of a side; one over the last.
 struct SideWeights { first: f32, second: f32, all: f32, inverse: f32 }
 
-fn side_weights(first: f32, second: f32, left_root: f32, right_root: f32) -> SideWeights {
-    let all = sub(sub(add(first, second), mul(left_root, left_root)), mul(right_root, right_root));
+fn side_weights(first: f32, second: f32) -> SideWeights {
+    let all = add(first, second);
     var inverse = 0.0;
     if all > NO_WEIGHT {
         inverse = divide(1.0, all);
@@ -27,35 +26,33 @@ fn side_weights(first: f32, second: f32, left_root: f32, right_root: f32) -> Sid
     return SideWeights(first, second, all, inverse);
 }
 
-// One number of a side: the sums of |n| g of both wedges, √|n| g of the shared faces, half the ends' difference.
-struct Term {
-    first: vec3f,
-    second: vec3f,
-    left: vec3f,
-    right: vec3f,
-    left_root: f32,
-    right_root: f32,
-    half: f32,
+// One number of a side: the sums of |n| g of both wedges, half the ends' difference.
+struct Term { first: vec3f, second: vec3f, half: f32 }
+
+// The term of a number, its sums times `scale`.
+fn term_of(first: Slope, second: Slope, scale: f32) -> Term {
+    return Term(
+        scale3(vec3f(first.x, first.y, first.z), scale),
+        scale3(vec3f(second.x, second.y, second.z), scale),
+        mul(sub(second.at, first.at), 0.5),
+    );
 }
 
 fn with_term(joint: Joint, term: Term, weights: SideWeights, h: vec3f) -> Joint {
     let q = term.half;
-    let shared_sum = add3(scale3(term.left, term.left_root), scale3(term.right, term.right_root));
-    let g = sub3(add3(term.first, term.second), shared_sum);
+    let g = add3(term.first, term.second);
     let first_h = dot3(term.first, h);
     let second_h = dot3(term.second, h);
     let e = sub(sub(first_h, mul(q, weights.first)), sub(second_h, mul(q, weights.second)));
     let q_sq = mul(q, q);
-    let both = mul(q_sq, add(weights.first, weights.second));
     let across = mul(mul(2.0, q), add(first_h, second_h));
     let scaled_g = scale3(g, weights.inverse);
     let gh = dot3(g, h);
     let own = mul(q_sq, weights.all);
     let twice = mul(2.0, q);
     return Joint(
-        sym_add(joint.mutual, sym_add(outer(term.left), outer(term.right))),
         add3(joint.b, scale3(sub3(term.first, term.second), q)),
-        add(joint.c, sub(both, across)),
+        add(joint.c, sub(own, across)),
         sym_add(joint.saved, sym_scale(outer(g), weights.inverse)),
         add3(joint.saved_b, scale3(scaled_g, e)),
         add(joint.saved_c, mul(mul(e, e), weights.inverse)),
@@ -74,7 +71,7 @@ fn joint_cost(ends: Ends, joint: Joint, half: u32, h: vec3f, freedom: Freedom) -
     let s_sq = mul(s, s);
     let first = sym_scale(ends.first, s_sq);
     let second = sym_scale(ends.second, s_sq);
-    let mutual = sym_add(sym_scale(ends.mutual, s_sq), joint.mutual);
+    let mutual = sym_scale(ends.mutual, s_sq);
     var q = end_matrices(first, second, mutual, h);
     q.b = add3(q.b, joint.b);
     q.c = add(q.c, joint.c);

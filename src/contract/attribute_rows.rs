@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::kernel::attribute_costs::WedgeBuffers;
 use crate::kernel::attribute_sums::AttributeSums;
 use crate::kernel::face_gradients::FaceGradients;
-use crate::kernel::rows::{AttributeSum, Face, Gradient, Normal};
+use crate::kernel::rows::{AttributeSum, Face, Normal, Slope};
 
 use super::evaluate::grow;
 use super::surface::Surface;
@@ -17,9 +17,10 @@ pub struct AttributeBuffers {
     corners: Buffer<Face>,
     wedge_starts: Buffer<u32>,
     values: Buffer<f32>,
-    gradients: Buffer<Gradient>,
+    face_sums: Buffer<AttributeSum>,
+    gradients: Buffer<Slope>,
     sums: Buffer<AttributeSum>,
-    slopes: Buffer<Gradient>,
+    slopes: Buffer<Slope>,
     costed: usize,
 }
 
@@ -33,6 +34,7 @@ impl AttributeBuffers {
             corners: queue.buffer(faces)?,
             wedge_starts: queue.buffer(starts.len())?,
             values: queue.buffer(count * costed)?,
+            face_sums: queue.buffer(faces)?,
             gradients: queue.buffer(faces * costed)?,
             sums: queue.buffer(count)?,
             slopes: queue.buffer(count * costed)?,
@@ -58,17 +60,28 @@ impl AttributeBuffers {
     pub fn sum(&mut self, queue: &mut Queue, surface: &Surface, normals: &Buffer<Normal>) -> Result<()> {
         let Surface { positions, faces, ring_starts, ring_faces, .. } = surface;
         let (vertex_count, face_count) = (surface.vertex_count as u32, surface.face_count as u32);
-        let Self { corners, wedge_starts, values, gradients, sums, slopes, .. } = self;
+        let Self { corners, wedge_starts, values, face_sums, gradients, sums, slopes, .. } = self;
         let costed = self.costed as u32;
-        queue.run(FaceGradients { positions, faces, normals, corners, values, face_count, costed, gradients })?;
+        queue.run(FaceGradients {
+            positions,
+            faces,
+            normals,
+            corners,
+            values,
+            face_count,
+            costed,
+            sums: face_sums,
+            gradients,
+        })?;
         queue.run(AttributeSums {
             positions,
             faces,
             ring_starts,
             ring_faces,
-            normals,
             corners,
             wedge_starts,
+            values,
+            face_sums,
             gradients,
             vertex_count,
             costed,
@@ -79,7 +92,7 @@ impl AttributeBuffers {
 
     /// What costs are computed from.
     pub fn rows(&self) -> WedgeBuffers<'_> {
-        let Self { corners, values, gradients, sums, slopes, costed, .. } = self;
-        WedgeBuffers { corners, values, gradients, wedge_sums: sums, slopes, costed: *costed }
+        let Self { corners, sums, slopes, costed, .. } = self;
+        WedgeBuffers { corners, wedge_sums: sums, slopes, costed: *costed }
     }
 }

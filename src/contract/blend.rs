@@ -12,6 +12,7 @@ use crate::spatial::triangle::closest_point;
 use super::filter::Rejection;
 use super::layout::{Kind, Layer, Origin};
 use super::patch::Patch;
+use super::side_sums::clamp_to;
 use super::sides::{CornerFace, Sides};
 use super::uv_kernel::{Kernel, orientation};
 use super::wedges::WedgeRows;
@@ -174,14 +175,8 @@ impl Blend {
 
 /// Keeps the numbers that decide within those of the side's corners: past a thin face a linear function may be anything.
 fn stay_within(wedges: &WedgeRows<'_>, sides: &Sides, side: usize, row: &mut [f32]) {
-    let corners = || of_side(sides, side).flat_map(|face| face.wedges).map(|wedge| wedges.row(wedge));
-    for (i, number) in row[..wedges.layout.costed].iter_mut().enumerate() {
-        let ends = (f32::INFINITY, f32::NEG_INFINITY);
-        let (low, high) = corners().fold(ends, |(low, high), row| (low.min(row[i]), high.max(row[i])));
-        if low <= high {
-            *number = number.clamp(low, high);
-        }
-    }
+    let starts = of_side(sides, side).flat_map(|face| face.wedges).map(|wedge| wedges.start(wedge));
+    clamp_to(starts, wedges.all(), row, wedges.layout.costed);
 }
 
 /// A place as rows hold it.
@@ -190,9 +185,9 @@ fn rounded(at: DVec2) -> DVec2 {
 }
 
 /// The faces of a side.
-fn of_side(sides: &Sides, side: usize) -> impl Iterator<Item = &CornerFace> {
-    let wedges = sides.sides[side].wedges;
-    sides.faces.iter().filter(move |face| face.wedges[0] == wedges[face.end])
+fn of_side(sides: &Sides, side: usize) -> impl Iterator<Item = &CornerFace> + Clone {
+    let side = &sides.sides[side];
+    sides.faces.iter().filter(|face| side.has(face))
 }
 
 /// The row at the point of a side's faces that is nearest to `x`, the first of equals.

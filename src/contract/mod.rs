@@ -43,6 +43,7 @@ mod record;
 mod restore;
 mod scan;
 mod select;
+mod side_sums;
 mod sides;
 mod snapshot;
 mod star;

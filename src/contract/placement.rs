@@ -90,30 +90,6 @@ impl Factors {
     }
 }
 
-/// Sums of products of the differences d1 and d2 of linear functions along two sides, and of their values e at the middle.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Products {
-    d1_d1: f64,
-    d1_d2: f64,
-    d2_d2: f64,
-    d1_e: f64,
-    d2_e: f64,
-    e_e: f64,
-}
-
-impl Products {
-    /// Adds a function.
-    #[inline(always)]
-    pub fn add(&mut self, d1: f64, d2: f64, e: f64) {
-        self.d1_d1 += d1 * d1;
-        self.d1_d2 += d1 * d2;
-        self.d2_d2 += d2 * d2;
-        self.d1_e += d1 * e;
-        self.d2_e += d2 * e;
-        self.e_e += e * e;
-    }
-}
-
 /// xᵀA x − 2 b·x + c about the pair's midpoint, and the plane n·x = d on which the volume is kept (none when n is 0).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Quadric {
@@ -163,33 +139,11 @@ impl Quadric {
         self.c += p.dot(mp);
     }
 
-    /// Adds the sum of `weight`·(g·x + e)² of functions with g = d1 c1 + d2 c2.
-    #[inline(always)]
-    pub fn add_linear_functions(&mut self, [c1, c2]: [DVec3; 2], of: Products, weight: f64) {
-        let Products { d1_d1, d1_d2, d2_d2, d1_e, d2_e, e_e } = of;
-        // Σ g gᵀ = c1 c1ᵀ Σ d1² + (c1 c2ᵀ + c2 c1ᵀ) Σ d1 d2 + c2 c2ᵀ Σ d2².
-        let (by_1, by_2) = ((c1 * d1_d1 + c2 * d1_d2) * weight, (c1 * d1_d2 + c2 * d2_d2) * weight);
-        let outer = Sym3 {
-            xx: by_1.x * c1.x + by_2.x * c2.x,
-            xy: by_1.x * c1.y + by_2.x * c2.y,
-            xz: by_1.x * c1.z + by_2.x * c2.z,
-            yy: by_1.y * c1.y + by_2.y * c2.y,
-            yz: by_1.y * c1.z + by_2.y * c2.z,
-            zz: by_1.z * c1.z + by_2.z * c2.z,
-        };
-        self.a = self.a.plus(outer);
-        self.b -= (c1 * d1_e + c2 * d2_e) * weight;
-        self.c += weight * e_e;
-    }
-
-    /// Adds `weight`·(g·x + e)².
-    #[inline(always)]
-    pub fn add_linear(&mut self, g: DVec3, e: f64, weight: f64) {
-        let m = g * weight;
-        let outer = Sym3 { xx: m.x * g.x, xy: m.x * g.y, xz: m.x * g.z, yy: m.y * g.y, yz: m.y * g.z, zz: m.z * g.z };
-        self.a = self.a.plus(outer);
-        self.b -= m * e;
-        self.c += weight * e * e;
+    /// Adds xᵀA x + 2 b·x + c, of A the upper half row by row.
+    pub fn add_sums(&mut self, [xx, xy, xz, yy, yz, zz]: [f64; 6], b: DVec3, c: f64) {
+        self.a = self.a.plus(Sym3 { xx, xy, xz, yy, yz, zz });
+        self.b -= b;
+        self.c += c;
     }
 
     /// The quadric less another's terms, on its own constraint.

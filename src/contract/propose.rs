@@ -209,7 +209,7 @@ impl Proposal {
                 })?;
                 if let Some(attributes) = &mut self.attributes {
                     attributes.sum(queue, surface, normals)?;
-                    let WedgeBuffers { corners, values, gradients, wedge_sums, slopes, costed } = attributes.rows();
+                    let WedgeBuffers { corners, wedge_sums, slopes, costed } = attributes.rows();
                     queue.run(AttributeCosts {
                         positions,
                         faces,
@@ -217,8 +217,6 @@ impl Proposal {
                         sums,
                         borders,
                         corners,
-                        values,
-                        gradients,
                         wedge_sums,
                         slopes,
                         pairs,

@@ -5,15 +5,14 @@
 //! over its faces of the squared difference between these functions and the new wedge's number s \[HO99\]:
 //! Σ |n| (g·x + e − s)², least where s is the weighted mean of g·x + e.
 
-use crate::kernel::attribute_costs::MOST_COSTED;
-use crate::kernel::face_gradients::LEAST_HEIGHT;
 use crate::kernel::rows::{LOCKED, SEAM};
 use crate::math::DVec3;
 
 use super::filter::Rejection;
 use super::layout::Kind;
 use super::patch::Patch;
-use super::placement::{Products, Quadric};
+use super::placement::Quadric;
+use super::side_sums::{FaceTerm, SideSums};
 use super::wedges::WedgeRows;
 
 /// Most ends of a contraction.
@@ -43,37 +42,25 @@ impl CornerFace {
     }
 }
 
-/// One number of a side about the middle of the pair.
-#[derive(Debug, Clone, Copy, Default)]
-struct Term {
-    /// Half the difference of the ends' numbers, and their mean.
-    half: f64,
-    mean: f64,
-    /// Σ |n| g and Σ |n| e, of numbers less the mean.
-    g: DVec3,
-    e: f64,
-}
-
 /// The wedges of the ends that become one.
 #[derive(Debug, Clone)]
 pub struct Side {
     /// Of every end; for a pair the first's again in the last place.
     pub wedges: [u32; ENDS],
-    /// Σ |n|.
-    weight: f64,
-    terms: [Term; MOST_COSTED],
+    /// Over its faces.
+    sums: SideSums,
 }
 
 impl Side {
     /// Of these wedges, the first two of which are a pair's.
     fn between(wedges: [u32; ENDS], rows: &WedgeRows<'_>) -> Self {
-        let mut side = Self { wedges, weight: 0.0, terms: [Term::default(); MOST_COSTED] };
         let [first, second] = [0, 1].map(|end| &rows.row(wedges[end])[..rows.layout.costed]);
-        for ((term, &a), &b) in side.terms.iter_mut().zip(first).zip(second) {
-            let (a, b) = (f64::from(a), f64::from(b));
-            (term.half, term.mean) = ((b - a) * 0.5, (a + b) * 0.5);
-        }
-        side
+        Self { wedges, sums: SideSums::between(first, second) }
+    }
+
+    /// Whether a face is one of its own.
+    pub fn has(&self, face: &CornerFace) -> bool {
+        self.wedges[face.end] == face.wedges[0]
     }
 }
 
@@ -89,6 +76,8 @@ pub struct Sides {
     /// Whether the ends share no face: they cost what the geometry does.
     pub apart: bool,
     costed: usize,
+    /// Those of the faces of a side.
+    terms: Vec<FaceTerm>,
     /// The terms that the least numbers save.
     saved: Quadric,
 }
@@ -225,36 +214,15 @@ impl Sides {
         if costed == 0 || self.apart {
             return;
         }
-        for face in &self.faces {
-            let Some(side) = self.sides.iter_mut().find(|side| face.wedges[0] == side.wedges[face.end]) else {
-                continue;
-            };
-            let [p0, p1, p2] = face.points;
-            let (e1, e2) = (p1 - p0, p2 - p0);
-            let n = e1.cross(e2);
-            let (weight, sides_sq) = (n.length(), e1.length_squared() + e2.length_squared());
-            side.weight += weight;
-            let is_flat = weight <= f64::from(LEAST_HEIGHT) * sides_sq;
-            let [c1, c2] =
-                if is_flat { [DVec3::ZERO; 2] } else { [e2.cross(n), n.cross(e1)].map(|c| c / (weight * weight)) };
-            let (c1_at, c2_at, offset) = (c1.dot(p0), c2.dot(p0), if face.dies { 0.0 } else { 1.0 });
-            let (w1, w2) = (c1 * weight, c2 * weight);
-            let mut sums = Products::default();
-            let [at, next, last] = face.wedges.map(|wedge| &rows.row(wedge)[..costed]);
-            for (term, ((&v0, &v1), &v2)) in side.terms.iter_mut().zip(at.iter().zip(next).zip(last)) {
-                let [v0, v1, v2] = [v0, v1, v2].map(f64::from);
-                let (d1, d2) = (v1 - v0, v2 - v0);
-                let e = (v0 - c1_at * d1 - c2_at * d2 - term.mean) * offset;
-                term.g += w1 * d1 + w2 * d2;
-                term.e += e * weight;
-                sums.add(d1, d2, e);
-            }
-            quadric.add_linear_functions([c1, c2], sums, weight);
-        }
-        for side in self.sides.iter().filter(|side| side.weight > 0.0) {
-            for term in &side.terms[..costed] {
-                self.saved.add_linear(term.g / side.weight, term.e / side.weight, side.weight);
-            }
+        let Self { faces, sides, terms, saved, .. } = self;
+        for side in sides {
+            let own = faces.iter().filter(|face| side.has(face));
+            terms.clear();
+            terms.extend(
+                own.map(|face| FaceTerm::new(face.points, face.dies, face.wedges.map(|wedge| rows.start(wedge)))),
+            );
+            side.sums.add_faces(terms, rows.all(), costed, quadric);
+            side.sums.add_saved(costed, saved);
         }
     }
 
@@ -266,23 +234,16 @@ impl Sides {
     /// What the numbers of an end cost at its place more than the means of both ends'; `h` is half the pair.
     pub fn at_end(&self, end: usize, h: DVec3) -> f64 {
         let (x, sign) = if end == 0 { (-h, -1.0) } else { (h, 1.0) };
-        let terms = self.sides.iter().flat_map(|side| side.terms[..self.costed].iter().map(|term| (side.weight, term)));
-        let value = |(weight, term): (f64, &Term)| {
-            let s = sign * term.half;
-            s * (s * weight - 2.0 * (term.g.dot(x) + term.e))
-        };
-        terms.map(value).sum()
+        self.sides.iter().map(|side| side.sums.at_end(self.costed, x, sign)).sum()
     }
 
     /// The best numbers of a side at a place.
     pub fn least(&self, side: usize, x: DVec3) -> impl Iterator<Item = f32> {
-        let side = &self.sides[side];
-        let weight = if side.weight > 0.0 { 1.0 / side.weight } else { 0.0 };
-        side.terms[..self.costed].iter().map(move |term| (term.mean + (term.g.dot(x) + term.e) * weight) as f32)
+        self.sides[side].sums.least(self.costed, x)
     }
 
     /// The share of a side in the area around a pair.
     pub fn weight(&self, side: usize) -> f64 {
-        self.sides[side].weight
+        self.sides[side].sums.weight
     }
 }

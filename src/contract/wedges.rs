@@ -443,6 +443,16 @@ impl<'a> WedgeRows<'a> {
         }
     }
 
+    /// Where its row starts in [`Self::all`].
+    pub fn start(&self, wedge: u32) -> usize {
+        self.local(wedge) * self.layout.width
+    }
+
+    /// The rows of all these wedges, one after the other, as they are now.
+    pub fn all(&self) -> &[f32] {
+        self.rows
+    }
+
     /// Its row, as it is now.
     pub fn row(&self, wedge: u32) -> &[f32] {
         &self.rows[self.local(wedge) * self.layout.width..][..self.layout.width]

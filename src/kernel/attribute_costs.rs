@@ -4,30 +4,29 @@
 //! \[HO99\], per current face: with the gradient g of an attribute, its number s at the new vertex and e what the face has at
 //! the pair's midpoint, Σ |n| (g·x + e − s)², least where s is the weighted mean of g·x + e. Departs: memoryless as the
 //! geometry is, so that a wedge's own place and numbers make its terms zero, and sums a wedge make a pair cost O(1).
-//! About the midpoint, with half the difference q of the ends' numbers: e = g·h − q on the faces of the first end,
-//! q − g·h on those of the second, and 0 on those that they share.
+//! About the midpoint, with half the difference q of the ends' numbers: e = g·h − q on the faces of the first end and
+//! q − g·h on those of the second. The faces that both share, where e is 0, count twice: their gradients need not be read.
 
 use rayon::prelude::*;
 
-use super::attribute_lanes::{
-    Accumulate, Begin, Block, Finish, HEAD_WORDS, Head, NUMBER_WORDS, Numbers, Places, STATE_WORDS,
-};
+use super::attribute_lanes::{Accumulate, Begin, Block, Finish, HEAD_WORDS, Head, NUMBER_WORDS, Numbers, STATE_WORDS};
 use super::attribute_terms::{
-    Joint, Term, ends_half_exponent, freedom, joint_cost, side_weights, with_side, with_term,
+    Joint, ends_half_exponent, freedom, joint_cost, side_weights, term_of, with_side, with_term,
 };
 use super::pair_quadric::{CONSTANTS, NO_WEIGHT, cost_key, scale_down};
-use super::pairs::{NO_FACE, half_edge_corners};
-use super::rows::{AttributeSum, BORDER, BorderSum, Edge, Face, Gradient, Normal, Position, VolumeSum};
+use super::pairs::{NO_FACE, half_edge_ends};
+use super::rows::{AttributeSum, BORDER, BorderSum, Edge, Face, Normal, Position, Slope, VolumeSum};
 use super::split::CHUNK;
 use super::volume_costs::{Params as Policies, VOLUME_REGULARIZATION, volume_ends, with_border};
 use super::volume_sums::border_term;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, Switch, params};
 use crate::math::Vec3;
-use crate::math::exact::{Sym3, mul, scale3, sub, sub3, sym_add, trace};
+use crate::math::exact::{Sym3, mul, scale3, sub3, sym_add, trace};
 use crate::math::lanes::{self, Columns, LANES};
 
 /// Most numbers of a wedge that decide.
 pub const MOST_COSTED: usize = 16;
+
 /// One invocation a pair.
 pub struct AttributeCosts<'a> {
     /// V positions.
@@ -42,14 +41,10 @@ pub struct AttributeCosts<'a> {
     pub borders: &'a Buffer<BorderSum>,
     /// The wedges of the corners of F faces.
     pub corners: &'a Buffer<Face>,
-    /// `costed` numbers for each wedge.
-    pub values: &'a Buffer<f32>,
-    /// `costed` gradients for each face.
-    pub gradients: &'a Buffer<Gradient>,
     /// A sum for each wedge.
     pub wedge_sums: &'a Buffer<AttributeSum>,
-    /// `costed` sums of |n| g for each wedge.
-    pub slopes: &'a Buffer<Gradient>,
+    /// `costed` numbers for each wedge, with the sums of |n| g.
+    pub slopes: &'a Buffer<Slope>,
     /// P pairs.
     pub pairs: &'a Buffer<Edge>,
     /// P.
@@ -73,6 +68,7 @@ params! {
         costed: u32,
     }
 }
+
 /// What pairs are costed from, on the host.
 #[derive(Debug, Clone, Copy)]
 pub struct AttributeRows<'a> {
@@ -82,10 +78,8 @@ pub struct AttributeRows<'a> {
     sums: &'a [VolumeSum],
     borders: &'a [BorderSum],
     corners: &'a [Face],
-    values: &'a [f32],
-    gradients: &'a [Gradient],
     wedge_sums: &'a [AttributeSum],
-    slopes: &'a [Gradient],
+    slopes: &'a [Slope],
     params: Params,
 }
 
@@ -94,25 +88,29 @@ pub struct AttributeRows<'a> {
 pub struct WedgeBuffers<'a> {
     /// The wedges of the corners of F faces.
     pub corners: &'a Buffer<Face>,
-    /// `costed` numbers for each wedge.
-    pub values: &'a Buffer<f32>,
-    /// `costed` gradients for each face.
-    pub gradients: &'a Buffer<Gradient>,
     /// A sum for each wedge.
     pub wedge_sums: &'a Buffer<AttributeSum>,
-    /// `costed` sums of |n| g for each wedge.
-    pub slopes: &'a Buffer<Gradient>,
+    /// `costed` numbers for each wedge, with the sums of |n| g.
+    pub slopes: &'a Buffer<Slope>,
     /// Numbers of a wedge.
     pub costed: usize,
 }
 
-/// The wedges at both ends of a pair on one of its sides, and the faces there that both share.
+/// A pair: its ends, the faces that both share, and the wedges of the ends in the first of them and in the second.
 #[derive(Debug, Clone, Copy)]
-struct PairSide {
-    first: u32,
-    second: u32,
+struct Located {
+    ends: [u32; 2],
     left: u32,
     right: u32,
+    own: [u32; 2],
+    other: [u32; 2],
+}
+
+impl Located {
+    /// Whether it lies along a seam.
+    fn tears(&self) -> bool {
+        self.own != self.other
+    }
 }
 
 impl<'a> AttributeRows<'a> {
@@ -133,36 +131,28 @@ impl<'a> AttributeRows<'a> {
             sums: sums.host(),
             borders: borders.host(),
             corners: wedges.corners.host(),
-            values: wedges.values.host(),
-            gradients: wedges.gradients.host(),
             wedge_sums: wedges.wedge_sums.host(),
             slopes: wedges.slopes.host(),
             params: Params::new(policies, wedges.costed as u32),
         }
     }
 
-    /// The ends of a half-edge, and their wedges in its face.
     #[inline(always)]
-    fn ends(&self, half_edge: u32) -> ([u32; 2], [u32; 2]) {
-        let [u, w, _] = half_edge_corners(half_edge, self.faces);
-        let [a, b, _] = half_edge_corners(half_edge, self.corners);
-        ([u, w], [a, b])
+    fn located(&self, Edge { half_edge, across }: Edge) -> Located {
+        let ends = half_edge_ends(half_edge, self.faces);
+        let own = half_edge_ends(half_edge, self.corners);
+        let other = if across == NO_FACE { own } else { self.wedges_in(across, ends) };
+        Located { ends, left: half_edge / 3, right: across, own, other }
     }
 
-    /// The wedges of both ends in another face.
+    /// The wedges of both ends in a face.
     #[inline(always)]
-    fn wedges_in(&self, f: u32, [u, w]: [u32; 2]) -> [u32; 2] {
-        let (face, corners) = (self.faces[f as usize].corners(), self.corners[f as usize].corners());
-        let at = |v: u32| {
-            if face[1] == v {
-                corners[1]
-            } else if face[2] == v {
-                corners[2]
-            } else {
-                corners[0]
-            }
-        };
-        [at(u), at(w)]
+    fn wedges_in(&self, f: u32, ends: [u32; 2]) -> [u32; 2] {
+        let (face, corners) = (self.faces[f as usize], self.corners[f as usize]);
+        ends.map(|v| {
+            let at = if face.c == v { corners.c } else { corners.a };
+            if face.b == v { corners.b } else { at }
+        })
     }
 
     /// A function that writes the keys of pairs, for one thread.
@@ -171,158 +161,107 @@ impl<'a> AttributeRows<'a> {
         let mut block = Box::new(Block::new());
         move |pairs: &[Edge], keys: &mut [u32]| {
             for (pairs, keys) in pairs.chunks(LANES).zip(keys.chunks_mut(LANES)) {
-                rows.keys_of(pairs, &mut block);
-                for (lane, (&pair, key)) in pairs.iter().zip(keys).enumerate() {
-                    *key = if rows.is_special(pair) { rows.key(pair) } else { block.keys.get(lane) };
-                }
+                rows.write_keys(pairs, &mut block, keys);
             }
         }
     }
 
-    /// The keys of at most as many pairs as there are lanes, off borders and seams.
-    fn keys_of(&self, pairs: &[Edge], block: &mut Block) {
+    /// The keys of at most as many pairs as there are lanes: those off borders and seams together, then the others.
+    fn write_keys(&self, pairs: &[Edge], block: &mut Block, out: &mut [u32]) {
         let Block { heads, numbers, states: [state, next], keys } = block;
         let (mut state, mut next) = (state, next);
-        let mut places = [Places::default(); LANES];
-        for (lane, &pair) in pairs.iter().enumerate() {
-            heads.set(lane, self.head(pair));
-            places[lane] = self.places(pair);
+        let mut starts = [[0; 2]; LANES];
+        for ((lane, &pair), starts) in pairs.iter().enumerate().zip(&mut starts) {
+            let located = self.located(pair);
+            *starts = located.own.map(|wedge| (wedge * self.params.costed) as usize);
+            heads.set(lane, self.head(located));
         }
         lanes::pass::<Begin, HEAD_WORDS, 0, STATE_WORDS>(heads, &Columns::new(), (), state);
-        for j in 0..self.params.costed {
-            places[..pairs.len()].iter().enumerate().for_each(|(lane, at)| numbers.set(lane, self.numbers(at, j)));
+        for j in 0..self.params.costed as usize {
+            for (lane, starts) in starts[..pairs.len()].iter().enumerate() {
+                let [first, second] = starts.map(|start| self.slopes[start + j]);
+                numbers.set(lane, Numbers { first, second });
+            }
             lanes::pass::<Accumulate, NUMBER_WORDS, STATE_WORDS, STATE_WORDS>(numbers, state, (), next);
             (state, next) = (next, state);
         }
         lanes::pass::<Finish, HEAD_WORDS, STATE_WORDS, 1>(heads, state, self.params, keys);
+        for (lane, (&pair, key)) in pairs.iter().zip(out).enumerate() {
+            let located = self.located(pair);
+            *key = if self.is_special(located) { self.key_of(located) } else { keys.get(lane) };
+        }
     }
 
     #[inline(always)]
-    fn head(&self, Edge { half_edge, across }: Edge) -> Head {
-        let ([u, w], [a, b]) = self.ends(half_edge);
+    fn head(&self, Located { ends: [u, w], left, right, own: [first, second], .. }: Located) -> Head {
         Head {
             pu: self.positions[u as usize],
             pw: self.positions[w as usize],
             sum_u: self.sums[u as usize],
             sum_w: self.sums[w as usize],
-            left: self.normals[(half_edge / 3) as usize],
-            right: self.normal(across),
-            first: self.wedge_sums[a as usize],
-            second: self.wedge_sums[b as usize],
+            left: self.normals[left as usize],
+            right: self.normal(right),
+            first: self.wedge_sums[first as usize],
+            second: self.wedge_sums[second as usize],
         }
     }
 
-    /// Where the numbers of a pair begin.
+    /// Whether a pair lies at a border or along a seam.
     #[inline(always)]
-    fn places(&self, Edge { half_edge, across }: Edge) -> Places {
-        let (_, [a, b]) = self.ends(half_edge);
-        let costed = self.params.costed;
-        let right = (across != NO_FACE).then(|| (across * costed) as usize);
-        Places {
-            first: (a * costed) as usize,
-            second: (b * costed) as usize,
-            left: (half_edge / 3 * costed) as usize,
-            right,
-        }
-    }
-
-    #[inline(always)]
-    fn numbers(&self, at: &Places, j: u32) -> Numbers {
-        let j = j as usize;
-        Numbers {
-            first: self.slopes[at.first + j],
-            second: self.slopes[at.second + j],
-            left: self.gradients[at.left + j],
-            right: at.right.map_or(Gradient::default(), |right| self.gradients[right + j]),
-            at_first: self.values[at.first + j],
-            at_second: self.values[at.second + j],
-        }
-    }
-
-    /// Whether a pair lies on a border or along a seam.
-    #[inline(always)]
-    fn is_special(&self, Edge { half_edge, across }: Edge) -> bool {
-        let ([u, w], wedges) = self.ends(half_edge);
-        let flags = self.positions[u as usize].flags | self.positions[w as usize].flags;
-        flags & BORDER != 0 || (across != NO_FACE && self.wedges_in(across, [u, w]) != wedges)
+    fn is_special(&self, located: Located) -> bool {
+        let [u, w] = located.ends.map(|v| self.positions[v as usize].flags);
+        (u | w) & BORDER != 0 || located.tears()
     }
 
     /// The key of any pair.
-    pub fn key(&self, Edge { half_edge, across }: Edge) -> u32 {
-        let ([u, w], [first, second]) = self.ends(half_edge);
-        let f = half_edge / 3;
-        if across == NO_FACE {
-            let e = sub3(self.positions[w as usize].xyz(), self.positions[u as usize].xyz());
-            let side = PairSide { first, second, left: f, right: NO_FACE };
-            return self.key_of([u, w], border_term(e), side, None);
-        }
-        let other = self.wedges_in(across, [u, w]);
-        if other == [first, second] {
-            return self.key_of([u, w], Sym3::default(), PairSide { first, second, left: f, right: across }, None);
-        }
-        let left = PairSide { first, second, left: f, right: NO_FACE };
-        let right = PairSide { first: other[0], second: other[1], left: NO_FACE, right: across };
-        self.key_of([u, w], Sym3::default(), left, Some(right))
+    pub fn key(&self, pair: Edge) -> u32 {
+        self.key_of(self.located(pair))
     }
 
     fn normal(&self, f: u32) -> Normal {
         if f == NO_FACE { Normal::default() } else { self.normals[f as usize] }
     }
 
-    fn key_of(&self, [u, w]: [u32; 2], border: Sym3, side: PairSide, other: Option<PairSide>) -> u32 {
+    fn key_of(&self, located: Located) -> u32 {
+        let Located { ends: [u, w], left, right, own, other } = located;
         let (pu, pw) = (self.positions[u as usize], self.positions[w as usize]);
-        let left = self.normal(side.left);
-        let right = self.normal(other.map_or(side.right, |other| other.right));
-        let mut ends = volume_ends(self.sums[u as usize], self.sums[w as usize], left, right);
+        let (sum_u, sum_w) = (self.sums[u as usize], self.sums[w as usize]);
+        let mut ends = volume_ends(sum_u, sum_w, self.normal(left), self.normal(right));
         if (pu.flags | pw.flags) & BORDER != 0 {
+            let is_on_border = right == NO_FACE;
+            let border = if is_on_border { border_term(sub3(pw.xyz(), pu.xyz())) } else { Sym3::default() };
             let (first, second) = (self.borders[u as usize], self.borders[w as usize]);
             ends = with_border(ends, first, second, border, self.params.border_weight);
         }
-        let sum = |wedge: u32| self.wedge_sums[wedge as usize];
-        ends = with_side(ends, sum(side.first), sum(side.second));
-        if let Some(other) = other {
-            ends = with_side(ends, sum(other.first), sum(other.second));
+        let sums = |[first, second]: [u32; 2]| (self.wedge_sums[first as usize], self.wedge_sums[second as usize]);
+        let (first, second) = sums(own);
+        ends = with_side(ends, first, second);
+        if located.tears() {
+            let (first, second) = sums(other);
+            ends = with_side(ends, first, second);
         }
         if trace(sym_add(ends.first, ends.second)) <= NO_WEIGHT {
             return 0;
         }
         let h = scale3(sub3(pw.xyz(), pu.xyz()), 0.5);
         let half = ends_half_exponent(ends);
-        let mut joint = self.with_terms(Joint::default(), side, half, h);
-        if let Some(other) = other {
+        let mut joint = self.with_terms(Joint::default(), own, half, h);
+        if located.tears() {
             joint = self.with_terms(joint, other, half, h);
         }
         cost_key(joint_cost(ends, joint, half, h, freedom(pu.flags, pw.flags, self.params)))
     }
 
-    /// Adds the terms of a side.
-    fn with_terms(&self, joint: Joint, side: PairSide, half: u32, h: Vec3) -> Joint {
+    /// Adds the terms of a side, whose wedges at both ends these are.
+    fn with_terms(&self, joint: Joint, [first, second]: [u32; 2], half: u32, h: Vec3) -> Joint {
         let s = scale_down(half);
         let s_sq = mul(s, s);
-        let left_root = mul(self.normal(side.left).root, s);
-        let right_root = mul(self.normal(side.right).root, s);
         let weight = |wedge: u32| mul(self.wedge_sums[wedge as usize].weight, s_sq);
-        let weights = side_weights(weight(side.first), weight(side.second), left_root, right_root);
-        let costed = self.params.costed;
-        let slope = |wedge: u32, j: u32| self.slopes[(wedge * costed + j) as usize].xyz();
-        let value = |wedge: u32, j: u32| self.values[(wedge * costed + j) as usize];
-        let gradient = |f: u32, j: u32| {
-            if f == NO_FACE { Vec3::ZERO } else { self.gradients[(f * costed + j) as usize].xyz() }
-        };
-        let mut joint = joint;
-        for j in 0..costed {
-            let term = Term {
-                first: scale3(slope(side.first, j), s_sq),
-                second: scale3(slope(side.second, j), s_sq),
-                left: scale3(gradient(side.left, j), s),
-                right: scale3(gradient(side.right, j), s),
-                left_root,
-                right_root,
-                half: mul(sub(value(side.second, j), value(side.first, j)), 0.5),
-            };
-            joint = with_term(joint, term, weights, h);
-        }
-        joint
+        let weights = side_weights(weight(first), weight(second));
+        let costed = self.params.costed as usize;
+        let slopes = |wedge: u32| &self.slopes[wedge as usize * costed..][..costed];
+        let numbers = slopes(first).iter().zip(slopes(second));
+        numbers.fold(joint, |joint, (&a, &b)| with_term(joint, term_of(a, b, s_sq), weights, h))
     }
 }
 
@@ -363,8 +302,6 @@ impl Kernel for AttributeCosts<'_> {
             Binding::new("sums", Access::Read, self.sums),
             Binding::new("borders", Access::Read, self.borders),
             Binding::new("corners", Access::Read, self.corners),
-            Binding::new("values", Access::Read, self.values),
-            Binding::new("gradients", Access::Read, self.gradients),
             Binding::new("wedge_sums", Access::Read, self.wedge_sums),
             Binding::new("slopes", Access::Read, self.slopes),
             Binding::new("pairs", Access::Read, self.pairs),
@@ -378,9 +315,8 @@ impl Kernel for AttributeCosts<'_> {
 
     fn run_cpu(&mut self) {
         let policies = Policies::new(self.placement, self.border_weight);
-        let Self { positions, faces, normals, sums, borders, corners, values, gradients, wedge_sums, slopes, .. } =
-            *self;
-        let wedges = WedgeBuffers { corners, values, gradients, wedge_sums, slopes, costed: self.costed as usize };
+        let Self { positions, faces, normals, sums, borders, corners, wedge_sums, slopes, costed, .. } = *self;
+        let wedges = WedgeBuffers { corners, wedge_sums, slopes, costed: costed as usize };
         let rows = AttributeRows::on_host(positions, faces, normals, sums, borders, wedges, policies);
         let pairs = &self.pairs.host()[..self.pair_count as usize];
         let keys = &mut self.keys.host_mut()[..pairs.len()];

@@ -5,13 +5,13 @@ use bytemuck::{Pod, Zeroable};
 
 use super::attribute_costs::Params;
 use super::attribute_terms::{
-    Joint, SideWeights, Term, ends_half_exponent, freedom, joint_cost, side_weights, with_side, with_term,
+    Joint, SideWeights, ends_half_exponent, freedom, joint_cost, side_weights, term_of, with_side, with_term,
 };
 use super::pair_quadric::{NO_WEIGHT, cost_key, scale_down};
-use super::rows::{AttributeSum, Gradient, Normal, Position, VolumeSum};
+use super::rows::{AttributeSum, Normal, Position, Slope, VolumeSum};
 use super::volume_costs::{Ends, volume_ends};
 use crate::math::Vec3;
-use crate::math::exact::{mul, scale3, sub, sub3, sym_add, trace};
+use crate::math::exact::{mul, scale3, sub3, sym_add, trace};
 use crate::math::lanes::{Columns, Pass};
 
 /// A pair off the border and off the seams, without its terms.
@@ -36,20 +36,14 @@ pub(super) struct State {
     pub weights: SideWeights,
     pub h: Vec3,
     pub half: u32,
-    pub left_root: f32,
-    pub right_root: f32,
 }
 
-/// One number of a pair, as it is stored.
+/// One number of a pair: of the wedges at its ends, as they are stored.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 pub(super) struct Numbers {
-    pub first: Gradient,
-    pub second: Gradient,
-    pub left: Gradient,
-    pub right: Gradient,
-    pub at_first: f32,
-    pub at_second: f32,
+    pub first: Slope,
+    pub second: Slope,
 }
 
 /// 32-bit scalars of the rows above.
@@ -77,15 +71,11 @@ impl Pass for Begin {
         let half = ends_half_exponent(head_ends(head));
         let s = scale_down(half);
         let s_sq = mul(s, s);
-        let (left_root, right_root) = (mul(head.left.root, s), mul(head.right.root, s));
-        let (first, second) = (mul(head.first.weight, s_sq), mul(head.second.weight, s_sq));
         State {
             joint: Joint::default(),
-            weights: side_weights(first, second, left_root, right_root),
+            weights: side_weights(mul(head.first.weight, s_sq), mul(head.second.weight, s_sq)),
             h: scale3(sub3(head.pw.xyz(), head.pu.xyz()), 0.5),
             half,
-            left_root,
-            right_root,
         }
     }
 }
@@ -102,16 +92,7 @@ impl Pass for Accumulate {
     #[inline(always)]
     fn pass(numbers: Numbers, state: State, (): ()) -> State {
         let s = scale_down(state.half);
-        let s_sq = mul(s, s);
-        let term = Term {
-            first: scale3(numbers.first.xyz(), s_sq),
-            second: scale3(numbers.second.xyz(), s_sq),
-            left: scale3(numbers.left.xyz(), s),
-            right: scale3(numbers.right.xyz(), s),
-            left_root: state.left_root,
-            right_root: state.right_root,
-            half: mul(sub(numbers.at_second, numbers.at_first), 0.5),
-        };
+        let term = term_of(numbers.first, numbers.second, mul(s, s));
         State { joint: with_term(state.joint, term, state.weights, state.h), ..state }
     }
 }
@@ -132,15 +113,6 @@ impl Pass for Finish {
         let cost = joint_cost(ends, state.joint, state.half, state.h, freedom);
         if trace(sym_add(ends.first, ends.second)) <= NO_WEIGHT { 0 } else { cost_key(cost) }
     }
-}
-
-/// Where the numbers of a pair begin: of its wedges and of the faces on its sides.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Places {
-    pub first: usize,
-    pub second: usize,
-    pub left: usize,
-    pub right: Option<usize>,
 }
 
 /// Scratch for the keys of pairs.

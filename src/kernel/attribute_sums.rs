@@ -1,17 +1,16 @@
-//! What the attributes need of every wedge: sums over its faces of |n| g gᵀ, |n| and |n| g. Twin:
-//! `shaders/attribute_sums.wgsl`, line for line.
+//! What the attributes need of every wedge: sums over its faces of |n| g gᵀ, |n| and |n| g, the last beside its numbers.
+//! Twin: `shaders/attribute_sums.wgsl`, line for line.
 //!
 //! Gathers: one invocation a vertex, for each of its wedges the ring in ascending face order, so the sums are repeatable.
 //! About the wedge's own place and numbers the other terms of its quadric are zero, as those of the `volume` metric are.
 
 use rayon::prelude::*;
 
-use super::rows::{AttributeSum, FLAGS, Face, Gradient, HUB, Normal, Position};
+use super::rows::{AttributeSum, FLAGS, Face, HUB, Position, Slope};
 use super::split::{CHUNK, split_at_bounds};
 use super::stars::spoke;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
-use crate::math::Vec3;
-use crate::math::exact::{Sym3, add, add3, mul, outer, scale3, sym_add};
+use crate::math::exact::{add, sym_add};
 
 /// One invocation a vertex.
 pub struct AttributeSums<'a> {
@@ -23,22 +22,24 @@ pub struct AttributeSums<'a> {
     pub ring_starts: &'a Buffer<u32>,
     /// The faces around every vertex, ascending.
     pub ring_faces: &'a Buffer<u32>,
-    /// F normals.
-    pub normals: &'a Buffer<Normal>,
     /// The wedges of the corners of F faces.
     pub corners: &'a Buffer<Face>,
     /// The first wedge of each of V vertices, and the end.
     pub wedge_starts: &'a Buffer<u32>,
-    /// `costed` gradients for each face.
-    pub gradients: &'a Buffer<Gradient>,
+    /// `costed` numbers for each wedge.
+    pub values: &'a Buffer<f32>,
+    /// |n| g gᵀ and |n| of F faces.
+    pub face_sums: &'a Buffer<AttributeSum>,
+    /// |n| g of `costed` numbers for each face.
+    pub gradients: &'a Buffer<Slope>,
     /// V.
     pub vertex_count: u32,
     /// Numbers of a wedge.
     pub costed: u32,
     /// Writes a sum for each wedge; those of a hub are zero.
     pub sums: &'a mut Buffer<AttributeSum>,
-    /// Writes `costed` sums of |n| g for each wedge.
-    pub slopes: &'a mut Buffer<Gradient>,
+    /// Writes the numbers of each wedge, with the sums of |n| g.
+    pub slopes: &'a mut Buffer<Slope>,
 }
 
 params! {
@@ -52,9 +53,10 @@ params! {
 #[derive(Clone, Copy)]
 struct Rows<'a> {
     faces: &'a [Face],
-    normals: &'a [Normal],
     corners: &'a [Face],
-    gradients: &'a [Gradient],
+    face_sums: &'a [AttributeSum],
+    gradients: &'a [Slope],
+    values: &'a [f32],
     costed: usize,
 }
 
@@ -65,32 +67,27 @@ fn has_wedge(f: u32, vertex: u32, wedge: u32, rows: Rows<'_>) -> bool {
     rows.corners[f as usize].corners()[corner as usize] == wedge
 }
 
-/// The sum over the faces of a wedge.
-fn attribute_sum(own: &[u32], rows: Rows<'_>) -> AttributeSum {
-    let mut matrix = Sym3::default();
-    let mut weight = 0.0;
-    for &f in own {
-        let root = rows.normals[f as usize].root;
-        weight = add(weight, mul(root, root));
-        for g in &rows.gradients[f as usize * rows.costed..][..rows.costed] {
-            matrix = sym_add(matrix, outer(g.xyz()));
-        }
-    }
-    let Sym3 { xx, xy, xz, yy, yz, zz } = matrix;
-    AttributeSum { xx, xy, xz, yy, yz, zz, weight }
+#[inline(always)]
+fn with_face(sum: AttributeSum, face: AttributeSum) -> AttributeSum {
+    AttributeSum::new(sym_add(sum.matrix(), face.matrix()), add(sum.weight, face.weight))
 }
 
-/// Adds |n| g of every number over the faces of a wedge.
-fn add_slopes(own: &[u32], rows: Rows<'_>, slopes: &mut [Gradient]) {
-    slopes.fill(Gradient::default());
-    for &f in own {
-        let root = rows.normals[f as usize].root;
-        let gradients = &rows.gradients[f as usize * rows.costed..][..rows.costed];
-        for (sum, g) in slopes.iter_mut().zip(gradients) {
-            let Vec3 { x, y, z } = add3(sum.xyz(), scale3(g.xyz(), root));
-            *sum = Gradient { x, y, z };
-        }
+/// The sum over the faces of a wedge; writes its numbers with the sums of |n| g.
+#[inline(always)]
+fn wedge_sum(wedge: usize, own: impl Iterator<Item = u32>, rows: Rows<'_>, slopes: &mut [Slope]) -> AttributeSum {
+    let costed = rows.costed;
+    let mut sum = AttributeSum::default();
+    slopes.fill(Slope::default());
+    for f in own {
+        sum = with_face(sum, rows.face_sums[f as usize]);
+        // All components of all numbers in one loop over scalars; `at` is 0 so far.
+        let gradients: &[f32] = bytemuck::cast_slice(&rows.gradients[f as usize * costed..][..costed]);
+        let slopes: &mut [f32] = bytemuck::cast_slice_mut(slopes);
+        slopes.iter_mut().zip(gradients).for_each(|(sum, &g)| *sum = add(*sum, g));
     }
+    let values = &rows.values[wedge * costed..][..costed];
+    slopes.iter_mut().zip(values).for_each(|(slope, &at)| slope.at = at);
+    sum
 }
 
 impl Kernel for AttributeSums<'_> {
@@ -110,9 +107,10 @@ impl Kernel for AttributeSums<'_> {
             Binding::new("faces", Access::Read, self.faces),
             Binding::new("ring_starts", Access::Read, self.ring_starts),
             Binding::new("ring_faces", Access::Read, self.ring_faces),
-            Binding::new("normals", Access::Read, self.normals),
             Binding::new("corners", Access::Read, self.corners),
             Binding::new("wedge_starts", Access::Read, self.wedge_starts),
+            Binding::new("values", Access::Read, self.values),
+            Binding::new("face_sums", Access::Read, self.face_sums),
             Binding::new("gradients", Access::Read, self.gradients),
             Binding::new("sums", Access::Write, self.sums),
             Binding::new("slopes", Access::Write, self.slopes),
@@ -129,9 +127,10 @@ impl Kernel for AttributeSums<'_> {
         let (ring_starts, ring_faces) = (self.ring_starts.host(), self.ring_faces.host());
         let rows = Rows {
             faces: self.faces.host(),
-            normals: self.normals.host(),
             corners: self.corners.host(),
+            face_sums: self.face_sums.host(),
             gradients: self.gradients.host(),
+            values: self.values.host(),
             costed,
         };
         let wedges = wedge_starts[vertices];
@@ -142,19 +141,22 @@ impl Kernel for AttributeSums<'_> {
         let slopes = split_at_bounds(&mut self.slopes.host_mut()[..wedges as usize * costed], &slope_ends);
         bounds.par_windows(2).zip(sums).zip(slopes).for_each(|((bounds, sums), slopes)| {
             let first = wedge_starts[bounds[0]];
-            let mut own = Vec::new();
             for vertex in bounds[0]..bounds[1] {
                 let is_hub = positions[vertex].flags & HUB != 0;
                 let ring = &ring_faces[ring_starts[vertex] as usize..ring_starts[vertex + 1] as usize];
                 let ring = if is_hub { &[] } else { ring };
                 let wedges = wedge_starts[vertex]..wedge_starts[vertex + 1];
-                for wedge in wedges.clone() {
-                    own.clear();
-                    let is_own = |f: &&u32| wedges.len() == 1 || has_wedge(**f, vertex as u32, wedge, rows);
-                    own.extend(ring.iter().filter(is_own));
+                let is_whole = wedges.len() == 1;
+                for wedge in wedges {
                     let place = (wedge - first) as usize;
-                    sums[place] = attribute_sum(&own, rows);
-                    add_slopes(&own, rows, &mut slopes[place * costed..][..costed]);
+                    let slopes = &mut slopes[place * costed..][..costed];
+                    let all = ring.iter().copied();
+                    sums[place] = if is_whole {
+                        wedge_sum(wedge as usize, all, rows, slopes)
+                    } else {
+                        let own = all.filter(|&f| has_wedge(f, vertex as u32, wedge, rows));
+                        wedge_sum(wedge as usize, own, rows, slopes)
+                    };
                 }
             }
         });

@@ -7,7 +7,7 @@ use super::pair_quadric::{
     AT_ENDS, Freedom, NO_WEIGHT, NOISE, PairQuadric, ROUNDING, end_matrices, half_exponent, pair_cost, scale_down,
     scale_up, stays, value,
 };
-use super::rows::AttributeSum;
+use super::rows::{AttributeSum, Slope};
 use super::volume_costs::Ends;
 use crate::math::Vec3;
 use crate::math::exact::{
@@ -18,8 +18,6 @@ use crate::math::exact::{
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 pub(super) struct Joint {
-    /// Outer products of the shared faces, counted at both ends.
-    pub mutual: Sym3,
     /// With the means of the ends' numbers.
     pub b: Vec3,
     pub c: f32,
@@ -43,43 +41,46 @@ pub(super) struct SideWeights {
 }
 
 #[inline(always)]
-pub(super) fn side_weights(first: f32, second: f32, left_root: f32, right_root: f32) -> SideWeights {
-    let all = sub(sub(add(first, second), mul(left_root, left_root)), mul(right_root, right_root));
+pub(super) fn side_weights(first: f32, second: f32) -> SideWeights {
+    let all = add(first, second);
     let inverse = if all > NO_WEIGHT { divide(1.0, all) } else { 0.0 };
     SideWeights { first, second, all, inverse }
 }
 
-/// One number of a side: the sums of |n| g of both wedges, √|n| g of the shared faces, half the ends' difference.
+/// One number of a side: the sums of |n| g of both wedges, half the ends' difference.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Term {
     pub first: Vec3,
     pub second: Vec3,
-    pub left: Vec3,
-    pub right: Vec3,
-    pub left_root: f32,
-    pub right_root: f32,
     pub half: f32,
+}
+
+/// The term of a number, its sums times `scale`.
+#[inline(always)]
+pub(super) fn term_of(first: Slope, second: Slope, scale: f32) -> Term {
+    Term {
+        first: scale3(first.xyz(), scale),
+        second: scale3(second.xyz(), scale),
+        half: mul(sub(second.at, first.at), 0.5),
+    }
 }
 
 #[inline(always)]
 pub(super) fn with_term(joint: Joint, term: Term, weights: SideWeights, h: Vec3) -> Joint {
     let q = term.half;
-    let shared = add3(scale3(term.left, term.left_root), scale3(term.right, term.right_root));
-    let g = sub3(add3(term.first, term.second), shared);
+    let g = add3(term.first, term.second);
     let first_h = dot3(term.first, h);
     let second_h = dot3(term.second, h);
     let e = sub(sub(first_h, mul(q, weights.first)), sub(second_h, mul(q, weights.second)));
     let q_sq = mul(q, q);
-    let both = mul(q_sq, add(weights.first, weights.second));
     let across = mul(mul(2.0, q), add(first_h, second_h));
     let scaled = scale3(g, weights.inverse);
     let gh = dot3(g, h);
     let own = mul(q_sq, weights.all);
     let twice = mul(2.0, q);
     Joint {
-        mutual: sym_add(joint.mutual, sym_add(outer(term.left), outer(term.right))),
         b: add3(joint.b, scale3(sub3(term.first, term.second), q)),
-        c: add(joint.c, sub(both, across)),
+        c: add(joint.c, sub(own, across)),
         saved: sym_add(joint.saved, sym_scale(outer(g), weights.inverse)),
         saved_b: add3(joint.saved_b, scale3(scaled, e)),
         saved_c: add(joint.saved_c, mul(mul(e, e), weights.inverse)),
@@ -101,7 +102,7 @@ pub(super) fn joint_cost(ends: Ends, joint: Joint, half: u32, h: Vec3, freedom: 
     let s_sq = mul(s, s);
     let first = sym_scale(ends.first, s_sq);
     let second = sym_scale(ends.second, s_sq);
-    let mutual = sym_add(sym_scale(ends.mutual, s_sq), joint.mutual);
+    let mutual = sym_scale(ends.mutual, s_sq);
     let mut q = end_matrices(first, second, mutual, h);
     q.b = add3(q.b, joint.b);
     q.c = add(q.c, joint.c);

@@ -2,15 +2,17 @@
 //!
 //! # Reference
 //! \[HO99\]: an attribute is a linear function on a face, v0 + g·(p − p0), with g in its plane. With the edges e1 and e2 from
-//! p0, n = e1×e2, g = ((v1−v0) e2×n + (v2−v0) n×e1)/|n|². Written as √|n| g, whose outer product is |n| g gᵀ.
+//! p0, n = e1×e2, g = ((v1−v0) e2×n + (v2−v0) n×e1)/|n|². Found as √|n| g, whose outer product is |n| g gᵀ.
 
 use rayon::prelude::*;
 
-use super::rows::{Face, Gradient, Normal, Position};
+use super::rows::{AttributeSum, Face, Normal, Position, Slope};
 use super::split::CHUNK;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
-use crate::math::exact::{LEAST_FACTOR, add, add3, cross3, divide, dot3, flush3, mul, scale3, sub, sub3};
+use crate::math::exact::{
+    LEAST_FACTOR, Sym3, add, add3, cross3, divide, dot3, flush3, mul, outer, scale3, sub, sub3, sym_add,
+};
 
 /// Least |n| of a face over the squares of its edges for its attributes to have a gradient: about its height over its length.
 pub const LEAST_HEIGHT: f32 = 1e-4;
@@ -31,8 +33,10 @@ pub struct FaceGradients<'a> {
     pub face_count: u32,
     /// Numbers of a wedge.
     pub costed: u32,
-    /// Writes `costed` gradients for each face.
-    pub gradients: &'a mut Buffer<Gradient>,
+    /// Writes |n| g gᵀ over all numbers and |n| for each face.
+    pub sums: &'a mut Buffer<AttributeSum>,
+    /// Writes |n| g of `costed` numbers for each face.
+    pub gradients: &'a mut Buffer<Slope>,
 }
 
 params! {
@@ -58,9 +62,14 @@ fn edge_factors([a, b, c]: [Vec3; 3], normal: Normal) -> [Vec3; 2] {
 }
 
 #[inline(always)]
-fn gradient([first, second]: [Vec3; 2], a: f32, b: f32, c: f32) -> Gradient {
-    let g = flush3(add3(scale3(first, sub(b, a)), scale3(second, sub(c, a))), LEAST_FACTOR);
-    Gradient { x: g.x, y: g.y, z: g.z }
+fn gradient([first, second]: [Vec3; 2], a: f32, b: f32, c: f32) -> Vec3 {
+    flush3(add3(scale3(first, sub(b, a)), scale3(second, sub(c, a))), LEAST_FACTOR)
+}
+
+#[inline(always)]
+fn slope_of(g: Vec3, root: f32) -> Slope {
+    let Vec3 { x, y, z } = scale3(g, root);
+    Slope { x, y, z, at: 0.0 }
 }
 
 impl Kernel for FaceGradients<'_> {
@@ -81,6 +90,7 @@ impl Kernel for FaceGradients<'_> {
             Binding::new("normals", Access::Read, self.normals),
             Binding::new("corners", Access::Read, self.corners),
             Binding::new("values", Access::Read, self.values),
+            Binding::new("sums", Access::Write, self.sums),
             Binding::new("gradients", Access::Write, self.gradients),
         ]
     }
@@ -93,14 +103,20 @@ impl Kernel for FaceGradients<'_> {
         let costed = self.costed as usize;
         let (positions, faces, normals) = (self.positions.host(), self.faces.host(), self.normals.host());
         let (corners, values) = (self.corners.host(), self.values.host());
+        let sums = self.sums.host_mut()[..self.face_count as usize].par_iter_mut();
         let rows = self.gradients.host_mut()[..self.face_count as usize * costed].par_chunks_mut(costed.max(1));
-        rows.enumerate().with_min_len(CHUNK).for_each(|(f, row)| {
+        sums.zip(rows).enumerate().with_min_len(CHUNK).for_each(|(f, (sum, row))| {
             let points = faces[f].corners().map(|v| positions[v as usize].xyz());
+            let root = normals[f].root;
             let factors = edge_factors(points, normals[f]);
             let [a, b, c] = corners[f].corners().map(|wedge| &values[wedge as usize * costed..][..costed]);
+            let mut matrix = Sym3::default();
             for (j, out) in row.iter_mut().enumerate() {
-                *out = gradient(factors, a[j], b[j], c[j]);
+                let g = gradient(factors, a[j], b[j], c[j]);
+                matrix = sym_add(matrix, outer(g));
+                *out = slope_of(g, root);
             }
+            *sum = AttributeSum::new(matrix, mul(root, root));
         });
     }
 }
@@ -116,7 +132,7 @@ mod tests {
         let root = 8.0_f32.sqrt();
         let factors = edge_factors(points, Normal { x: 0.0, y: 0.0, z: root, root });
         let of = |p: Vec3| 2.0 * p.x - p.y;
-        let g = gradient(factors, of(points[0]), of(points[1]), of(points[2])).xyz() / root;
+        let g = gradient(factors, of(points[0]), of(points[1]), of(points[2])) / root;
         assert!((g - Vec3::new(2.0, -1.0, 0.0)).length() < 1e-6, "{g}");
     }
 

@@ -166,17 +166,19 @@ pub struct VolumeSum {
     pub nz: f32,
 }
 
-/// The gradient of an attribute over a face, times √|n|; or the sum of |n| times it over the faces of a wedge.
+/// A number of a wedge, and the sum of |n| times its gradient over the faces; or |n| times the gradient over one face, and 0.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 #[expect(missing_docs, reason = "the entries of a vector")]
-pub struct Gradient {
+pub struct Slope {
     pub x: f32,
     pub y: f32,
     pub z: f32,
+    /// The number.
+    pub at: f32,
 }
 
-impl Gradient {
+impl Slope {
     /// The vector.
     #[inline(always)]
     pub fn xyz(self) -> Vec3 {
@@ -184,7 +186,7 @@ impl Gradient {
     }
 }
 
-/// Sums over the faces of a wedge: of |n| g gᵀ over all attributes, and of |n|.
+/// |n| g gᵀ over all attributes, and |n|: of a face, or the sums over the faces of a wedge.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 #[expect(missing_docs, reason = "the entries of a symmetric matrix")]
@@ -195,7 +197,7 @@ pub struct AttributeSum {
     pub yy: f32,
     pub yz: f32,
     pub zz: f32,
-    /// Σ |n|.
+    /// |n|.
     pub weight: f32,
 }
 
@@ -375,6 +377,14 @@ matrix!(AttributeSum);
 matrix!(PlaneQuadric);
 matrix!(CellSum);
 
+impl AttributeSum {
+    /// Of these.
+    #[inline(always)]
+    pub fn new(Sym3 { xx, xy, xz, yy, yz, zz }: Sym3, weight: f32) -> Self {
+        Self { xx, xy, xz, yy, yz, zz, weight }
+    }
+}
+
 impl VolumeSum {
     /// The sum of n.
     #[inline(always)]
@@ -397,7 +407,7 @@ row!(Contraction { keep, gone: u32; x, y, z: f32; flags: u32 });
 row!(Normal { x, y, z, root: f32 });
 row!(Corners { cot_a, cot_b, cot_c, area_a, area_b, area_c: f32 });
 row!(VolumeSum { xx, xy, xz, yy, yz, zz, nx, ny, nz: f32 });
-row!(Gradient { x, y, z: f32 });
+row!(Slope { x, y, z, at: f32 });
 row!(AttributeSum { xx, xy, xz, yy, yz, zz, weight: f32 });
 row!(BorderSum { xx, xy, xz, yy, yz, zz: f32 });
 row!(PlaneQuadric { xx, xy, xz, yy, yz, zz, bx, by, bz, c, weight: f32 });

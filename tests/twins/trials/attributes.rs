@@ -5,7 +5,7 @@ use coarsen::backend::{Device, Queue};
 use coarsen::kernel::attribute_costs::{AttributeCosts, WedgeBuffers};
 use coarsen::kernel::attribute_sums::AttributeSums;
 use coarsen::kernel::face_gradients::FaceGradients;
-use coarsen::kernel::rows::{AttributeSum, Face, Gradient, SEAM};
+use coarsen::kernel::rows::{AttributeSum, Face, SEAM, Slope};
 use coarsen::kernel::volume_costs::BORDER_FACTOR;
 
 use super::inputs::{Random, Round, flip, rounds};
@@ -55,33 +55,11 @@ fn wedges(round: &Round, costed: usize) -> Wedges {
     Wedges { corners, starts, values, costed }
 }
 
-fn face_gradients(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
-    for (round, perturbed) in rounds(perturbed) {
-        seen.input(round.name);
-        for &costed in costed_of(round) {
-            let Wedges { corners, mut values, .. } = wedges(round, costed);
-            flip(&mut values[corners[0].a as usize * costed], perturbed);
-            let gradients = &mut queue.buffer(round.faces.len() * costed)?;
-            let kernel = FaceGradients {
-                positions: &queue.buffer_from(round.positions.clone())?,
-                faces: &queue.buffer_from(round.faces.clone())?,
-                normals: &queue.buffer_from(round.normals.clone())?,
-                corners: &queue.buffer_from(corners)?,
-                values: &queue.buffer_from(values)?,
-                face_count: round.faces.len() as u32,
-                costed: costed as u32,
-                gradients,
-            };
-            seen.run(queue, kernel)?;
-            seen.output(queue, "gradients", gradients)?;
-        }
-    }
-    Ok(())
-}
+/// Sums of faces or wedges, and the slopes of each.
+type Sums = (Vec<AttributeSum>, Vec<Slope>);
 
-/// The gradients of a round, worked out on the host.
-fn gradients(round: &Round, wedges: &Wedges) -> Result<Vec<Gradient>> {
-    let mut queue = Device::cpu(1)?.cpu_queue();
+fn gradients(queue: &mut Queue, round: &Round, wedges: &Wedges, seen: &mut Seen) -> Result<Sums> {
+    let sums = &mut queue.buffer(round.faces.len())?;
     let gradients = &mut queue.buffer(round.faces.len() * wedges.costed)?;
     let kernel = FaceGradients {
         positions: &queue.buffer_from(round.positions.clone())?,
@@ -91,16 +69,28 @@ fn gradients(round: &Round, wedges: &Wedges) -> Result<Vec<Gradient>> {
         values: &queue.buffer_from(wedges.values.clone())?,
         face_count: round.faces.len() as u32,
         costed: wedges.costed as u32,
+        sums,
         gradients,
     };
-    queue.run(kernel)?;
-    Ok(gradients.host().to_vec())
+    seen.run(queue, kernel)?;
+    seen.output(queue, "sums", sums)?;
+    seen.output(queue, "gradients", gradients)?;
+    Ok((sums.host().to_vec(), gradients.host().to_vec()))
 }
 
-/// Sums of wedges and of their slopes.
-type Sums = (Vec<AttributeSum>, Vec<Gradient>);
+fn face_gradients(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
+    for (round, perturbed) in rounds(perturbed) {
+        seen.input(round.name);
+        for &costed in costed_of(round) {
+            let mut wedges = wedges(round, costed);
+            flip(&mut wedges.values[wedges.corners[0].a as usize * costed], perturbed);
+            gradients(queue, round, &wedges, seen)?;
+        }
+    }
+    Ok(())
+}
 
-fn summed(queue: &mut Queue, round: &Round, wedges: &Wedges, rows: Vec<Gradient>, seen: &mut Seen) -> Result<Sums> {
+fn summed(queue: &mut Queue, round: &Round, wedges: &Wedges, rows: Sums, seen: &mut Seen) -> Result<Sums> {
     let count = wedges.values.len() / wedges.costed;
     let (sums, slopes) = (&mut queue.buffer(count)?, &mut queue.buffer(count * wedges.costed)?);
     let kernel = AttributeSums {
@@ -108,10 +98,11 @@ fn summed(queue: &mut Queue, round: &Round, wedges: &Wedges, rows: Vec<Gradient>
         faces: &queue.buffer_from(round.faces.clone())?,
         ring_starts: &queue.buffer_from(round.ring_starts.clone())?,
         ring_faces: &queue.buffer_from(round.ring_faces.clone())?,
-        normals: &queue.buffer_from(round.normals.clone())?,
         corners: &queue.buffer_from(wedges.corners.clone())?,
         wedge_starts: &queue.buffer_from(wedges.starts.clone())?,
-        gradients: &queue.buffer_from(rows)?,
+        values: &queue.buffer_from(wedges.values.clone())?,
+        face_sums: &queue.buffer_from(rows.0)?,
+        gradients: &queue.buffer_from(rows.1)?,
         vertex_count: round.positions.len() as u32,
         costed: wedges.costed as u32,
         sums,
@@ -128,8 +119,8 @@ fn attribute_sums(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result
         seen.input(round.name);
         for &costed in costed_of(round) {
             let wedges = wedges(round, costed);
-            let mut rows = gradients(round, &wedges)?;
-            flip(&mut rows[0].x, perturbed);
+            let mut rows = gradients(&mut Device::cpu(1)?.cpu_queue(), round, &wedges, &mut Seen::default())?;
+            flip(&mut rows.1[0].x, perturbed);
             summed(queue, round, &wedges, rows, seen)?;
         }
     }
@@ -140,13 +131,13 @@ fn attribute_costs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Resul
     for (round, perturbed) in rounds(perturbed) {
         seen.input(round.name);
         for &costed in costed_of(round) {
-            let mut wedges = wedges(round, costed);
-            let rows = gradients(round, &wedges)?;
+            let wedges = wedges(round, costed);
             let mut host = Device::cpu(1)?.cpu_queue();
-            let (sums, slopes) = summed(&mut host, round, &wedges, rows.clone(), &mut Seen::default())?;
+            let rows = gradients(&mut host, round, &wedges, &mut Seen::default())?;
+            let (sums, mut slopes) = summed(&mut host, round, &wedges, rows, &mut Seen::default())?;
             let pair = round.pairs[0].half_edge as usize;
             let wedge = wedges.corners[pair / 3].corners()[pair % 3] as usize;
-            flip(&mut wedges.values[wedge * costed], perturbed);
+            flip(&mut slopes[wedge * costed].at, perturbed);
             let mut positions = round.positions.clone();
             let on_seam = wedges.starts.windows(2).map(|ends| ends[1] - ends[0] == 2);
             for (position, on_seam) in positions.iter_mut().zip(on_seam) {
@@ -154,8 +145,6 @@ fn attribute_costs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Resul
             }
             let buffers = WedgeBuffers {
                 corners: &queue.buffer_from(wedges.corners)?,
-                values: &queue.buffer_from(wedges.values)?,
-                gradients: &queue.buffer_from(rows)?,
                 wedge_sums: &queue.buffer_from(sums)?,
                 slopes: &queue.buffer_from(slopes)?,
                 costed,
@@ -167,7 +156,7 @@ fn attribute_costs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Resul
             let pairs = &queue.buffer_from(round.pairs.clone())?;
             for placement in 0..4 {
                 let keys = &mut queue.buffer(round.pairs.len())?;
-                let WedgeBuffers { corners, values, gradients, wedge_sums, slopes, costed } = buffers;
+                let WedgeBuffers { corners, wedge_sums, slopes, costed } = buffers;
                 let kernel = AttributeCosts {
                     positions,
                     faces,
@@ -175,8 +164,6 @@ fn attribute_costs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Resul
                     sums,
                     borders,
                     corners,
-                    values,
-                    gradients,
                     wedge_sums,
                     slopes,
                     pairs,

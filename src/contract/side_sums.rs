@@ -1,0 +1,287 @@
+//! What the attributes on a side of a pair cost, in double precision: sums over its faces, many numbers at a time.
+//!
+//! Numbers of a row stand side by side, so that a vector holds those of one corner; nothing is added across a vector before
+//! the end, and then in their order. Lanes past the numbers that decide hold anything and are never read.
+
+use multiversion::multiversion;
+
+use crate::kernel::attribute_costs::MOST_COSTED;
+use crate::kernel::face_gradients::LEAST_HEIGHT;
+use crate::math::DVec3;
+
+use super::placement::Quadric;
+
+/// Numbers at a time.
+pub const LANES: usize = 8;
+/// Blocks of so many for all that decide.
+const BLOCKS: usize = MOST_COSTED / LANES;
+
+type Lanes = [f64; LANES];
+
+/// A face of a side about the middle: what its numbers change by along two of its edges is multiplied by c1 and c2 to be
+/// their gradient.
+#[derive(Debug, Clone, Copy)]
+pub struct FaceTerm {
+    c1: DVec3,
+    c2: DVec3,
+    /// c1 and c2 times the first corner.
+    c1_at: f64,
+    c2_at: f64,
+    /// |n|.
+    weight: f64,
+    /// 0 for a face that holds both ends, which has the means of their numbers at the middle; 1 for the others.
+    offset: f64,
+    /// Where the rows of its corners start.
+    starts: [usize; 3],
+}
+
+impl FaceTerm {
+    /// Of a face with these corners, whose rows start there.
+    pub fn new([p0, p1, p2]: [DVec3; 3], dies: bool, starts: [usize; 3]) -> Self {
+        let (e1, e2) = (p1 - p0, p2 - p0);
+        let n = e1.cross(e2);
+        let (weight, sides_sq) = (n.length(), e1.length_squared() + e2.length_squared());
+        let is_flat = weight <= f64::from(LEAST_HEIGHT) * sides_sq;
+        let inverse = if is_flat { 0.0 } else { 1.0 / (weight * weight) };
+        let [c1, c2] = [e2.cross(n), n.cross(e1)].map(|c| c * inverse);
+        let offset = if dies { 0.0 } else { 1.0 };
+        Self { c1, c2, c1_at: c1.dot(p0), c2_at: c2.dot(p0), weight, offset, starts }
+    }
+}
+
+/// Some numbers of a side about the middle of the pair.
+#[derive(Debug, Clone, Copy, Default)]
+struct Terms {
+    /// Half the difference of the ends' numbers, and their mean.
+    half: Lanes,
+    mean: Lanes,
+    /// Σ |n| g and Σ |n| e, of numbers less the mean.
+    g: [Lanes; 3],
+    e: Lanes,
+}
+
+/// Sums of |n| (g·x + e)², a number to a lane.
+#[derive(Debug, Clone, Copy, Default)]
+struct QuadricLanes {
+    /// The upper half of Σ |n| g gᵀ, row by row.
+    a: [Lanes; 6],
+    /// Σ |n| g e.
+    b: [Lanes; 3],
+    /// Σ |n| e².
+    c: Lanes,
+}
+
+impl QuadricLanes {
+    #[inline(always)]
+    fn add(&mut self, lane: usize, g: [f64; 3], e: f64, weight: f64) {
+        let [x, y, z] = g;
+        let [wx, wy, wz] = g.map(|g| g * weight);
+        for (sum, term) in self.a.iter_mut().zip([wx * x, wx * y, wx * z, wy * y, wy * z, wz * z]) {
+            sum[lane] += term;
+        }
+        for (sum, term) in self.b.iter_mut().zip([wx * e, wy * e, wz * e]) {
+            sum[lane] += term;
+        }
+        self.c[lane] += weight * e * e;
+    }
+
+    /// Adds the sums of the first `lanes` lanes to a quadric, in their order.
+    fn add_to(&self, quadric: &mut Quadric, lanes: usize) {
+        let sum = |column: &Lanes| column[..lanes].iter().sum::<f64>();
+        quadric.add_sums(self.a.each_ref().map(sum), DVec3::from(self.b.each_ref().map(sum)), sum(&self.c));
+    }
+}
+
+/// Sums over the faces of a side.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct SideSums {
+    /// Σ |n|.
+    pub weight: f64,
+    terms: [Terms; BLOCKS],
+}
+
+impl SideSums {
+    /// Before any face, for wedges of two ends with these rows.
+    pub fn between(first: &[f32], second: &[f32]) -> Self {
+        let mut sums = Self::default();
+        for (i, (&a, &b)) in first.iter().zip(second).enumerate() {
+            let (terms, lane) = (&mut sums.terms[i / LANES], i % LANES);
+            let (a, b) = (f64::from(a), f64::from(b));
+            (terms.half[lane], terms.mean[lane]) = ((b - a) * 0.5, (a + b) * 0.5);
+        }
+        sums
+    }
+
+    /// Adds faces, whose rows are among `rows`, and to `quadric` what their first `costed` numbers cost as long as the new
+    /// wedge has the means.
+    pub fn add_faces(&mut self, faces: &[FaceTerm], rows: &[f32], costed: usize, quadric: &mut Quadric) {
+        for (block, terms) in self.terms.iter_mut().enumerate().take(costed.div_ceil(LANES)) {
+            let mut sums = QuadricLanes::default();
+            add_faces(faces, rows, block * LANES, terms, &mut sums);
+            sums.add_to(quadric, (costed - block * LANES).min(LANES));
+        }
+        self.weight += faces.iter().map(|face| face.weight).sum::<f64>();
+    }
+
+    /// Adds what the best numbers save against the means.
+    pub fn add_saved(&self, costed: usize, saved: &mut Quadric) {
+        if self.weight <= 0.0 {
+            return;
+        }
+        for (block, terms) in self.terms.iter().enumerate().take(costed.div_ceil(LANES)) {
+            let mut sums = QuadricLanes::default();
+            add_means(terms, self.weight, &mut sums);
+            sums.add_to(saved, (costed - block * LANES).min(LANES));
+        }
+    }
+
+    /// Half the difference of the ends' numbers, their mean, Σ |n| g and Σ |n| e of each number.
+    fn numbers(&self, costed: usize) -> impl Iterator<Item = (f64, f64, DVec3, f64)> {
+        (0..costed).map(|i| {
+            let (terms, lane) = (&self.terms[i / LANES], i % LANES);
+            let g = DVec3::from(terms.g.map(|column| column[lane]));
+            (terms.half[lane], terms.mean[lane], g, terms.e[lane])
+        })
+    }
+
+    /// What the numbers of an end cost at its place `x` more than the means; `sign` is −1 for the first.
+    pub fn at_end(&self, costed: usize, x: DVec3, sign: f64) -> f64 {
+        let value = |(half, _, g, e): (f64, f64, DVec3, f64)| {
+            let s = sign * half;
+            s * (s * self.weight - 2.0 * (g.dot(x) + e))
+        };
+        self.numbers(costed).map(value).sum()
+    }
+
+    /// The best numbers at a place.
+    pub fn least(&self, costed: usize, x: DVec3) -> impl Iterator<Item = f32> {
+        let inverse = if self.weight > 0.0 { 1.0 / self.weight } else { 0.0 };
+        self.numbers(costed).map(move |(_, mean, g, e)| (mean + (g.dot(x) + e) * inverse) as f32)
+    }
+}
+
+/// The numbers from `start` on; past the end 0.
+#[inline(always)]
+fn lanes_at(start: usize, rows: &[f32]) -> [f32; LANES] {
+    let from = rows.get(start..).unwrap_or(&[]);
+    match from.first_chunk() {
+        Some(lanes) => *lanes,
+        None => std::array::from_fn(|lane| from.get(lane).copied().unwrap_or(0.0)),
+    }
+}
+
+/// Adds faces to the terms of the numbers from `first` on.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
+fn add_faces(faces: &[FaceTerm], rows: &[f32], first: usize, terms: &mut Terms, sums: &mut QuadricLanes) {
+    for face in faces {
+        let [v0, v1, v2] = face.starts.map(|start| lanes_at(start + first, rows));
+        let FaceTerm { c1, c2, c1_at, c2_at, weight, offset, .. } = *face;
+        for lane in 0..LANES {
+            let at = f64::from(v0[lane]);
+            let (d1, d2) = (f64::from(v1[lane]) - at, f64::from(v2[lane]) - at);
+            let g = [c1.x * d1 + c2.x * d2, c1.y * d1 + c2.y * d2, c1.z * d1 + c2.z * d2];
+            let e = (at - c1_at * d1 - c2_at * d2 - terms.mean[lane]) * offset;
+            terms.g[0][lane] += g[0] * weight;
+            terms.g[1][lane] += g[1] * weight;
+            terms.g[2][lane] += g[2] * weight;
+            terms.e[lane] += e * weight;
+            sums.add(lane, g, e, weight);
+        }
+    }
+}
+
+/// Adds `weight` times the square of the weighted mean of all faces' functions.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
+fn add_means(terms: &Terms, weight: f64, sums: &mut QuadricLanes) {
+    let inverse = 1.0 / weight;
+    for lane in 0..LANES {
+        let g = [terms.g[0][lane] * inverse, terms.g[1][lane] * inverse, terms.g[2][lane] * inverse];
+        sums.add(lane, g, terms.e[lane] * inverse, weight);
+    }
+}
+
+/// Keeps the first `costed` numbers of a row within those of the rows that start there.
+pub fn clamp_to(starts: impl Iterator<Item = usize> + Clone, rows: &[f32], row: &mut [f32], costed: usize) {
+    for first in (0..costed).step_by(LANES) {
+        let (mut low, mut high) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
+        for start in starts.clone() {
+            let numbers = lanes_at(start + first, rows);
+            for lane in 0..LANES {
+                low[lane] = if numbers[lane] < low[lane] { numbers[lane] } else { low[lane] };
+                high[lane] = if numbers[lane] > high[lane] { numbers[lane] } else { high[lane] };
+            }
+        }
+        for (lane, number) in row[first..costed.min(first + LANES)].iter_mut().enumerate() {
+            if low[lane] <= high[lane] {
+                *number = number.clamp(low[lane], high[lane]);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two faces around a middle, with two numbers that are linear over both.
+    fn corners() -> [[DVec3; 3]; 2] {
+        let [a, b, c, d] = [[-1.0, 0.0], [1.0, 0.0], [0.5, 2.0], [0.0, -1.5]].map(|[x, y]| DVec3::new(x, y, 0.0));
+        [[a, b, c], [a, d, b]]
+    }
+
+    fn row(p: DVec3) -> [f32; 2] {
+        [(2.0 * p.x - p.y + 3.0) as f32, (0.25 * p.y) as f32]
+    }
+
+    /// The terms of both faces, of rows that are so far apart, and the rows.
+    fn terms(width: usize) -> (Vec<FaceTerm>, Vec<f32>) {
+        let mut rows = Vec::new();
+        let mut start = |p: &DVec3| {
+            rows.extend(row(*p));
+            rows.resize(rows.len() + width - 2, f32::NAN);
+            rows.len() - width
+        };
+        let faces = corners().map(|face| FaceTerm::new(face, false, face.each_ref().map(&mut start)));
+        (faces.to_vec(), rows)
+    }
+
+    #[test]
+    fn linear_numbers_cost_nothing_where_they_are_best() {
+        let (faces, rows) = terms(2);
+        let mut sums = SideSums::between(&rows[..2], &rows[2..4]);
+        let (mut cost, mut saved) = (Quadric::default(), Quadric::default());
+        sums.add_faces(&faces, &rows, 2, &mut cost);
+        sums.add_saved(2, &mut saved);
+        assert!((sums.weight - (4.0 + 3.0)).abs() < 1e-12);
+        let x = DVec3::new(0.3, -0.2, 0.0);
+        let least: Vec<f32> = sums.least(2, x).collect();
+        assert!(least.iter().zip(row(x)).all(|(a, b)| (a - b).abs() < 1e-6), "{least:?}");
+        let at = cost.minus(&saved).value(x);
+        assert!(at.abs() < 1e-12 && cost.value(x) > 1.0, "{at}");
+        // An end has its own numbers, which are those of the function there: nothing to pay.
+        let end = corners()[0][1];
+        assert!((cost.value(end) + sums.at_end(2, end, 1.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_follows_the_numbers_does_not_count() {
+        let cost = |width: usize| {
+            let (faces, rows) = terms(width);
+            let mut sums = SideSums::between(&rows[..2], &rows[width..width + 2]);
+            let mut cost = Quadric::default();
+            sums.add_faces(&faces, &rows, 2, &mut cost);
+            cost
+        };
+        assert_eq!(cost(2), cost(9));
+    }
+
+    #[test]
+    fn each_number_of_any_block_is_held() {
+        let rows: Vec<f32> = (0..3).flat_map(|r| (0..12).map(move |i| (i * (r + 1)) as f32)).collect();
+        let mut row = vec![100.0; 12];
+        row[0] = -1.0;
+        clamp_to([0, 12, 24].into_iter(), &rows, &mut row, 11);
+        let expected: Vec<f32> = (0..11).map(|i| (3 * i) as f32).chain([100.0]).collect();
+        assert_eq!(row, expected);
+    }
+}
