@@ -1,7 +1,7 @@
 //! \[Liu99\]: superfaces of rooms with light, at the paper's pairs of a step of light and a color along borders.
 //!
-//! The paper prints pictures only. Its claims: fewer faces the greater either is, and shadows that stay. Beside them stands what
-//! contraction to as many faces makes of the same scene, which carries colors along and does not ask what they lose.
+//! The paper prints pictures only. Its claims: fewer faces the greater either is, and shadows that stay. Superfaces as they are
+//! by default stand beside contraction to as many faces, which weighs what colors lose against distances.
 
 use super::median;
 use crate::backend::Device;
@@ -24,6 +24,8 @@ pub const DELTAS: [f64; 10] = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 20.0, 30.0, 5
 pub const CURVE_DELTA: f64 = 2.0;
 /// ε of the curve against δ.
 pub const CURVE_EPSILON: f64 = 0.8;
+/// Colors along borders at which superfaces as they are by default are compared with contraction, in 255ths.
+pub const DUELS: [f64; 5] = [0.12, 0.27, 0.6, 1.3, 4.0];
 /// How far a curve may rise above where it has been.
 pub const MOST_RISE: f64 = 0.02;
 
@@ -69,31 +71,42 @@ impl Trial {
     }
 }
 
-/// Superfaces of a scene at a pair, and the [`rivals`] with as many faces.
+/// Runs superfaces at `pair`, `repeats` more times for their seconds.
+///
+/// # Errors
+/// As [`simplify()`] and [`deviation()`].
+pub fn row(scene: &Mesh, pair: [f64; 2], repeats: usize, measure: &metrics::Options, device: &Device) -> Result<Trial> {
+    let run = || simplify(scene, &superfaces(pair), &Budget::default(), device, None);
+    let mut trial = Trial::new(scene, &run()?, measure, device)?;
+    let turns: Vec<f64> = (0..repeats).map(|_| Ok(run()?.seconds.total)).collect::<Result<_>>()?;
+    if !turns.is_empty() {
+        trial.secs = median(turns);
+    }
+    Ok(trial)
+}
+
+/// Superfaces of a scene as they are by default, and the [`rivals`] with as many faces.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Row {
+pub struct Duel {
     /// The superfaces.
     pub superfaces: Trial,
     /// One a rival.
     pub rivals: Vec<Trial>,
 }
 
-/// Runs superfaces at `pair`, `repeats` more times for their seconds, and the [`rivals`] once.
+/// Runs superfaces and the [`rivals`] once, the former with this color along borders.
 ///
 /// # Errors
 /// As [`simplify()`] and [`deviation()`].
-pub fn row(scene: &Mesh, pair: [f64; 2], repeats: usize, measure: &metrics::Options, device: &Device) -> Result<Row> {
-    let run = |method: &Method, budget: &Budget| simplify(scene, method, budget, device, None);
-    let (method, any) = (superfaces(pair), Budget::default());
-    let mut superfaces = Trial::new(scene, &run(&method, &any)?, measure, device)?;
-    let turns: Vec<f64> = (0..repeats).map(|_| Ok(run(&method, &any)?.seconds.total)).collect::<Result<_>>()?;
-    if !turns.is_empty() {
-        superfaces.secs = median(turns);
-    }
+pub fn duel(scene: &Mesh, border_color: f64, measure: &metrics::Options, device: &Device) -> Result<Duel> {
+    let run = |method: &Method, budget: &Budget| {
+        Trial::new(scene, &simplify(scene, method, budget, device, None)?, measure, device)
+    };
+    let by_default = Options::superfaces(Superfaces { border_color, ..Superfaces::default() });
+    let superfaces = run(&Method::Partition(by_default), &Budget::default())?;
     let budget = Budget::faces(superfaces.faces);
-    let rival = |(_, method): &(_, Method)| Trial::new(scene, &run(method, &budget)?, measure, device);
-    let rivals = rivals().iter().map(rival).collect::<Result<_>>()?;
-    Ok(Row { superfaces, rivals })
+    let rivals = rivals().iter().map(|(_, method)| run(method, &budget)).collect::<Result<_>>()?;
+    Ok(Duel { superfaces, rivals })
 }
 
 /// Faces over one of the two tolerances.
@@ -146,12 +159,13 @@ mod tests {
     use crate::mesh::sample;
 
     #[test]
-    fn a_row_has_rivals_of_as_many_faces() {
+    fn a_duel_is_between_as_many_faces() {
         let room = sample("room", Some(3000)).unwrap();
-        let row = row(&room, PAIRS[0], 1, &metrics::Options::default(), &Device::cpu(1).unwrap()).unwrap();
-        let Row { superfaces, rivals } = row;
+        let (measure, device) = (metrics::Options::default(), Device::cpu(1).unwrap());
+        let by_paper = row(&room, PAIRS[0], 1, &measure, &device).unwrap();
+        assert!(by_paper.faces < room.faces.len() && by_paper.secs > 0.0);
+        let Duel { superfaces, rivals } = duel(&room, DUELS[2], &measure, &device).unwrap();
         assert!(superfaces.superfaces.is_some_and(|count| count < superfaces.faces));
-        assert!(superfaces.faces < room.faces.len() && superfaces.secs > 0.0);
         assert!(superfaces.color().mean > 0.0 && superfaces.color().mean < superfaces.color().rms);
         for rival in rivals {
             assert!(rival.superfaces.is_none() && rival.faces.abs_diff(superfaces.faces) <= 1, "{rival:?}");

@@ -1,7 +1,7 @@
 //! \[Liu99\] beside what is measured.
 
 use coarsen::metrics;
-use coarsen::papers::light::{self, CURVE_DELTA, CURVE_EPSILON, Curve, MOST_RISE, PAIRS, Row, Trial};
+use coarsen::papers::light::{self, CURVE_DELTA, CURVE_EPSILON, Curve, DUELS, Duel, MOST_RISE, PAIRS, Trial};
 
 use super::super::case::Case;
 use super::super::numbers::{grouped, millis, percent, three_digits};
@@ -32,14 +32,18 @@ impl Tables<'_> {
         if scenes.is_empty() {
             return Ok(format!("{TITLE}\n\nNo mesh here has light: sample:room and sample:office have.\n\n"));
         }
-        let (mut table, mut rivals) = (pairs_table(), rivals_table());
+        let (mut table, mut duels) = (pairs_table(), duels_table());
+        let measure = metrics::Options::default();
         for case in self.scenes {
             let ticker = self.ticker(&case.name, "superfaces");
             for pair in PAIRS {
                 ticker.show(&format!("at ε {}, δ {}", pair[0], pair[1]));
-                let row = light::row(&case.mesh, pair, self.repeats, &metrics::Options::default(), &self.device)?;
-                table.rows.push(pair_row(case, pair, &row.superfaces));
-                rivals.rows.extend(rival_rows(case, pair, &row));
+                let trial = light::row(&case.mesh, pair, self.repeats, &measure, &self.device)?;
+                table.rows.push(pair_row(case, pair, &trial));
+            }
+            for delta in DUELS {
+                ticker.show(&format!("and contraction at δ {delta}"));
+                duels.rows.extend(duel_rows(case, delta, &light::duel(&case.mesh, delta, &measure, &self.device)?));
             }
         }
         Ok(format!(
@@ -47,10 +51,11 @@ impl Tables<'_> {
              255ths, were two for a room and two for an office. Color is the difference to the scene's in red, green and blue, in \
              255ths, as mean and root mean square over its surface; held is a mean of at most δ. The distance is the greatest of \
              both sides in percent of the diagonal.\n\n{}\
-             The same scenes contracted to as many faces: the default, and half-edges. Contraction carries colors along and does \
-             not ask what they lose; one that asks is not here yet. × is the mean over that of superfaces.\n\n{}{}",
+             Superfaces as they are by default, which light does not divide, beside contractions of the same scenes to as many \
+             faces that weigh what colors lose against distances: the default, and half-edges. × is the mean over that of \
+             superfaces: below 1 the contraction keeps the light better.\n\n{}{}",
             table.lines(1),
-            rivals.lines(2),
+            duels.lines(2),
             curves_text(scenes)
         ))
     }
@@ -81,19 +86,20 @@ fn distance(trial: &Trial) -> String {
     of_diagonal(trial.deviation.symmetric().max, &trial.deviation)
 }
 
-fn rivals_table() -> Table {
-    Table::new(["scene", "method", "ε", "δ", "faces", "color", "RMS", "×", "distance"])
+fn duels_table() -> Table {
+    Table::new(["scene", "method", "δ", "faces", "color", "RMS", "×", "distance"])
 }
 
-fn rival_rows<'a>(case: &'a Case, pair: [f64; 2], row: &'a Row) -> impl Iterator<Item = Vec<String>> + 'a {
-    let own = row.superfaces.color().mean;
-    light::rivals().into_iter().zip(&row.rivals).map(move |((method, _), trial)| {
+fn duel_rows<'a>(case: &'a Case, delta: f64, duel: &'a Duel) -> impl Iterator<Item = Vec<String>> + 'a {
+    let own = duel.superfaces.color().mean;
+    let names = light::rivals().into_iter().map(|(name, _)| name);
+    let trials = [&duel.superfaces].into_iter().chain(&duel.rivals);
+    ["superfaces"].into_iter().chain(names).zip(trials).map(move |(name, trial)| {
         let color = trial.color();
         vec![
             short_name(case),
-            method.into(),
-            pair[0].to_string(),
-            pair[1].to_string(),
+            name.into(),
+            delta.to_string(),
             grouped(trial.faces),
             three_digits(color.mean),
             three_digits(color.rms),
