@@ -108,9 +108,15 @@ fn superfaces(args: &args::Regions) -> anyhow::Result<By> {
 
 fn with_shape(by: By, args: &args::Regions, shared: &contract::Options) -> anyhow::Result<Method> {
     let contract::Options { weld, flips, .. } = *shared;
-    if *shared != (contract::Options { weld, flips, ..contract::Options::default() }) {
-        let message =
-            "methods that make regions take --weld and --flips of the options of shape: leave the others away";
+    let attributes = contract::Attributes {
+        normals: shared.attributes.normals,
+        dropped: shared.attributes.dropped.clone(),
+        ..contract::Attributes::default()
+    };
+    let contract::Attributes { normals, dropped, .. } = attributes.clone();
+    if *shared != (contract::Options { weld, flips, attributes, ..contract::Options::default() }) {
+        let message = "methods that make regions take --weld and --flips of the options of shape, and --normals and --drop of those \
+                       of attributes: leave the others away";
         return Err(refuse(Exit::Usage, message));
     }
     let triangulation = match args.triangulation {
@@ -119,7 +125,7 @@ fn with_shape(by: By, args: &args::Regions, shared: &contract::Options) -> anyho
         None if matches!(by, By::Superfaces(_)) => partition::Triangulation::Ears,
         None => partition::Triangulation::default(),
     };
-    Ok(Method::Partition(partition::Options { by, triangulation, weld, flips }))
+    Ok(Method::Partition(partition::Options { by, triangulation, weld, flips, normals, dropped }))
 }
 
 /// The step of light that the paper's first pictures have.
@@ -252,6 +258,7 @@ pub fn write(job: &Job, outcome: &Outcome) -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use clap::FromArgMatches;
+    use coarsen::mesh::{Dropped, Normals};
     use coarsen::polish::Flips;
 
     use super::*;
@@ -272,12 +279,14 @@ mod tests {
 
     fn with(by: By, triangulation: partition::Triangulation) -> Method {
         let flips = Flips { sweeps: 2, ..Flips::default() };
-        Method::Partition(partition::Options { by, triangulation, weld: Some(0.5), flips })
+        let dropped = Dropped { texcoords: true, ..Dropped::default() };
+        let normals = Normals::Recompute;
+        Method::Partition(partition::Options { by, triangulation, weld: Some(0.5), flips, normals, dropped })
     }
 
     #[test]
     fn options_reach_the_engine() {
-        let shape = "--weld 0.5 --flips 2";
+        let shape = "--weld 0.5 --flips 2 --drop uv --normals recompute";
         let flat = By::Coplanar(Flatness { angle_rad: 5_f64.to_radians(), ..Flatness::default() });
         let wanted = [
             ("--method coplanar --flat-angle 5 --triangulation ears", with(flat, partition::Triangulation::Ears)),
@@ -345,6 +354,7 @@ mod tests {
             ("--method coplanar --regions 3", "--method coplanar takes"),
             ("--method superface --regions 3", "--method superface takes"),
             ("--method coplanar --metric plane", "--weld and --flips"),
+            ("--method coplanar --lock-seams", "--normals and --drop"),
             ("--ratio 0.5 --regions 3", "options of regions are for"),
         ];
         for (line, part) in wrong {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::{Dropped, Mesh, Normals};
 
 /// Greatest weight of an attribute.
 const MOST_WEIGHT: f32 = 1e6;
@@ -40,32 +40,6 @@ impl AttributeWeights {
     pub(super) fn of_channel(&self, name: &str) -> Option<f32> {
         self.channels.iter().find(|(known, _)| known == name).map(|(_, weight)| *weight)
     }
-}
-
-/// Attributes that are left out.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Dropped {
-    /// Normals.
-    pub normals: bool,
-    /// Colors of vertices.
-    pub colors: bool,
-    /// Texture coordinates, of all sets.
-    pub texcoords: bool,
-    /// Materials, and what their borders hold.
-    pub materials: bool,
-    /// Every channel that is no set of texture coordinates.
-    pub channels: bool,
-}
-
-/// What becomes of normals.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Normals {
-    /// They are carried, and creases, where the faces of a vertex disagree in them, are kept as seams are.
-    #[default]
-    Keep,
-    /// They are left out while the surface is simplified; those of the result are the means of its faces:
-    /// [`vertex_normals`](crate::mesh::vertex_normals).
-    Recompute,
 }
 
 /// What becomes of what vertices, corners and faces carry.

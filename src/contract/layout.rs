@@ -6,10 +6,10 @@
 use crate::kernel::attribute_costs::MOST_COSTED;
 use crate::math::Vec3;
 use crate::mesh::frame::Frame;
-use crate::mesh::{ChannelKind, Mesh};
+use crate::mesh::{ChannelKind, Mesh, Normals};
 
 use super::Metric;
-use super::attributes::{Attributes, Normals};
+use super::attributes::Attributes;
 
 /// What a difference of 1 in a normal counts as, of the diagonal, times its weight.
 const NORMAL_UNIT: f64 = 1e-3;
@@ -105,7 +105,7 @@ impl Layout {
             && !is_smooth
         {
             let corners = |f: usize| rows[f].map(|uv| [uv.x, uv.y]);
-            let factor = length_of_texture(mesh, frame, corners) as f32 * weights.texcoord * counts;
+            let factor = frame.length_to_rows(mesh.length_of_texture(corners)) as f32 * weights.texcoord * counts;
             add(Origin::Texcoords, Kind::Texcoords, 2, factor);
         }
         if mesh.colors.is_some() && !dropped.colors {
@@ -117,8 +117,8 @@ impl Layout {
             match channel.kind {
                 ChannelKind::Texcoords if !dropped.texcoords => {
                     let corners = |f: usize| mesh.faces[f].map(|v| [0, 1].map(|i| channel.row(v as usize)[i]));
-                    let factor =
-                        length_of_texture(mesh, frame, corners) as f32 * given.unwrap_or(weights.texcoord) * counts;
+                    let length = frame.length_to_rows(mesh.length_of_texture(corners)) as f32;
+                    let factor = length * given.unwrap_or(weights.texcoord) * counts;
                     add(origin, Kind::Texcoords, 2, factor);
                 }
                 ChannelKind::Texcoords => {}
@@ -195,21 +195,6 @@ impl Layout {
     pub fn of_kind(&self, kind: Kind) -> impl Iterator<Item = &Layer> {
         self.layers.iter().filter(move |layer| layer.kind == kind)
     }
-}
-
-/// The length along the surface of a unit of the texture, in the normalized frame: the root of area over area. 0 for a
-/// texture without area.
-fn length_of_texture(mesh: &Mesh, frame: Frame, corners: impl Fn(usize) -> [[f32; 2]; 3]) -> f64 {
-    let (mut area, mut in_texture) = (0.0, 0.0);
-    for (f, &face) in mesh.faces.iter().enumerate() {
-        let [a, b, c] = corners(f).map(|uv| uv.map(f64::from));
-        let twice = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-        if twice.is_finite() && twice != 0.0 {
-            in_texture += twice.abs();
-            area += mesh.cross(face).length();
-        }
-    }
-    if in_texture > 0.0 { frame.length_to_rows((area / in_texture).sqrt()) } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -66,7 +66,8 @@ use crate::mesh::{Mesh, shapes, vertex_normals};
 use crate::polish::Flips;
 use crate::simplify::{Budget, OnProgress, Outcome};
 
-pub use attributes::{AttributeWeights, Attributes, Dropped, Normals};
+pub use crate::mesh::{Dropped, Normals};
+pub use attributes::{AttributeWeights, Attributes};
 pub use features::feature_degrees;
 pub use quadrics::{PlaneWeight, QuadricFormat, QuadricFrame, QuadricRecord, Quadrics};
 pub use quantize::{InitialQuadrics, initial_quadrics};

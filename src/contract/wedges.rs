@@ -20,7 +20,7 @@ use crate::kernel::contract_faces::renamed;
 use crate::kernel::rows::{Face, LOCKED, SEAM};
 use crate::kernel::split::CHUNK;
 use crate::math::Vec3;
-use crate::mesh::orient::TURNED;
+use crate::mesh::orient::input_corner;
 use crate::mesh::{Mesh, Rings};
 
 use super::carry::MOVED_FROM;
@@ -72,12 +72,6 @@ pub struct Wedges {
     origin: Vec<u32>,
     /// What each became in this round.
     roles: Vec<u32>,
-}
-
-/// The corner of the input's face that the `k`-th corner of a face of this origin is.
-fn input_corner(face_origin: u32, k: usize) -> (usize, usize) {
-    let face = (face_origin & !TURNED) as usize;
-    (face, if face_origin & TURNED == 0 { k } else { (3 - k) % 3 })
 }
 
 /// Whether a corner has the vertex, the texture coordinates and the material of the corner that a wedge began as.

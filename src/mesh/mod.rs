@@ -18,6 +18,7 @@ pub mod dual;
 pub(crate) mod dynamic;
 pub(crate) mod fan;
 pub(crate) mod frame;
+mod kept;
 pub(crate) mod key_table;
 pub(crate) mod limits;
 mod near;
@@ -34,6 +35,7 @@ pub mod weld;
 
 pub use adjacency::Rings;
 pub use channel::{Channel, ChannelKind, Materials};
+pub use kept::{Dropped, Normals};
 pub use normals::vertex_normals;
 pub use orient::orient;
 pub use polygons::Polygons;
@@ -173,6 +175,21 @@ impl Mesh {
         // About a corner of the box, so that a far-away model loses no digits.
         let (origin, _) = self.bounds();
         self.faces.iter().map(|&face| self.cross(face).dot(self.positions[face[0] as usize] - origin) / 6.0).sum()
+    }
+
+    /// The length along the surface of a unit of a texture with these coordinates at the corners of faces, in model units: the
+    /// root of area over area. 0 for a texture without area.
+    pub(crate) fn length_of_texture(&self, corners: impl Fn(usize) -> [[f32; 2]; 3]) -> f64 {
+        let (mut area, mut in_texture) = (0.0, 0.0);
+        for (f, &face) in self.faces.iter().enumerate() {
+            let [a, b, c] = corners(f).map(|uv| uv.map(f64::from));
+            let twice = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+            if twice.is_finite() && twice != 0.0 {
+                in_texture += twice.abs();
+                area += self.cross(face).length();
+            }
+        }
+        if in_texture > 0.0 { (area / in_texture).sqrt() } else { 0.0 }
     }
 
     /// Twice the face's area along its normal.

@@ -78,6 +78,12 @@ fn edges([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
 /// Set in the source of a face that was turned over; input faces are below it.
 pub const TURNED: u32 = 1 << 31;
 
+/// The corner of the input's face that the `k`-th corner of a face from this source is.
+pub(crate) fn input_corner(source: u32, k: usize) -> (usize, usize) {
+    let face = (source & !TURNED) as usize;
+    (face, if source & TURNED == 0 { k } else { (3 - k) % 3 })
+}
+
 /// Faces after as many as possible were turned to agree with their neighbors.
 #[derive(Debug)]
 pub struct Oriented {

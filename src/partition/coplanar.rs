@@ -1,4 +1,5 @@
-//! Flat regions: faces whose normals are near that of a plane and whose vertices lie in it.
+//! Flat regions: faces whose normals are near that of a plane, whose vertices lie in it, and whose corners carry what is linear
+//! over it: a texture's seam, or where it bends, parts what is flat.
 //!
 //! # Reference
 //! \[Wu12\] 1.6.
@@ -6,6 +7,7 @@
 use rayon::prelude::*;
 
 use super::Partition;
+use super::corners::{Affine, Corners};
 use super::plane::Plane;
 use super::surface::Surface;
 use crate::error::{Error, Result};
@@ -54,9 +56,16 @@ impl Flatness {
 /// Grows flat regions from the largest faces, within `distance` of a plane in the frame; `is_wall` tells faces that never share a
 /// region though they meet.
 ///
-/// Every vertex of a region is within the distance of the plane that it is drawn in.
-pub fn partition(surface: &Surface, angle_rad: f64, distance: f64, is_wall: impl Fn(u32, u32) -> bool) -> Partition {
-    let mut growth = Growth::new(surface, angle_rad, distance);
+/// Every vertex of a region is within the distance of the plane that it is drawn in, and what `corners` carry is as near to a
+/// linear function over it as it may be.
+pub fn partition(
+    surface: &Surface,
+    angle_rad: f64,
+    distance: f64,
+    corners: Option<&Corners<'_>>,
+    is_wall: impl Fn(u32, u32) -> bool,
+) -> Partition {
+    let mut growth = Growth::new(surface, angle_rad, distance, corners);
     let mut region_count = 0;
     for seed in growth.seeds() {
         if growth.labels[seed as usize] == NONE {
@@ -72,14 +81,23 @@ pub fn partition(surface: &Surface, angle_rad: f64, distance: f64, is_wall: impl
     Partition::in_face_order(growth.labels, region_count as usize).0
 }
 
-/// The plane that a region grows in.
-#[derive(Debug, Clone, Copy)]
-struct Growing {
+/// What a region lies in: a plane, and what its corners carry over the plane of its seed.
+#[derive(Debug, Clone)]
+struct Shape {
     plane: Plane,
+    carried: Option<Affine>,
+}
+
+/// The shape that a region grows in.
+#[derive(Debug, Clone)]
+struct Growing<'a> {
+    shape: Shape,
+    /// The plane of the seed.
+    own: &'a Plane,
     /// Whether it follows what is found.
     leans: bool,
-    /// How far from it a vertex may be.
-    near: f64,
+    /// How far from it a vertex or what a corner carries may be, as a share of what is allowed.
+    share: f64,
 }
 
 struct Growth<'a> {
@@ -88,12 +106,13 @@ struct Growth<'a> {
     normals: Vec<DVec3>,
     least_cos: f64,
     distance: f64,
+    corners: Option<&'a Corners<'a>>,
     labels: Vec<u32>,
     found: Vec<u32>,
 }
 
 impl<'a> Growth<'a> {
-    fn new(surface: &'a Surface, angle_rad: f64, distance: f64) -> Self {
+    fn new(surface: &'a Surface, angle_rad: f64, distance: f64, corners: Option<&'a Corners<'a>>) -> Self {
         let normal = |face: &[u32; 3]| {
             let [a, b, c] = face.map(|v| surface.points[v as usize]);
             (b - a).cross(c - a)
@@ -103,6 +122,7 @@ impl<'a> Growth<'a> {
             normals: surface.faces.par_iter().with_min_len(ROWS).map(normal).collect(),
             least_cos: least_cos(angle_rad),
             distance,
+            corners,
             labels: vec![NONE; surface.faces.len()],
             found: Vec::new(),
         }
@@ -130,32 +150,45 @@ impl<'a> Growth<'a> {
         seeds.into_iter().map(|(_, face)| face).collect()
     }
 
-    /// Grows a region from `seed`: with a plane that leans to what is found, then with that of all that was found, then nearer
-    /// and nearer to its planes until the one that it has at last holds it.
+    /// Grows a region from `seed`: with a shape that leans to what is found, then with that of all that was found, then nearer
+    /// and nearer to its shapes until the one that it has at last holds it.
     fn grow(&mut self, seed: u32, label: u32, is_wall: &impl Fn(u32, u32) -> bool) {
         let [a, ..] = self.surface.faces[seed as usize];
         let own = Plane::new(self.surface.points[a as usize], self.normals[seed as usize]);
-        let mut near = self.distance;
+        let first = Shape { plane: own, carried: self.carried(&own, &[seed]) };
+        let mut share = 1.0;
         for _ in 0..MOST_TRIES {
-            self.spread(seed, label, Growing { plane: own, leans: true, near }, is_wall);
-            let Some(plane) = self.plane_that_is_off() else { return };
+            self.spread(seed, label, Growing { shape: first.clone(), own: &own, leans: true, share }, is_wall);
+            let Some(shape) = self.shape_that_is_off(&own) else { return };
             self.let_go();
-            self.spread(seed, label, Growing { plane, leans: false, near }, is_wall);
-            if self.plane_that_is_off().is_none() {
+            self.spread(seed, label, Growing { shape, own: &own, leans: false, share }, is_wall);
+            if self.shape_that_is_off(&own).is_none() {
                 return;
             }
             self.let_go();
-            near /= 2.0;
+            share /= 2.0;
         }
         self.labels[seed as usize] = label;
     }
 
-    /// The plane of what was found, if a vertex is too far from it.
-    fn plane_that_is_off(&self) -> Option<Plane> {
+    /// What these faces carry over the plane of their seed.
+    fn carried(&self, own: &Plane, faces: &[u32]) -> Option<Affine> {
+        self.corners.map(|corners| corners.fit(self.surface, own, faces))
+    }
+
+    /// Whether what faces carry is within a share of what it may be off `map`.
+    fn carry(&self, own: &Plane, map: Option<&Affine>, faces: &[u32], share: f64) -> bool {
+        let Some((corners, map)) = self.corners.zip(map) else { return true };
+        corners.off(self.surface, own, map, faces) <= share
+    }
+
+    /// The shape of what was found, if a vertex is too far from it, or what a corner carries.
+    fn shape_that_is_off(&self, own: &Plane) -> Option<Shape> {
         let plane = Plane::of(self.surface, &self.found)?;
+        let carried = self.carried(own, &self.found);
         let is_off = |v: u32| plane.height(self.surface.points[v as usize]).abs() > self.distance;
         let any = self.found.iter().any(|&face| self.surface.faces[face as usize].into_iter().any(is_off));
-        any.then_some(plane)
+        (any || !self.carry(own, carried.as_ref(), &self.found, 1.0)).then_some(Shape { plane, carried })
     }
 
     /// Takes the labels back from what was found.
@@ -165,10 +198,11 @@ impl<'a> Growth<'a> {
         }
     }
 
-    /// Labels what hangs together with `seed` and lies in the plane.
-    fn spread(&mut self, seed: u32, label: u32, growing: Growing, is_wall: &impl Fn(u32, u32) -> bool) {
+    /// Labels what hangs together with `seed` and is of the shape.
+    fn spread(&mut self, seed: u32, label: u32, growing: Growing<'_>, is_wall: &impl Fn(u32, u32) -> bool) {
         let surface = self.surface;
-        let Growing { mut plane, leans, near } = growing;
+        let Growing { shape: Shape { mut plane, mut carried }, own, leans, share } = growing;
+        let near = share * self.distance;
         self.labels[seed as usize] = label;
         self.found.clear();
         self.found.push(seed);
@@ -180,7 +214,10 @@ impl<'a> Growth<'a> {
                     continue;
                 }
                 let is_near = |v: u32| plane.height(surface.points[v as usize]).abs() <= near;
-                if self.faces_along(other, plane.normal) && surface.faces[other as usize].into_iter().all(is_near) {
+                if self.faces_along(other, plane.normal)
+                    && surface.faces[other as usize].into_iter().all(is_near)
+                    && self.carry(own, carried.as_ref(), &[other], share)
+                {
                     self.labels[other as usize] = label;
                     self.found.push(other);
                 }
@@ -189,6 +226,7 @@ impl<'a> Growth<'a> {
             if leans && self.found.len() >= next_lean {
                 next_lean = 2 * self.found.len();
                 plane = Plane::of(surface, &self.found).unwrap_or(plane);
+                carried = self.carried(own, &self.found);
             }
         }
     }
@@ -214,7 +252,7 @@ mod tests {
     fn regions(mesh: &Mesh, flatness: Flatness) -> usize {
         let surface = Surface::new(mesh, Some(0.0)).expect("a valid mesh");
         let distance = flatness.distance * surface.diagonal;
-        let partition = partition(&surface, flatness.angle_rad, distance, |_, _| false);
+        let partition = partition(&surface, flatness.angle_rad, distance, None, |_, _| false);
         assert_eq!(partition.validate(&surface.neighbors), []);
         partition.region_count
     }
@@ -232,7 +270,7 @@ mod tests {
     fn every_vertex_is_within_the_distance() {
         let surface = Surface::new(&shapes::icosphere(4), Some(0.0)).expect("a valid mesh");
         let distance = 0.01 * surface.diagonal;
-        let partition = partition(&surface, 1.0, distance, |_, _| false);
+        let partition = partition(&surface, 1.0, distance, None, |_, _| false);
         let (starts, faces) = partition.faces_by_region();
         let mut most = 0;
         for ends in starts.windows(2) {
@@ -249,6 +287,6 @@ mod tests {
     #[test]
     fn walls_part_what_is_flat() {
         let surface = Surface::new(&shapes::plane(4, 4), Some(0.0)).expect("a valid mesh");
-        assert_eq!(partition(&surface, 0.1, 0.1, |_, _| true).region_count, 32);
+        assert_eq!(partition(&surface, 0.1, 0.1, None, |_, _| true).region_count, 32);
     }
 }

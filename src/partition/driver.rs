@@ -8,7 +8,6 @@ use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::simplify::{Blocked, Budget, OnProgress, Outcome, Phases, Progress, StopReason};
 
-use super::Options;
 use super::boundary::Boundary;
 use super::chains::{Chains, Vertices};
 use super::cut::Parts;
@@ -16,8 +15,9 @@ use super::find::{Found, Partitioner, SurfaceLight};
 use super::fit::fit;
 use super::queues::{OnDevice, Queues};
 use super::rebuild::{Light, Rebuilt, Recipe, rebuild};
-use super::restore::{Restored, VertexLight, restore};
+use super::restore::{Carried, Restored, VertexLight, restore};
 use super::surface::Surface;
+use super::{By, Options};
 
 /// How often regions that cannot be drawn are cut in two.
 const MOST_CUTS: usize = 8;
@@ -32,9 +32,10 @@ pub fn run(
 ) -> Result<Outcome> {
     let clock = Instant::now();
     let mut surface = Surface::new(mesh, options.weld)?;
+    mesh.materials.iter().for_each(|materials| surface.wall_off(materials));
     let mut run = Run {
         queues: Queues::new(device),
-        warnings: warnings(mesh, &mut surface),
+        warnings: warnings(mesh, &mut surface, &options.by),
         seconds: Phases { build: clock.elapsed().as_secs_f64(), ..Phases::default() },
         lap: Instant::now(),
     };
@@ -49,8 +50,7 @@ pub fn run(
     let cancelled = rebuilt.is_none();
     let rebuilt = rebuilt.unwrap_or_else(|| Rebuilt::nothing(&surface, &parts.partition));
     let error_estimate = surface.frame.length_to_model(rebuilt.deviation);
-    let Restored { mesh, vertex_origin, mut regions } =
-        restore_lit(mesh, &surface, &parts, rebuilt, found.light.as_ref());
+    let Restored { mesh, vertex_origin, mut regions } = restore_found(mesh, &surface, &parts, rebuilt, &found);
     regions.proxies = found.proxies.iter().map(|proxy| proxy.in_model(&surface)).collect();
     regions.energies = found.energies;
     run.seconds.apply += run.lapped();
@@ -78,30 +78,31 @@ pub fn run(
 }
 
 /// What the surface tells, and what is left behind.
-fn warnings(mesh: &Mesh, surface: &mut Surface) -> Vec<String> {
+fn warnings(mesh: &Mesh, surface: &mut Surface, by: &By) -> Vec<String> {
     let mut warnings = std::mem::take(&mut surface.warnings);
+    if matches!(by, By::Coplanar(_)) {
+        return warnings;
+    }
     if mesh.texcoords.is_some() {
-        warnings.push("texture coordinates are dropped: they are not carried through regions".into());
+        warnings.push("texture coordinates are dropped: they are not carried through regions that are not flat".into());
+    }
+    if !mesh.channels.is_empty() {
+        warnings.push("further properties of vertices are dropped: only flat regions carry them".into());
     }
     warnings
 }
 
-/// [`restore`] with the light that was found, moved where it may be.
-fn restore_lit(
-    mesh: &Mesh,
-    surface: &Surface,
-    parts: &Parts,
-    rebuilt: Rebuilt,
-    light: Option<&SurfaceLight>,
-) -> Restored {
-    let Some(SurfaceLight { colors, most_moved, .. }) = light else {
-        return restore(mesh, surface, parts, rebuilt, None);
+/// [`restore`] with what corners carry, or with the light that was found, moved where it may be.
+fn restore_found(mesh: &Mesh, surface: &Surface, parts: &Parts, rebuilt: Rebuilt, found: &Found) -> Restored {
+    let Some(SurfaceLight { colors, most_moved, .. }) = &found.light else {
+        let carried = if found.keeps_corners { Carried::Corners } else { Carried::Vertices };
+        return restore(mesh, surface, parts, rebuilt, carried);
     };
     // What was not rebuilt has none.
     let most_moved = most_moved.filter(|_| !rebuilt.samples.is_empty());
     let fitted = most_moved.map(|most| fit(surface, colors, &rebuilt.faces, &rebuilt.samples, most));
     let light = fitted.as_deref().map_or(VertexLight::Own(colors), VertexLight::Fitted);
-    restore(mesh, surface, parts, rebuilt, Some(light))
+    restore(mesh, surface, parts, rebuilt, Carried::Light(light))
 }
 
 /// Where a run is done, what it tells, and how long it takes.

@@ -7,6 +7,7 @@ use crate::mesh::Mesh;
 use crate::simplify::Budget;
 
 use super::chains::Tolerances;
+use super::corners::Corners;
 use super::cut::Parts;
 use super::interior::Limits;
 use super::plane::Plane;
@@ -25,6 +26,8 @@ pub struct Found {
     pub light: Option<SurfaceLight>,
     pub proxies: Vec<vsa::Proxy>,
     pub energies: Vec<f64>,
+    /// Whether what corners carry is linear over every region, so that those that stay keep it.
+    pub keeps_corners: bool,
     pub is_cancelled: bool,
 }
 
@@ -67,6 +70,7 @@ impl Found {
             light: None,
             proxies: Vec::new(),
             energies: Vec::new(),
+            keeps_corners: false,
             is_cancelled: false,
         }
     }
@@ -90,11 +94,14 @@ impl Partitioner<'_> {
             By::Coplanar(flatness) => {
                 let given = flatness.distance * surface.diagonal;
                 let distance = if limit.is_finite() { surface.frame.length_to_rows(limit) } else { given };
-                let is_wall = self.walls();
-                let partition = coplanar::partition(surface, flatness.angle_rad, distance, is_wall);
+                let model_distance = surface.frame.length_to_model(distance);
+                let corners = Corners::new(self.mesh, *flatness, model_distance);
+                let angle_rad = flatness.angle_rad;
+                let partition = coplanar::partition(surface, angle_rad, distance, corners.as_ref(), self.walls());
                 let is_cancelled = (self.report)().is_break();
                 let planes = Some(Plane::of_regions(surface, &partition));
-                Ok(Found { planes, is_cancelled, ..Found::new(partition, Tolerances { distance, ..Tolerances::ANY }) })
+                let tolerances = Tolerances { distance, ..Tolerances::ANY };
+                Ok(Found { planes, is_cancelled, keeps_corners: true, ..Found::new(partition, tolerances) })
             }
             By::Variational(variational) => self.variational(variational, limit),
             By::Superfaces(superfaces) => self.superfaces(superfaces, limit),

@@ -10,17 +10,20 @@
 //! - Both sides of a chain keep the same vertices: no cracks, no T-junctions; closed in, closed out.
 //! - No edge inside a region is an edge anywhere else, and a region keeps its loops: manifold in, manifold out. A region that
 //!   cannot be drawn anew keeps its faces.
+//! - A region has one material, so that borders between materials are borders between regions.
 //! - Decisions are the host's, in double precision and in a fixed order: the same bytes on any device.
 
 mod boundary;
 mod chains;
 mod coplanar;
+mod corners;
 mod cut;
 mod driver;
 mod find;
 mod fit;
 mod interior;
 mod labels;
+mod named;
 mod plane;
 mod polygons;
 mod queues;
@@ -39,8 +42,8 @@ pub use triangulate::Triangulation;
 
 use crate::backend::Device;
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
 use crate::mesh::limits::check_weld;
+use crate::mesh::{Dropped, Mesh, Normals, vertex_normals};
 use crate::polish::Flips;
 use crate::simplify::{Budget, OnProgress, Outcome};
 
@@ -132,6 +135,10 @@ pub struct Options {
     pub weld: Option<f64>,
     /// Edge flips after the rebuilding.
     pub flips: Flips,
+    /// What becomes of normals.
+    pub normals: Normals,
+    /// What is left out, and holds nothing.
+    pub dropped: Dropped,
 }
 
 impl Options {
@@ -151,7 +158,14 @@ impl Options {
     }
 
     fn new(by: By) -> Self {
-        Self { by, triangulation: Triangulation::default(), weld: Some(0.0), flips: Flips::default() }
+        Self {
+            by,
+            triangulation: Triangulation::default(),
+            weld: Some(0.0),
+            flips: Flips::default(),
+            normals: Normals::default(),
+            dropped: Dropped::default(),
+        }
     }
 
     fn check(&self, budget: &Budget) -> Result<()> {
@@ -176,5 +190,14 @@ pub fn run(
     progress: Option<&mut OnProgress<'_>>,
 ) -> Result<Outcome> {
     options.check(budget)?;
-    device.install(|| driver::run(mesh, options, budget, device, progress))
+    let recomputes = options.normals == Normals::Recompute && mesh.normals.is_some() && !options.dropped.normals;
+    let dropped = Dropped { normals: options.dropped.normals || recomputes, ..options.dropped.clone() };
+    device.install(|| {
+        mesh.check()?;
+        let mut outcome = driver::run(&dropped.leave(mesh), options, budget, device, progress)?;
+        if recomputes {
+            outcome.mesh.normals = Some(vertex_normals(&outcome.mesh));
+        }
+        Ok(outcome)
+    })
 }

@@ -1,15 +1,15 @@
 //! From a rebuilt partition back to a mesh in the order of the input.
 
-use rayon::prelude::*;
-
 use super::cut::Parts;
+use super::named::Named;
 use super::polygons::polygons;
 use super::rebuild::Rebuilt;
 use super::surface::Surface;
 use super::vsa::Proxy;
+use crate::math::DVec3;
 use crate::mesh::orient::TURNED;
 use crate::mesh::weld::joined_attributes;
-use crate::mesh::{Mesh, Polygons};
+use crate::mesh::{Materials, Mesh, Polygons, take};
 
 /// The region of a face that the input's preparation dropped.
 pub const NO_REGION: u32 = u32::MAX;
@@ -51,6 +51,17 @@ pub struct Restored {
     pub regions: Regions,
 }
 
+/// What the result carries.
+#[derive(Debug, Clone, Copy)]
+pub enum Carried<'a> {
+    /// The normals and colors of vertices.
+    Vertices,
+    /// All that corners have.
+    Corners,
+    /// The same as vertices, with this light.
+    Light(VertexLight<'a>),
+}
+
 /// The light at the vertices of the surface.
 #[derive(Debug, Clone, Copy)]
 pub enum VertexLight<'a> {
@@ -61,48 +72,69 @@ pub enum VertexLight<'a> {
 }
 
 /// Names vertices in the order of the input and turns regions back over that were turned to agree with others.
-pub fn restore(
-    input: &Mesh,
-    surface: &Surface,
-    parts: &Parts,
-    rebuilt: Rebuilt,
-    light: Option<VertexLight<'_>>,
-) -> Restored {
-    let Rebuilt { faces, region_starts, is_whole, undrawn, spatial, .. } = rebuilt;
+pub fn restore(input: &Mesh, surface: &Surface, parts: &Parts, rebuilt: Rebuilt, carried: Carried<'_>) -> Restored {
     let whole = |part: u32| parts.whole[part as usize];
-    let (order, renamed) = names(surface, &faces);
-    let vertex_origin: Vec<u32> = order.iter().map(|&v| surface.vertex_source[v as usize]).collect();
+    let named = match carried {
+        Carried::Corners => Named::with_corners(input, surface, parts, &rebuilt),
+        Carried::Vertices | Carried::Light(_) => Named::whole(surface, &rebuilt.faces),
+    };
+    let Rebuilt { faces, region_starts, is_whole, undrawn, spatial, .. } = rebuilt;
+    let vertex_origin = named.origins(input, surface);
 
     let is_turned = turned_regions(surface, parts);
     let mut face_labels = Vec::with_capacity(faces.len());
     for (part, ends) in (0..).zip(region_starts.windows(2)) {
         face_labels.resize(face_labels.len() + (ends[1] - ends[0]) as usize, part);
     }
-    let named = |(&face, &part): (&[u32; 3], &u32)| {
-        let [a, b, c] = face.map(|v| renamed[v as usize]);
-        if is_turned[part as usize] { [a, c, b] } else { [a, b, c] }
-    };
     let mut labels = vec![NO_REGION; input.faces.len()];
     for (&source, &part) in surface.face_source.iter().zip(&parts.partition.labels) {
         labels[(source & !TURNED) as usize] = whole(part);
     }
-    let (normals, mut colors) = joined_attributes(input, surface.lowest.as_ref(), &vertex_origin);
-    if let Some(VertexLight::Fitted(rows) | VertexLight::Own(rows)) = light
-        && (colors.is_none() || matches!(light, Some(VertexLight::Fitted(_))))
+    let sources = || named.vertices.iter().map(|vertex| vertex.source);
+    let (normals, mut colors) = match carried {
+        Carried::Corners => {
+            let order: Vec<u32> = sources().collect();
+            (
+                input.normals.as_ref().map(|rows| take(rows, &order)),
+                input.colors.as_ref().map(|rows| take(rows, &order)),
+            )
+        }
+        _ => joined_attributes(input, surface.lowest.as_ref(), &vertex_origin),
+    };
+    if let Carried::Light(light @ (VertexLight::Fitted(rows) | VertexLight::Own(rows))) = carried
+        && (colors.is_none() || matches!(light, VertexLight::Fitted(_)))
     {
-        colors = Some(order.iter().map(|&v| rows[v as usize]).collect());
+        colors = Some(named.vertices.iter().map(|vertex| rows[vertex.at as usize]).collect());
     }
+    let channels = match carried {
+        Carried::Corners if !input.channels.is_empty() => {
+            let order: Vec<u32> = sources().collect();
+            input.channels.iter().map(|channel| channel.take(&order)).collect()
+        }
+        _ => Vec::new(),
+    };
     // Vertices carry the light then, without steps between regions.
-    let means = input.face_colors.as_ref().filter(|_| light.is_none()).map(|rows| means(surface, parts, rows));
-    let mesh = Mesh {
-        positions: vertex_origin.iter().map(|&v| input.positions[v as usize]).collect(),
-        faces: faces.iter().zip(&face_labels).map(named).collect(),
+    let is_lit = matches!(carried, Carried::Light(_));
+    let means = input.face_colors.as_ref().filter(|_| !is_lit).map(|rows| means(surface, parts, rows));
+    let by_part = |rows: Vec<u32>| face_labels.iter().map(|&part| rows[part as usize]).collect();
+    let materials = input.materials.as_ref().map(|materials| Materials {
+        of_face: by_part(part_materials(surface, parts, materials)),
+        names: materials.names.clone(),
+    });
+    let mut mesh = Mesh {
+        positions: named.vertices.iter().map(|vertex| at(input, surface, vertex.at)).collect(),
+        faces: named.faces,
         normals,
         colors,
-        texcoords: None,
+        texcoords: named.texcoords,
         face_colors: means.map(|means| face_labels.iter().map(|&part| means[part as usize]).collect()),
-        ..Mesh::default()
+        channels,
+        materials,
     };
+    for (face, _) in face_labels.iter().enumerate().filter(|(_, part)| is_turned[**part as usize]) {
+        mesh.faces[face].swap(1, 2);
+        mesh.texcoords.iter_mut().for_each(|rows| rows[face].swap(1, 2));
+    }
     face_labels.iter_mut().for_each(|label| *label = whole(*label));
     // Parts come last: the number of regions is that of the wholes.
     let count = parts.whole.iter().max().map_or(0, |&last| last as usize + 1);
@@ -112,15 +144,18 @@ pub fn restore(
     Restored { mesh, vertex_origin, regions }
 }
 
-/// The vertices that faces use in the order of the input, and the place of each there.
-fn names(surface: &Surface, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
-    let mut used = vec![false; surface.points.len()];
-    faces.iter().flatten().for_each(|&v| used[v as usize] = true);
-    let mut order: Vec<u32> = (0..used.len() as u32).filter(|&v| used[v as usize]).collect();
-    order.par_sort_unstable_by_key(|&v| surface.vertex_source[v as usize]);
-    let mut renamed = vec![0; used.len()];
-    (0..).zip(&order).for_each(|(new, &old)| renamed[old as usize] = new);
-    (order, renamed)
+/// Where a vertex of the surface stands in the input.
+fn at(input: &Mesh, surface: &Surface, vertex: u32) -> DVec3 {
+    input.positions[surface.vertex_source[vertex as usize] as usize]
+}
+
+/// The material of every part.
+fn part_materials(surface: &Surface, Parts { partition, .. }: &Parts, materials: &Materials) -> Vec<u32> {
+    let mut of_part = vec![0; partition.region_count];
+    for (face, &part) in (0..).zip(&partition.labels) {
+        of_part[part as usize] = materials.of_face[surface.input_face(face) as usize];
+    }
+    of_part
 }
 
 /// The mean color of every part's faces, by area: theirs, where they have one.

@@ -12,7 +12,7 @@ use crate::mesh::dual::{NONE, neighbors};
 use crate::mesh::fan::Fan;
 use crate::mesh::frame::Frame;
 use crate::mesh::orient::{TURNED, turn_to_agree};
-use crate::mesh::{Mesh, Rings};
+use crate::mesh::{Materials, Mesh, Rings};
 
 // The rows of neighbors go to kernels as they are.
 const _: () = assert!(NONE == boundary_gains::NONE && NONE == pairs::NO_FACE);
@@ -91,6 +91,16 @@ impl Surface {
         })
     }
 
+    /// Makes walls of the edges between faces of different materials.
+    pub fn wall_off(&mut self, materials: &Materials) {
+        let Self { neighbors, face_source, .. } = self;
+        let material = |face: u32| materials.of_face[(face_source[face as usize] & !TURNED) as usize];
+        neighbors.par_iter_mut().enumerate().with_min_len(ROWS).for_each(|(face, row)| {
+            let own = material(face as u32);
+            row.iter_mut().filter(|other| **other != NONE && material(**other) != own).for_each(|other| *other = NONE);
+        });
+    }
+
     /// Copies it to the device of `queue`.
     ///
     /// # Errors
@@ -128,6 +138,16 @@ mod tests {
         let walls = surface.neighbors.iter().flatten().filter(|&&other| other == NONE).count();
         assert_eq!((surface.faces.len(), surface.points.len(), walls), (12, 12, 10));
         assert_eq!(surface.positions.iter().filter(|p| p.flags & BORDER != 0).count(), 10);
+    }
+
+    #[test]
+    fn materials_are_walls() {
+        let plane = shapes::plane(3, 2);
+        let of_face = (0..12).map(|face| u32::from(face < 6)).collect();
+        let mut surface = Surface::new(&plane, Some(0.0)).expect("a valid mesh");
+        surface.wall_off(&Materials { of_face, names: vec![String::new(), "wood".into()] });
+        let walls = surface.neighbors.iter().flatten().filter(|&&other| other == NONE).count();
+        assert_eq!(walls, 10 + 2 * 3, "both sides of three edges between two rows");
     }
 
     #[test]

@@ -26,7 +26,8 @@ pub struct Attributes {
 
     /// Leave out: normal, uv, color, material, other
     ///
-    /// Leaves attributes out, and what their seams hold; several by commas.
+    /// Leaves attributes out, and what their seams hold; several by commas. With --method coplanar flats then collapse across
+    /// what these had parted.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_enum, hide_possible_values = true)]
     pub drop: Vec<Dropped>,
 
