@@ -4,10 +4,12 @@ use std::borrow::Cow;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use rustc_hash::FxHashMap;
+
 use super::faces::Faces;
 use super::{Compression, Format, WriteOptions, gltf, input, obj, off, output, ply, stl};
 use crate::error::{Error, Place, Result};
-use crate::mesh::{ChannelKind, Mesh};
+use crate::mesh::{ChannelKind, Materials, Mesh};
 
 /// What a file holds that is no mesh. It goes into a file of the same format.
 #[derive(Debug, Clone, Default)]
@@ -41,6 +43,37 @@ impl Scene {
             turn_textures(&mut mesh);
         }
         mesh
+    }
+}
+
+impl Scene {
+    /// What every face is made of, by the material alone: parts and groups of one material are one.
+    pub fn materials(&self) -> Option<Materials> {
+        let materials = self.mesh.materials.as_ref()?;
+        let (names, numbers) = match &self.document {
+            Document::Gltf(document) => {
+                let (names, numbers) = gltf::materials(document);
+                // Those of another mesh say nothing of this.
+                if numbers.len() != materials.names.len() {
+                    return Some(materials.clone());
+                }
+                (names, numbers)
+            }
+            _ => {
+                let mut names: Vec<String> = Vec::new();
+                let mut known = FxHashMap::default();
+                let number = |name: &String| {
+                    *known.entry(name.lines().next().unwrap_or_default().to_string()).or_insert_with_key(|name| {
+                        names.push(name.clone());
+                        names.len() - 1
+                    })
+                };
+                let numbers = materials.names.iter().map(number).collect();
+                (names, numbers)
+            }
+        };
+        let of_face = materials.of_face.iter().map(|&part| numbers[part as usize] as u32).collect();
+        Some(Materials { of_face, names })
     }
 }
 

@@ -117,10 +117,10 @@ pub(super) struct Atlas<'a> {
 }
 
 impl<'a> Atlas<'a> {
-    /// The atlas of a mesh that passes [`Mesh::check`].
-    pub fn new(mesh: &'a Mesh) -> Self {
-        let all = 0..mesh.faces.len();
-        let mut faces: Vec<u32> = all.filter(|&face| Patch::of(mesh, face).is_some()).map(|face| face as u32).collect();
+    /// The atlas of these faces of a mesh that passes [`Mesh::check`].
+    pub fn new(mesh: &'a Mesh, faces: &[u32]) -> Self {
+        let mut faces: Vec<u32> =
+            faces.iter().copied().filter(|&face| Patch::of(mesh, face as usize).is_some()).collect();
         let whole = Builder { mesh, scale: [0.0; 5] }.bounds(&faces);
         // Lengths in the texture and in space are compared as shares of the whole.
         let shares = |size: f64| if size > 0.0 && size.is_finite() { 1.0 / size } else { 0.0 };

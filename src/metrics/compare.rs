@@ -1,6 +1,6 @@
 //! Everything about two meshes side by side.
 
-use super::texture::{TEXELS, TextureDeviation, texture_deviation};
+use super::texture::{MaterialTexture, TEXELS, TextureDeviation, texture_by_material};
 use super::{Deviation, Options, Quality, deviation, quality};
 use crate::backend::Device;
 use crate::error::Result;
@@ -17,6 +17,8 @@ pub struct Comparison {
     pub topology: [Topology; 2],
     /// How far a texture has moved, where both have texture coordinates; on a grid of [`TEXELS`].
     pub texture: Option<TextureDeviation>,
+    /// The same of every material, where both tell materials.
+    pub texture_materials: Vec<MaterialTexture>,
 }
 
 /// Compares `a` with `b`.
@@ -28,8 +30,9 @@ pub fn compare(a: &Mesh, b: &Mesh, options: &Options, device: &Device) -> Result
     device.install(|| {
         let deviation = deviation(a, b, options, device)?;
         let topology = [a, b].map(|mesh| survey(mesh).topology);
-        let texture = texture_deviation(a, b, TEXELS)?;
-        Ok(Comparison { deviation, quality: [a, b].map(quality), topology, texture })
+        let (texture, texture_materials) = texture_by_material(a, b, TEXELS)?.unzip();
+        let texture_materials = texture_materials.unwrap_or_default();
+        Ok(Comparison { deviation, quality: [a, b].map(quality), topology, texture, texture_materials })
     })
 }
 

@@ -18,7 +18,7 @@ pub use compare::{Comparison, compare};
 pub use deviation::{AngleSpread, Deviation, Options, Side, deviation, vertex_distances};
 pub use quality::{Quality, quality};
 pub use sampling::Kinds;
-pub use texture::{TextureDeviation, texture_deviation};
+pub use texture::{MaterialTexture, TextureDeviation, texture_by_material, texture_deviation};
 pub use view::View;
 
 /// A deviation over many samples.

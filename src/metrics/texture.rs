@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::Spread;
 use super::atlas::{Atlas, Patch};
@@ -32,8 +33,22 @@ pub struct TextureDeviation {
     pub covered: f64,
 }
 
+/// The same of the faces of one material.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct MaterialTexture {
+    /// Its name in the first mesh, or in the second where only that has it.
+    pub name: String,
+    /// Its faces in either mesh.
+    pub faces: [usize; 2],
+    /// Where both have some.
+    pub texture: Option<TextureDeviation>,
+}
+
 /// Compares where `a` and `b` have the same texture coordinates, on a grid of `texels` along the longer side of the box of
 /// `a`'s; see [`TEXELS`]. `None` unless both meshes have texture coordinates.
+///
+/// Every material has a texture of its own: where both meshes tell materials, the places of one are looked for in the same
+/// one. See [`texture_by_material`].
 ///
 /// Coordinates outside `[0, 1]` are taken as they are. Faces without an area in the texture take no part. Where no
 /// texel's center lies in a face (tiny charts far apart), the corners, midpoints and centers count as texels. Texels
@@ -46,6 +61,21 @@ pub struct TextureDeviation {
 /// \[COM98\] for the texture deviation, the greatest over the texture of the distance between the points of both surfaces.
 /// Departs: sampled rather than exact on the overlay of both triangulations, and overlapping charts are allowed.
 pub fn texture_deviation(a: &Mesh, b: &Mesh, texels: usize) -> Result<Option<TextureDeviation>> {
+    Ok(texture_by_material(a, b, texels)?.map(|(all, _)| all))
+}
+
+/// [`texture_deviation`] over all, and of every material; the list is empty unless both meshes tell materials.
+///
+/// Materials of the same name are the same, and where no name is in both, those of the same number, if there are as many; where
+/// nothing tells which are the same, places are looked for in all.
+///
+/// # Errors
+/// Those of [`texture_deviation`].
+pub fn texture_by_material(
+    a: &Mesh,
+    b: &Mesh,
+    texels: usize,
+) -> Result<Option<(TextureDeviation, Vec<MaterialTexture>)>> {
     a.check()?;
     b.check()?;
     if !(1..=MOST_TEXELS).contains(&texels) {
@@ -54,29 +84,115 @@ pub fn texture_deviation(a: &Mesh, b: &Mesh, texels: usize) -> Result<Option<Tex
     if a.texcoords.is_none() || b.texcoords.is_none() {
         return Ok(None);
     }
-    let Some(grid) = Grid::over(patches(a, 0), texels) else { return Ok(Some(TextureDeviation::default())) };
-    let atlas = Atlas::new(b);
-    let chunks: Vec<Samples> = (0..a.faces.len().div_ceil(CHUNK_FACES))
-        .into_par_iter()
-        .map(|chunk| Samples::of(patches(a, chunk * CHUNK_FACES).take(CHUNK_FACES), &grid, &atlas))
-        .collect();
-    let mut at_faces = Samples::default();
-    chunks.iter().for_each(|chunk| at_faces.merge(chunk));
-    let mut at_texels = Samples::default();
-    for distance in grid.distances() {
-        at_texels.add(distance);
+    let all: Vec<u32> = (0..a.faces.len() as u32).collect();
+    let extent = Extent::of(patches(a, &all));
+    let size = extent.texel(texels);
+    let mut total = Measured::default();
+    let mut measure = |of: &Group| {
+        let grid = Grid::over(&Extent::of(patches(a, &of.faces[0])), size, texels)?;
+        let atlas = Atlas::new(b, &of.faces[1]);
+        let chunks: Vec<Samples> =
+            of.faces[0].par_chunks(CHUNK_FACES).map(|chunk| Samples::of(patches(a, chunk), &grid, &atlas)).collect();
+        let mut measured = Measured::default();
+        chunks.iter().for_each(|chunk| measured.at_faces.merge(chunk));
+        grid.distances().for_each(|distance| measured.at_texels.add(distance));
+        measured.settle();
+        total.at_faces.merge(&measured.at_faces);
+        total.at_texels.merge(&measured.at_texels);
+        Some(measured.finish())
+    };
+    let groups = groups(a, b);
+    let mut list = Vec::with_capacity(groups.len());
+    if groups.iter().any(Group::is_in_both) {
+        for group in &groups {
+            let texture = measure(group).filter(|_| group.is_in_both());
+            list.push(MaterialTexture { texture, ..group.told() });
+        }
+    } else {
+        measure(&Group::whole(a, b));
+        list.extend(groups.iter().map(Group::told));
     }
-    let samples = if at_texels.taken > 0 { &at_texels } else { &at_faces };
-    Ok(Some(TextureDeviation {
-        deviation: samples.sums.finish().unwrap_or_default(),
-        mapping_distance: at_faces.greatest,
-        covered: samples.found as f64 / samples.taken.max(1) as f64,
-    }))
+    let has_materials = a.materials.is_some() && b.materials.is_some();
+    Ok(Some((total.finish(), if has_materials { list } else { Vec::new() })))
 }
 
-/// The faces from `first` on, `None` for those that cover nothing of the texture.
-fn patches(mesh: &Mesh, first: usize) -> impl Iterator<Item = Option<Patch>> {
-    (first..mesh.faces.len()).map(|face| Patch::of(mesh, face))
+/// The faces of one material in both meshes.
+#[derive(Debug, Default)]
+struct Group {
+    name: String,
+    faces: [Vec<u32>; 2],
+}
+
+impl Group {
+    /// All of both.
+    fn whole(a: &Mesh, b: &Mesh) -> Self {
+        Self { name: String::new(), faces: [a, b].map(|mesh| (0..mesh.faces.len() as u32).collect()) }
+    }
+
+    fn is_in_both(&self) -> bool {
+        self.faces.iter().all(|faces| !faces.is_empty())
+    }
+
+    fn told(&self) -> MaterialTexture {
+        MaterialTexture { name: self.name.clone(), faces: [0, 1].map(|side| self.faces[side].len()), texture: None }
+    }
+}
+
+/// The faces by material, in the order of the first mesh's materials, then those that only the second has.
+fn groups(a: &Mesh, b: &Mesh) -> Vec<Group> {
+    let (Some(own), Some(other)) = (&a.materials, &b.materials) else {
+        return vec![Group::whole(a, b)];
+    };
+    let mut groups: Vec<Group> = Vec::new();
+    let mut known: FxHashMap<&String, usize> = FxHashMap::default();
+    let mut number = |groups: &mut Vec<Group>, name| {
+        *known.entry(name).or_insert_with(|| {
+            groups.push(Group { name: name.clone(), ..Group::default() });
+            groups.len() - 1
+        })
+    };
+    let names: FxHashSet<&String> = own.names.iter().collect();
+    let in_common = other.names.iter().any(|name| names.contains(name));
+    let by_number = !in_common && own.names.len() == other.names.len();
+    for (side, materials) in [own, other].into_iter().enumerate() {
+        let names = if by_number { &own.names } else { &materials.names };
+        let numbers: Vec<usize> = names.iter().map(|name| number(&mut groups, name)).collect();
+        for (face, &material) in (0..).zip(&materials.of_face) {
+            groups[numbers[material as usize]].faces[side].push(face);
+        }
+    }
+    groups.retain(|group| group.faces.iter().any(|faces| !faces.is_empty()));
+    groups
+}
+
+/// These faces, `None` for those that cover nothing of the texture.
+fn patches(mesh: &Mesh, faces: &[u32]) -> impl Iterator<Item = Option<Patch>> {
+    faces.iter().map(|&face| Patch::of(mesh, face as usize))
+}
+
+/// Samples of a part of the texture.
+#[derive(Default)]
+struct Measured {
+    at_faces: Samples,
+    at_texels: Samples,
+}
+
+impl Measured {
+    /// Where no texel's center lies in a face, places of faces stand for texels.
+    fn settle(&mut self) {
+        if self.at_texels.taken == 0 {
+            self.at_texels.merge(&self.at_faces);
+        }
+    }
+
+    fn finish(&self) -> TextureDeviation {
+        let Self { at_faces, at_texels } = self;
+        TextureDeviation {
+            deviation: at_texels.sums.finish().unwrap_or_default(),
+            mapping_distance: at_faces.greatest,
+            covered: at_texels.found as f64 / at_texels.taken.max(1) as f64,
+        }
+    }
 }
 
 /// Distances at places of the texture, where both meshes use it.
@@ -126,6 +242,32 @@ impl Samples {
     }
 }
 
+/// The part of the texture that faces use.
+struct Extent {
+    low: DVec2,
+    high: DVec2,
+    /// Of all of them, those that overlap as often as they do.
+    area: f64,
+}
+
+impl Extent {
+    fn of(patches: impl Iterator<Item = Option<Patch>>) -> Self {
+        let mut extent = Self { low: DVec2::INFINITY, high: DVec2::NEG_INFINITY, area: 0.0 };
+        for patch in patches.flatten() {
+            let Self { low, high, .. } = extent;
+            (extent.low, extent.high) =
+                patch.uv.iter().fold((low, high), |(low, high), &uv| (low.min(uv), high.max(uv)));
+            extent.area += patch.area();
+        }
+        extent
+    }
+
+    /// The side of a texel.
+    fn texel(&self, texels: usize) -> f64 {
+        ((self.high - self.low).max_element() / texels as f64).max((self.area / MOST_SAMPLES).sqrt())
+    }
+}
+
 /// Texels over a part of the texture, each with the least distance noted there.
 struct Grid {
     low: DVec2,
@@ -141,22 +283,16 @@ struct Grid {
 const UNUSED: u64 = u64::MAX;
 
 impl Grid {
-    /// A grid over the box of `patches`; `None` without any.
-    fn over(patches: impl Iterator<Item = Option<Patch>>, texels: usize) -> Option<Self> {
-        let (mut low, mut high, mut area) = (DVec2::INFINITY, DVec2::NEG_INFINITY, 0.0);
-        for patch in patches.flatten() {
-            (low, high) = patch.uv.iter().fold((low, high), |(low, high), &uv| (low.min(uv), high.max(uv)));
-            area += patch.area();
-        }
-        if area <= 0.0 {
+    /// A grid over a part of the texture, of texels of this size; `None` where nothing has an area.
+    fn over(extent: &Extent, size: f64, texels: usize) -> Option<Self> {
+        if extent.area <= 0.0 {
             return None;
         }
-        let extent = high - low;
-        let size = (extent.max_element() / texels as f64).max((area / MOST_SAMPLES).sqrt());
+        let length = extent.high - extent.low;
         let count = |length: f64| ((length / size).ceil() as usize).clamp(1, texels);
-        let (columns, rows) = (count(extent.x), count(extent.y));
+        let (columns, rows) = (count(length.x), count(length.y));
         let nearest = (0..columns * rows).map(|_| AtomicU64::new(UNUSED)).collect();
-        Some(Self { low, size, columns, rows, nearest })
+        Some(Self { low: extent.low, size, columns, rows, nearest })
     }
 
     /// The texels from `from` to `to` whose centers lie between, of `count`.
@@ -204,7 +340,7 @@ impl Grid {
 mod tests {
     use super::*;
     use crate::math::{DVec3, Vec2};
-    use crate::mesh::shapes;
+    use crate::mesh::{Materials, shapes};
 
     /// Texture coordinates of every corner by the position of its vertex.
     fn textured(mut mesh: Mesh, uv: impl Fn(DVec3) -> (f64, f64)) -> Mesh {
@@ -326,6 +462,46 @@ mod tests {
         let kept: Vec<_> = kept.into_iter().filter(|(_, r)| r[1].distance(r[2]) < 9.0).collect();
         (two.faces, two.texcoords) = (kept.iter().map(|k| k.0).collect(), Some(kept.iter().map(|k| k.1).collect()));
         assert_all(&compare(&two, &moved(two.clone(), DVec3::Z)), 1.0, 1.0);
+    }
+
+    /// Two sheets one above the other, with the same square of two textures: the upper is moved by 1, the lower by 3.
+    #[test]
+    fn materials_have_textures_of_their_own() {
+        let both = |lower: f64, upper: f64, names: [&str; 2]| {
+            let mut mesh = moved(sheet(), DVec3::Z * lower);
+            let other = moved(sheet(), DVec3::Z * (2.0 + upper));
+            let (vertices, faces) = (mesh.positions.len() as u32, mesh.faces.len());
+            mesh.positions.extend(other.positions);
+            mesh.faces.extend(other.faces.iter().map(|face| face.map(|v| v + vertices)));
+            mesh.texcoords.iter_mut().for_each(|rows| rows.extend(other.texcoords.iter().flatten()));
+            let of_face = (0..2 * faces).map(|face| u32::from(face >= faces)).collect();
+            mesh.materials = Some(Materials { of_face, names: names.map(String::from).to_vec() });
+            mesh
+        };
+        let (a, b) = (both(0.0, 0.0, ["lower", "upper"]), both(3.0, 1.0, ["lower", "upper"]));
+        let found = |a: &Mesh, b: &Mesh| texture_by_material(a, b, 64).expect("valid meshes").expect("textures");
+        let (all, list) = found(&a, &b);
+        assert!((all.deviation.rms - 5.0_f64.sqrt()).abs() < 1e-6 && all.mapping_distance == 3.0, "{all:?}");
+        let told = list.iter().map(|row| (row.name.as_str(), row.faces, row.texture.expect("both").deviation.rms));
+        assert_eq!(told.collect::<Vec<_>>(), [("lower", [128; 2], 3.0), ("upper", [128; 2], 1.0)]);
+        // Without materials on one side the nearer sheet counts: the lower one at 3 is 1 above the upper one.
+        let bare = Mesh { materials: None, ..b.clone() };
+        let (all, list) = found(&a, &bare);
+        assert!((all.deviation.max - 1.0).abs() < 1e-6 && list.is_empty(), "{all:?}");
+        // Other names: by number, and by nothing where they are not as many.
+        assert_eq!(found(&a, &both(3.0, 1.0, ["first", "second"])).0, found(&a, &b).0);
+        let mut more = both(3.0, 1.0, ["first", "second"]);
+        more.materials.iter_mut().for_each(|materials| materials.names.push("third".into()));
+        let (all, list) = found(&a, &more);
+        assert!((all.deviation.max - 1.0).abs() < 1e-6 && list.len() == 4, "{all:?} {list:?}");
+        assert!(list.iter().all(|row| row.texture.is_none() && row.faces.contains(&0)));
+        // One of them is gone: its texels are not covered.
+        let mut half = b.clone();
+        half.faces.truncate(128);
+        half.texcoords.iter_mut().for_each(|rows| rows.truncate(128));
+        half.materials.iter_mut().for_each(|materials| materials.of_face.truncate(128));
+        let (all, list) = found(&a, &half);
+        assert!(all.covered == 0.5 && list[1].texture.is_none() && list[1].faces == [128, 0], "{all:?} {list:?}");
     }
 
     #[test]

@@ -159,6 +159,13 @@ pub struct Writing {
     #[arg(long)]
     pub json: bool,
 
+    /// Tell of every material's texture
+    ///
+    /// Lists in the table how far the texture of every material has moved, and which have faces in one mesh alone. --json
+    /// has them always.
+    #[arg(short, long, conflicts_with = "quiet")]
+    pub verbose: bool,
+
     /// Print errors only on standard error
     ///
     /// Prints nothing but errors to standard error: no notes about the device.

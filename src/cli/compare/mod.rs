@@ -100,7 +100,11 @@ impl Job {
             selector,
             threads: args.device.threads.into(),
             json: args.writing.json,
-            verbosity: if args.writing.quiet { Verbosity::Quiet } else { Verbosity::Normal },
+            verbosity: match (args.writing.quiet, args.writing.verbose) {
+                (true, _) => Verbosity::Quiet,
+                (_, true) => Verbosity::Verbose,
+                _ => Verbosity::Normal,
+            },
         })
     }
 }
@@ -144,7 +148,7 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
     if job.json {
         console::print_json(&record)?;
     } else {
-        console::print(table::table(&record).as_bytes())?;
+        console::print(table::table(&record, job.verbosity == Verbosity::Verbose).as_bytes())?;
     }
     Ok(if interrupt::asked() { Exit::Interrupted } else { Exit::Done })
 }
@@ -166,13 +170,17 @@ impl Input {
         Ok(Self { scene, looks })
     }
 
-    /// The mesh; with its textures up the picture, where the other's are up and a glTF's own are not.
+    /// The mesh with its materials, primitives and groups of one together; with its textures up the picture, where the
+    /// other's are up and a glTF's own are not.
     fn measured_beside(&self, other: &Self) -> Cow<'_, Mesh> {
         let is_gltf = |input: &Self| matches!(input.scene.document, Document::Gltf(_));
-        if is_gltf(self) && !is_gltf(other) {
-            return Cow::Owned(self.scene.clone().into_mesh());
+        let materials = self.scene.materials();
+        let is_turned = is_gltf(self) && !is_gltf(other);
+        if !is_turned && materials == self.mesh().materials {
+            return Cow::Borrowed(self.mesh());
         }
-        Cow::Borrowed(self.mesh())
+        let scene = self.scene.clone();
+        Cow::Owned(Mesh { materials, ..if is_turned { scene.into_mesh() } else { scene.mesh } })
     }
 
     fn mesh(&self) -> &Mesh {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use coarsen::Device;
 use coarsen::mesh::Topology;
-use coarsen::metrics::{Comparison, Kinds, Quality, Side, Spread, TextureDeviation, View};
+use coarsen::metrics::{Comparison, Kinds, MaterialTexture, Quality, Side, Spread, TextureDeviation, View};
 use coarsen::report::ImageDifference;
 use serde::Serialize;
 
@@ -39,6 +39,8 @@ pub struct Record {
     pub topology: Pair<Topology>,
     /// Where both have texture coordinates.
     pub texture: Option<TextureDeviation>,
+    /// The same of every material, where both have materials.
+    pub texture_materials: Vec<MaterialTexture>,
     /// With --images.
     pub images: Option<ImageDifference>,
     /// With --view.
@@ -82,7 +84,7 @@ impl Record {
         images: Option<ImageDifference>,
         seconds: Seconds,
     ) -> Self {
-        let Comparison { deviation, quality, topology, texture } = comparison;
+        let Comparison { deviation, quality, topology, texture, texture_materials } = comparison;
         let symmetric = deviation.symmetric();
         let diagonal = deviation.diagonal;
         let path = |path: &Path| path.display().to_string();
@@ -103,6 +105,7 @@ impl Record {
             quality: quality.into(),
             topology: topology.into(),
             texture,
+            texture_materials,
             images,
             screen: job.view.map(|view| Screen { view, pixels: each(symmetric, |length| view.pixels(length)) }),
             heatmap: job.heatmap.as_deref().map(path),

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use coarsen::mesh::Topology;
-use coarsen::metrics::Side;
+use coarsen::metrics::{MaterialTexture, Side};
 
 use super::record::Record;
 
@@ -11,8 +11,8 @@ use super::record::Record;
 const NAMES: usize = 24;
 const COLUMN: usize = 14;
 
-/// The table: distances and directions of both sides, then the meshes side by side.
-pub fn table(record: &Record) -> String {
+/// The table: distances and directions of both sides, then the meshes side by side; textures by material where `is_verbose`.
+pub fn table(record: &Record, is_verbose: bool) -> String {
     let mut text = format!("A  {}\nB  {}\n\n", record.a, record.b);
     deviations(&mut text, record);
     text.push('\n');
@@ -32,6 +32,15 @@ pub fn table(record: &Record) -> String {
         line(&mut text, "texture, mapping", figure(texture.mapping_distance));
         line(&mut text, "texture, in common", format!("{:.2} %", 100.0 * texture.covered));
     }
+    let materials = &record.texture_materials;
+    materials
+        .iter()
+        .filter(|_| is_verbose)
+        .for_each(|material| line(&mut text, "  of material", of_material(material)));
+    let alone = materials.iter().filter(|material| material.faces.contains(&0)).count();
+    if alone > 0 && !is_verbose {
+        line(&mut text, "texture, materials", format!("{alone} have faces in one mesh alone: -v lists all"));
+    }
     if let Some(images) = &record.images {
         let (rmse, greatest) = (figure(images.rmse), figure(images.greatest.rmse));
         let value = format!("{rmse} root mean square, {greatest} from {}", images.greatest.view);
@@ -43,6 +52,21 @@ pub fn table(record: &Record) -> String {
     }
     line(&mut text, "seconds", format!("read {:.2}, measure {:.2}", record.seconds.read, record.seconds.measure));
     text
+}
+
+/// What a material's texture has moved.
+fn of_material(MaterialTexture { name, faces: [here, there], texture }: &MaterialTexture) -> String {
+    let name = name.escape_default();
+    match texture {
+        Some(texture) => {
+            let [max, rms] = [texture.deviation.max, texture.deviation.rms].map(figure);
+            let common = 100.0 * texture.covered;
+            format!("'{name}': {max} at most, {rms} root mean square, {common:.2} % in common")
+        }
+        None if *here == 0 => format!("'{name}': no faces in A, {there} in B"),
+        None if *there == 0 => format!("'{name}': {here} faces in A, none in B"),
+        None => format!("'{name}': no texture coordinates"),
+    }
 }
 
 fn deviations(text: &mut String, record: &Record) {

@@ -3,10 +3,14 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
+use rustc_hash::FxHashMap;
+use serde_json::Value;
+
 use super::color;
 use super::container;
 use super::document::Gltf;
 use super::json::Json;
+use super::part::Part;
 use crate::error::Result;
 use crate::formats::looks::Pictures;
 use crate::looks::{Image, Look, Opacity, Texture, Wrap};
@@ -25,7 +29,7 @@ pub(in crate::formats) fn looks(document: &Gltf, pictures: &mut Pictures) -> Vec
         if let Some((_, look)) = known.iter().find(|(known, _)| *known == number) {
             return look.clone();
         }
-        let made = root.element("materials", number).and_then(|material| of_material(document, &material, pictures));
+        let made = root.element("materials", number).and_then(|material| look_of(document, &material, pictures));
         let look = made.unwrap_or_else(|error| {
             pictures.warn(format!("materials[{number}] is drawn white: {error}"));
             Look::default()
@@ -33,14 +37,35 @@ pub(in crate::formats) fn looks(document: &Gltf, pictures: &mut Pictures) -> Vec
         known.push((number, look.clone()));
         look
     };
-    let number = |mesh: usize, primitive: usize| {
-        root.element("meshes", mesh).ok()?.element("primitives", primitive).ok()?.optional_whole("material").ok()?
-    };
-    let numbers = document.parts.iter().map(|part| number(part.mesh, part.primitive));
+    let numbers = document.parts.iter().map(|part| material_of(document, part));
     numbers.map(|number| number.map_or_else(Look::default, &mut look)).collect()
 }
 
-fn of_material(document: &Gltf, material: &Json<'_>, pictures: &mut Pictures) -> Result<Look> {
+/// The number of a part's material.
+fn material_of(document: &Gltf, part: &Part) -> Option<usize> {
+    let root = Json::root(&document.json);
+    let mesh = root.element("meshes", part.mesh).ok()?;
+    mesh.element("primitives", part.primitive).ok()?.optional_whole("material").ok()?
+}
+
+/// The names of all materials, the last for parts without one; and which of them each part has. Those without a name of their
+/// own go by their number.
+pub(in crate::formats) fn materials(document: &Gltf) -> (Vec<String>, Vec<usize>) {
+    let list = document.json.get("materials").and_then(Value::as_array).map_or(&[][..], |list| list);
+    let given: Vec<&str> =
+        list.iter().map(|material| material.get("name").and_then(Value::as_str).unwrap_or_default()).collect();
+    let mut counts: FxHashMap<&str, u32> = FxHashMap::default();
+    given.iter().for_each(|&name| *counts.entry(name).or_default() += 1);
+    let is_own = |name: &str| !name.is_empty() && counts[name] == 1;
+    let name =
+        |(number, &name): (usize, &&str)| if is_own(name) { name.into() } else { format!("materials[{number}]") };
+    let mut names: Vec<String> = given.iter().enumerate().map(name).collect();
+    names.push(String::new());
+    let of_part = |part: &Part| material_of(document, part).filter(|&number| number < list.len()).unwrap_or(list.len());
+    (names, document.parts.iter().map(of_part).collect())
+}
+
+fn look_of(document: &Gltf, material: &Json<'_>, pictures: &mut Pictures) -> Result<Look> {
     let glossy = material.get("extensions").and_then(|extensions| extensions.get(GLOSSY));
     let (surface, factor, texture) = match (material.get("pbrMetallicRoughness"), glossy) {
         (_, Some(glossy)) => (Some(glossy), "diffuseFactor", "diffuseTexture"),

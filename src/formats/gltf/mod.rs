@@ -44,7 +44,7 @@ use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use accessor::Store;
 pub use document::Gltf;
-pub(super) use looks::looks;
+pub(super) use looks::{looks, materials};
 
 const FORMAT: &str = "glTF";
 
