@@ -5,7 +5,7 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use super::plan::Plan;
+use super::plan::{Job, Plan};
 use crate::error::{Error, Result};
 use crate::formats::is_temporary_of;
 
@@ -15,8 +15,9 @@ use crate::formats::is_temporary_of;
 /// # Errors
 /// [`Error::Read`] for a folder that cannot be listed, [`Error::Write`] for a file that cannot be removed.
 pub(super) fn remove(plan: &Plan) -> Result<()> {
+    let files: Vec<String> = plan.jobs().iter().flat_map(Job::files).collect();
     let mut folders: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
-    for output in plan.jobs().iter().flat_map(|job| &job.outputs) {
+    for output in &files {
         let (folder, name) = output.rsplit_once('/').unwrap_or(("", output));
         folders.entry(folder).or_default().insert(name);
     }

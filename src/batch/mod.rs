@@ -238,7 +238,7 @@ fn refuse_to_replace(plan: &Plan) -> Result<()> {
     if ledgers(plan.folder())?.contains(&ledger) {
         return Err(exists(ledger));
     }
-    let outputs = plan.jobs().iter().flat_map(|job| &job.outputs);
+    let outputs = plan.jobs().iter().flat_map(Job::files);
     match outputs.map(|output| plan.folder().join(output)).find(|path| path.exists()) {
         Some(path) => Err(exists(path)),
         None => Ok(()),

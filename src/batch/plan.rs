@@ -10,7 +10,7 @@ use super::input::{self, Input, Origin, Request};
 use super::pattern::Pattern;
 use crate::contract::{self, Weighting};
 use crate::error::{Error, Result};
-use crate::formats::{Format, Weights, WriteOptions};
+use crate::formats::{Format, Weights, WriteOptions, file_beside};
 use crate::metrics;
 use crate::progressive::sum_of_bytes;
 use crate::simplify::{Budget, Method};
@@ -139,6 +139,25 @@ pub struct Job {
     pub(super) bytes_kept: u64,
 }
 
+impl Job {
+    /// The format of the input, where it is a file.
+    pub(super) fn input_format(&self) -> Option<Format> {
+        match &self.input.origin {
+            Origin::File(path) => Format::from_path(path).ok().map(|(format, _)| format),
+            Origin::Sample(_) => None,
+        }
+    }
+
+    /// The outputs and what is written beside them.
+    pub(super) fn files(&self) -> impl Iterator<Item = String> {
+        let format = self.input_format();
+        self.outputs.iter().flat_map(move |output| {
+            let beside = file_beside(Path::new(output), format).map(|file| file.to_string_lossy().into_owned());
+            [Some(output.clone()), beside].into_iter().flatten()
+        })
+    }
+}
+
 /// A run: what to do and where it goes.
 #[derive(Debug, Clone)]
 pub struct Plan {
@@ -215,13 +234,13 @@ fn check_names(jobs: &[Job], folder: &Path) -> Result<()> {
     let inputs: BTreeSet<PathBuf> = files.collect();
     let mut names = BTreeMap::new();
     for job in jobs {
-        for output in &job.outputs {
-            if let Some(other) = names.insert(output, job) {
+        for output in job.files() {
+            if let Some(other) = names.insert(output.clone(), job) {
                 let (a, b) = (&other.input.name, &job.input.name);
                 let way = "put {dir}, {stem}, {level}, {ratio} or {faces} into the pattern";
                 return Err(Error::Parameter(format!("'{output}' is the output of both '{a}' and '{b}': {way}")));
             }
-            if inputs.contains(&resolved(&folder.join(output))) {
+            if inputs.contains(&resolved(&folder.join(&output))) {
                 let way = "give another folder or pattern";
                 return Err(Error::Parameter(format!("the output '{output}' is an input as well: {way}")));
             }

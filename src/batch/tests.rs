@@ -254,6 +254,35 @@ fn an_earlier_run_is_neither_replaced_nor_resumed_unasked() {
     assert_eq!(refused(Options { overwrite: true, ..Options::default() }).map(|summary| summary.done), Ok(5));
 }
 
+/// The bytes of a glTF lie beside it: they are neither replaced unasked, nor trusted when they have changed.
+#[test]
+fn what_lies_beside_outputs_belongs_to_them() {
+    let dir = folder();
+    let apart = || Recipe { pattern: Pattern::new("{dir}/{stem}-{level}.gltf").expect("a pattern"), ..recipe() };
+    let plan = plan(dir.path(), "apart", apart(), Shard::WHOLE);
+    let count = plan.jobs().len();
+    assert_eq!(go(&plan, Options::default()).done, count);
+    let beside = dir.path().join("apart/a/one-1.bin");
+    let bytes = fs::read(&beside).expect("bytes");
+    assert_eq!(go(&plan, RESUME).skipped, count);
+    for broken in [None, Some(&bytes[..bytes.len() / 2])] {
+        match broken {
+            None => fs::remove_file(&beside).expect("a file gone"),
+            Some(half) => fs::write(&beside, half).expect("written"),
+        }
+        let summary = go(&plan, RESUME);
+        assert_eq!((summary.done, summary.skipped), (1, count - 1), "{summary:?}");
+        assert!(fs::read(&beside).is_ok_and(|again| again == bytes));
+    }
+    fs::remove_file(plan.ledger()).expect("a file gone");
+    let outputs = plan.jobs().iter().flat_map(|job| &job.outputs);
+    outputs.for_each(|output| fs::remove_file(plan.folder().join(output)).expect("a file gone"));
+    let device = Device::cpu(1).expect("a thread");
+    let refused = run(&plan, &device, &Options::default(), &|_: Event<'_>| ControlFlow::Continue(()));
+    let error = refused.expect_err("bytes are there").to_string();
+    assert!(error.contains(".bin': it exists"), "{error}");
+}
+
 #[expect(clippy::print_stdout, reason = "a skip must be seen")]
 #[test]
 fn a_lost_device_changes_no_byte() {

@@ -83,7 +83,7 @@ impl Shop<'_> {
         for (level, outcome) in outcomes.iter().enumerate() {
             let path = self.plan.folder().join(&job.outputs[level]);
             let scene = (&outcome.mesh, &document);
-            let (written, write) = timed(|| device.install(|| self.write(scene, &path, recipe.writing)));
+            let (written, write) = timed(|| device.install(|| self.write(job, scene, &path)));
             let (output_hash, losses) = written?;
             let seconds = Seconds { read, solve, write, measure: 0.0 };
             let mut made = made(&mesh, outcome, &recipe.budgets[level], seconds);
@@ -136,11 +136,12 @@ impl Shop<'_> {
     /// Whether every level stands as a record says, from this input, with these options and this version.
     fn is_done(&self, job: &Job, input_hash: Hash, options: Hash) -> bool {
         (1..).zip(&job.outputs).all(|(level, output)| {
+            let path = self.plan.folder().join(output);
             let has = |output_hash| {
                 let version = env!("CARGO_PKG_VERSION").into();
                 self.known.has(output, &Stamp { level, input_hash, output_hash, options, version })
             };
-            self.known.mentions(output) && hash_of(&self.plan.folder().join(output)).is_ok_and(has)
+            self.known.mentions(output) && hash_of(&path, job.input_format()).is_ok_and(has)
         })
     }
 
@@ -225,18 +226,14 @@ impl Shop<'_> {
     }
 
     /// Writes a level and sums what was written; also returns what could not be.
-    fn write(
-        &self,
-        (mesh, document): (&Mesh, &Document),
-        path: &Path,
-        writing: formats::WriteOptions,
-    ) -> Result<(Hash, Vec<String>)> {
+    fn write(&self, job: &Job, (mesh, document): (&Mesh, &Document), path: &Path) -> Result<(Hash, Vec<String>)> {
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.to_path_buf(), source })?;
         }
-        let losses = formats::write_scene(mesh, document, path, &writing)?;
+        let losses = formats::write_scene(mesh, document, path, &self.plan.recipe(job).writing)?;
         // What a later run will read: the sum of the file as it stands.
-        let hash = hash_of(path).map_err(|source| Error::Write { path: path.to_path_buf(), source })?;
+        let hash =
+            hash_of(path, job.input_format()).map_err(|source| Error::Write { path: path.to_path_buf(), source })?;
         Ok((hash, losses))
     }
 }
@@ -271,8 +268,13 @@ fn stored(job: &Job) -> Result<Stored> {
     Ok(Stored { hash: Hash(sum_of_bytes(&bytes)), bytes })
 }
 
-fn hash_of(path: &Path) -> io::Result<Hash> {
-    fs::read(path).map(|bytes| Hash(sum_of_bytes(&bytes)))
+/// The sum of an output as it stands, of an input of this format, with what is written beside it.
+fn hash_of(path: &Path, input: Option<Format>) -> io::Result<Hash> {
+    let sum = sum_of_bytes(&fs::read(path)?);
+    let beside = formats::file_beside(path, input).filter(|beside| beside.exists());
+    let Some(beside) = beside else { return Ok(Hash(sum)) };
+    let both = [sum, sum_of_bytes(&fs::read(beside)?)].map(u64::to_le_bytes);
+    Ok(Hash(sum_of_bytes(both.as_flattened())))
 }
 
 fn made(mesh: &Mesh, outcome: &Outcome, budget: &Budget, seconds: Seconds) -> Made {

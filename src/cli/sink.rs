@@ -5,7 +5,7 @@ use std::fs::{self, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use coarsen::formats::{self, Compression, Document, Format, WriteOptions};
+use coarsen::formats::{self, Document, Format, WriteOptions};
 use coarsen::mesh::Polygons;
 use coarsen::{Error, Mesh};
 
@@ -66,19 +66,20 @@ impl Sink {
             }
             _ => {}
         }
-        if let Some(beside) = self.beside().filter(|beside| beside.exists() && !overwrite) {
-            let message =
-                format!("'{}', where the bytes of a glTF go, exists: give -w to replace it", beside.display());
-            return Err(refuse(Exit::NotWritten, message));
+        let from = input.and_then(|input| Format::from_path(input).ok()).map(|(format, _)| format);
+        if let Some(beside) = formats::file_beside(path, from) {
+            let what = if self.format() == Some(Format::Obj) { "materials" } else { "bytes" };
+            if input.is_some_and(|input| same_file(input, &beside)) {
+                let message = format!("'{}', where the {what} go, is the input as well", beside.display());
+                return Err(refuse(Exit::Usage, message));
+            }
+            if beside.exists() && !overwrite {
+                let message =
+                    format!("'{}', where the {what} of a glTF go, exists: give -w to replace it", beside.display());
+                return Err(refuse(Exit::NotWritten, message));
+            }
         }
         Ok(probe(path).map_err(failed)?)
-    }
-
-    /// The file that is written beside the output: the bytes of a glTF.
-    fn beside(&self) -> Option<PathBuf> {
-        let path = self.path()?;
-        let is_gltf = matches!(Format::from_path(path), Ok((Format::Gltf, Compression::None)));
-        is_gltf.then(|| path.with_extension("bin"))
     }
 
     /// The format, unless the name of a folder stands for a file.

@@ -110,7 +110,7 @@ fn encode(
     out: &mut dyn Write,
 ) -> io::Result<()> {
     match format {
-        Format::Obj => obj::write(mesh, Faces::Polygons(polygons), &[], out),
+        Format::Obj => obj::write(mesh, Faces::Polygons(polygons), (&[], mesh.materials.as_ref()), out),
         Format::Ply => ply::write(mesh, Faces::Polygons(polygons), options, (None, &[]), out),
         Format::Stl | Format::Off | Format::Gltf | Format::Glb => Err(io::ErrorKind::Unsupported.into()),
     }

@@ -30,10 +30,12 @@
 //! The bytes written do not depend on the number of threads.
 
 mod attributes;
+mod convert;
 mod faces;
 mod gltf;
 mod input;
 mod looks;
+mod material;
 mod obj;
 mod off;
 mod output;
@@ -54,9 +56,11 @@ use std::path::Path;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 
+pub use convert::file_beside;
 pub use faces::{write_polygons, write_polygons_to};
 pub use gltf::Gltf;
 pub use looks::{Looks, looks};
+pub use obj::Libraries;
 pub(crate) use output::is_temporary_of;
 pub use pieces::write_pieces;
 pub use property::{Weights, read_numbers, read_property, write_with_property};

@@ -4,10 +4,8 @@ use std::borrow::Cow;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use rustc_hash::FxHashMap;
-
 use super::faces::Faces;
-use super::{Compression, Format, WriteOptions, gltf, input, obj, off, output, ply, stl};
+use super::{Compression, Format, WriteOptions, convert, gltf, input, obj, off, output, ply, stl};
 use crate::error::{Error, Place, Result};
 use crate::mesh::{ChannelKind, Materials, Mesh};
 
@@ -18,8 +16,8 @@ pub enum Document {
     /// Nothing.
     #[default]
     None,
-    /// The `mtllib` lines of an OBJ file.
-    Obj(Vec<String>),
+    /// The libraries of materials of an OBJ file.
+    Obj(obj::Libraries),
     /// The comments of a PLY file, each with its first word.
     Ply(Vec<String>),
     /// Nodes, materials, textures, skins, animations of a glTF file.
@@ -49,31 +47,7 @@ impl Scene {
 impl Scene {
     /// What every face is made of, by the material alone: parts and groups of one material are one.
     pub fn materials(&self) -> Option<Materials> {
-        let materials = self.mesh.materials.as_ref()?;
-        let (names, numbers) = match &self.document {
-            Document::Gltf(document) => {
-                let (names, numbers) = gltf::materials(document);
-                // Those of another mesh say nothing of this.
-                if numbers.len() != materials.names.len() {
-                    return Some(materials.clone());
-                }
-                (names, numbers)
-            }
-            _ => {
-                let mut names: Vec<String> = Vec::new();
-                let mut known = FxHashMap::default();
-                let number = |name: &String| {
-                    *known.entry(name.lines().next().unwrap_or_default().to_string()).or_insert_with_key(|name| {
-                        names.push(name.clone());
-                        names.len() - 1
-                    })
-                };
-                let numbers = materials.names.iter().map(number).collect();
-                (names, numbers)
-            }
-        };
-        let of_face = materials.of_face.iter().map(|&part| numbers[part as usize] as u32).collect();
-        Some(Materials { of_face, names })
+        convert::materials(&self.mesh, &self.document)
     }
 }
 
@@ -115,7 +89,9 @@ pub fn read_scene_bytes(bytes: &[u8], format: Format, folder: Option<&Path>) -> 
     input::check_content(bytes, format)?;
     let plain = |mesh| (mesh, Document::None);
     let (mesh, document) = match format {
-        Format::Obj => obj::read(bytes).map(|(mesh, libraries)| (mesh, Document::Obj(libraries))),
+        Format::Obj => obj::read(bytes).map(|(mesh, names)| {
+            (mesh, Document::Obj(obj::Libraries { names, folder: folder.map(Path::to_path_buf) }))
+        }),
         Format::Ply => ply::read(bytes).map(|(mesh, comments)| (mesh, Document::Ply(comments))),
         Format::Stl => stl::read(bytes).map(plain),
         Format::Off => off::read(bytes).map(plain),
@@ -160,14 +136,17 @@ pub fn write_scene(mesh: &Mesh, document: &Document, path: &Path, options: &Writ
     mesh.check()?;
     let mesh = &*turned_for(mesh, document, format);
     let mut warnings = document.losses(format, Some(path));
+    warnings.extend(convert::losses(mesh, document, format));
     let written = match format {
         Format::Gltf | Format::Glb => {
-            let mut prepared = gltf::prepare(mesh, document.gltf());
+            let mut prepared = document.prepare(mesh);
             warnings.append(&mut prepared.warnings);
             prepared.write(path, format, compression)
         }
-        _ => output::atomically(path, |file| {
-            output::compressed(file, compression, |out| encode(mesh, document, format, options, out))
+        _ => document.write_libraries(format, path, &mut warnings).and_then(|libraries| {
+            output::atomically(path, |file| {
+                output::compressed(file, compression, |out| encode(mesh, document, format, options, (&libraries, out)))
+            })
         }),
     };
     written.map(|()| warnings).map_err(|source| Error::Write { path: path.to_path_buf(), source })
@@ -188,35 +167,41 @@ pub fn write_scene_to(
     mesh.check()?;
     let mesh = &*turned_for(mesh, document, format);
     let mut warnings = document.losses(format, None);
+    warnings.extend(convert::losses(mesh, document, format));
     let written = match format {
         Format::Gltf | Format::Glb => {
-            let mut prepared = gltf::prepare(mesh, document.gltf());
+            let mut prepared = document.prepare(mesh);
             warnings.append(&mut prepared.warnings);
             prepared.write_to(format, out)
         }
-        _ => encode(mesh, document, format, options, out),
+        _ => encode(mesh, document, format, options, (document.libraries(), out)),
     };
     let written = written.and_then(|()| out.flush()).map(|()| warnings);
     written.map_err(|source| Error::Write { path: PathBuf::from("-"), source })
 }
 
-/// Writes one of the formats that are a row after the other.
+/// Writes one of the formats that are a row after the other, an OBJ with these libraries.
 fn encode(
     mesh: &Mesh,
     document: &Document,
     format: Format,
     options: &WriteOptions,
-    out: &mut dyn Write,
+    (libraries, out): (&[String], &mut dyn Write),
 ) -> io::Result<()> {
     let faces = Faces::of(mesh);
     match (format, document) {
-        (Format::Obj, Document::Obj(libraries)) => obj::write(mesh, faces, libraries, out),
-        (Format::Obj, _) => obj::write(mesh, faces, &[], out),
+        (Format::Obj, Document::Gltf(_)) => {
+            let mut materials = convert::materials(mesh, document);
+            let names = materials.iter_mut().flat_map(|materials| &mut materials.names);
+            names.for_each(|name| *name = obj::plain_name(name));
+            obj::write(mesh, faces, (libraries, materials.as_ref()), out)
+        }
+        (Format::Obj, _) => obj::write(mesh, faces, (libraries, mesh.materials.as_ref()), out),
         (Format::Ply, Document::Ply(comments)) => ply::write(mesh, faces, options, (None, comments), out),
         (Format::Ply, _) => ply::write(mesh, faces, options, (None, &[]), out),
         (Format::Stl, _) => stl::write(mesh, options, out),
         (Format::Off, _) => off::write(mesh, out),
-        (Format::Gltf | Format::Glb, _) => gltf::prepare(mesh, document.gltf()).write_to(format, out),
+        (Format::Gltf | Format::Glb, _) => document.prepare(mesh).write_to(format, out),
     }
 }
 
@@ -228,6 +213,37 @@ impl Document {
         }
     }
 
+    /// The names of the libraries that an OBJ named.
+    fn libraries(&self) -> &[String] {
+        match self {
+            Self::Obj(libraries) => &libraries.names,
+            _ => &[],
+        }
+    }
+
+    /// The names of the libraries for a file at `path`; that of a glTF's materials is written.
+    fn write_libraries(&self, format: Format, path: &Path, warnings: &mut Vec<String>) -> io::Result<Vec<String>> {
+        match self {
+            Self::Gltf(document) if format == Format::Obj => {
+                let (libraries, mut losses) = convert::write_library(document, path)?;
+                warnings.append(&mut losses);
+                Ok(libraries)
+            }
+            _ => Ok(self.libraries().to_vec()),
+        }
+    }
+
+    /// A glTF of `mesh`.
+    fn prepare(&self, mesh: &Mesh) -> gltf::Prepared {
+        let (described, warnings) = match self {
+            Self::Obj(libraries) => convert::for_gltf(libraries),
+            _ => Default::default(),
+        };
+        let mut prepared = gltf::prepare(mesh, self.gltf(), &described);
+        prepared.warnings.extend(warnings);
+        prepared
+    }
+
     /// What a file of `format` at `path` will not have or not find.
     fn losses(&self, format: Format, path: Option<&Path>) -> Vec<String> {
         let name = format.name();
@@ -235,11 +251,19 @@ impl Document {
             Self::Gltf(document) if matches!(format, Format::Gltf | Format::Glb) => path
                 .filter(|path| document.leaves_behind(path))
                 .map(|_| "the pictures beside the input are not copied: put them beside the output".to_string()),
+            Self::Gltf(document) if format == Format::Obj && path.is_some() => {
+                let is_left = path.is_some_and(|path| document.leaves_behind(path));
+                let pictures = if is_left { "; pictures beside the input are not copied" } else { "" };
+                Some(format!(
+                    "nodes, animations and all of materials but base colors are not written: OBJ has none{pictures}"
+                ))
+            }
             Self::Gltf(_) => {
                 Some(format!("nodes, materials, textures and animations are not written: {name} has none"))
             }
-            Self::Obj(libraries) if format != Format::Obj && !libraries.is_empty() => {
-                Some(format!("the materials of the OBJ's libraries are not written: {name} names none"))
+            Self::Obj(libraries) if !matches!(format, Format::Obj | Format::Gltf | Format::Glb) => {
+                let has_any = !libraries.names.is_empty();
+                has_any.then(|| format!("the materials of the OBJ's libraries are not written: {name} names none"))
             }
             _ => None,
         };

@@ -10,6 +10,7 @@ mod proposals;
 pub mod quality;
 pub mod sampling;
 mod sums;
+mod texels;
 pub mod texture;
 pub mod view;
 

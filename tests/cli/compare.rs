@@ -85,6 +85,7 @@ fn json_has_its_fields() {
         "seed",
         "symmetric",
         "texture",
+        "texture_materials",
         "topology",
         "version",
     ];

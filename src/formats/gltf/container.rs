@@ -144,11 +144,14 @@ pub(super) fn read_beside(json: &Json<'_>, uri: &str, folder: Option<&Path>) -> 
         let message = format!("{shown} lies in a file of its own, which a stream has not: give a path");
         return Err(Error::Unsupported(format!("glTF {}: {message}", json.path)));
     };
-    let path = percent_decoded(uri).filter(|_| !uri.contains("://")).and_then(|name| path_beside(folder, &name));
-    match path {
-        Some(path) => read_whole(path),
-        None => Err(json.error(format!("found the URI {shown}, expected a relative one"))),
-    }
+    read_whole(folder.join(name_beside(json, uri)?))
+}
+
+/// The name of the file that a relative URI names.
+pub(super) fn name_beside(json: &Json<'_>, uri: &str) -> Result<String> {
+    let name = percent_decoded(uri).filter(|name| !uri.contains("://") && path_beside(Path::new(""), name).is_some());
+    let shown = crate::formats::text::quote(uri.as_bytes());
+    name.ok_or_else(|| json.error(format!("found the URI {shown}, expected a relative one")))
 }
 
 /// A text with its `%20` and the like decoded; `None` where they are not UTF-8.

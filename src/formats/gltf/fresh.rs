@@ -1,18 +1,22 @@
 //! A document for a mesh that came from another format.
 
+use rustc_hash::FxHashMap;
 use serde_json::{Map, Value, json};
 
 use super::document::Gltf;
+use super::materials;
 use super::number::Number;
 use super::part::{Attribute, Part, Place};
 use super::scene::Placement;
-use crate::formats::attributes;
+use crate::formats::material::Material;
+use crate::formats::{attributes, obj};
 use crate::math::DVec3;
 use crate::mesh::{ChannelKind, Mesh};
 
-/// One node with one mesh, a primitive for each material.
-pub(super) fn document(mesh: &Mesh) -> Gltf {
+/// One node with one mesh, a primitive for each name of its materials; these as `described` by the first lines of names.
+pub(super) fn document(mesh: &Mesh, described: &[Material]) -> Gltf {
     let names = mesh.materials.as_ref().map_or(&[][..], |materials| &materials.names);
+    let (numbers, materials) = materials_of(names, described);
     // Map coordinates would lose what the eye can see.
     let shift = if attributes::needs_double(mesh) { center(mesh) } else { DVec3::ZERO };
     let attributes = attributes_of(mesh);
@@ -24,9 +28,9 @@ pub(super) fn document(mesh: &Mesh) -> Gltf {
         indices_said: Map::new(),
     };
     let parts: Vec<Part> = (0..names.len().max(1)).map(part).collect();
-    let primitive = |number| match names.is_empty() {
-        true => json!({}),
-        false => json!({ "material": number }),
+    let primitive = |part: usize| match numbers.get(part) {
+        Some(Some(number)) => json!({ "material": number }),
+        _ => json!({}),
     };
     let mut json = json!({
         "asset": { "version": "2.0", "generator": format!("coarsen {}", env!("CARGO_PKG_VERSION")) },
@@ -38,12 +42,30 @@ pub(super) fn document(mesh: &Mesh) -> Gltf {
     if shift != DVec3::ZERO {
         json["nodes"][0]["translation"] = json!(shift.to_array());
     }
-    if !names.is_empty() {
-        // The first line of a name is the material, what follows are groups.
-        let name = |name: &String| json!({ "name": name.lines().next().unwrap_or_default() });
-        json["materials"] = names.iter().map(name).collect();
+    let mut binary = Vec::new();
+    materials::put(&mut json, &mut binary, &materials);
+    Gltf { json, binary, parts, folder: None, has_data_uris: false }
+}
+
+/// Which material each name has, groups of one material the same; and these. What has no name and no description has none.
+fn materials_of<'a>(
+    names: &[String],
+    described: &'a [Material],
+) -> (Vec<Option<usize>>, Vec<(String, Option<&'a Material>)>) {
+    let mut known: FxHashMap<&str, usize> = FxHashMap::default();
+    let mut materials = Vec::new();
+    let mut numbers = Vec::with_capacity(names.len());
+    for (name, material) in names.iter().zip(obj::described(described, names)) {
+        let name = name.lines().next().unwrap_or_default();
+        let is_there = !name.is_empty() || material.is_some();
+        numbers.push(is_there.then(|| {
+            *known.entry(name).or_insert_with(|| {
+                materials.push((name.to_string(), material));
+                materials.len() - 1
+            })
+        }));
     }
-    Gltf { json, binary: Vec::new(), parts, folder: None, has_data_uris: false }
+    (numbers, materials)
 }
 
 /// The middle of the bounding box, in whole numbers: nothing is lost by taking it off.

@@ -19,7 +19,7 @@ use crate::math::DVec2;
 /// The extension that older files have instead of a base color.
 const GLOSSY: &str = "KHR_materials_pbrSpecularGlossiness";
 /// The extension that moves pictures about.
-const TRANSFORM: &str = "KHR_texture_transform";
+pub(super) const TRANSFORM: &str = "KHR_texture_transform";
 
 /// A look for each part.
 pub(in crate::formats) fn looks(document: &Gltf, pictures: &mut Pictures) -> Vec<Look> {
@@ -65,12 +65,17 @@ pub(in crate::formats) fn materials(document: &Gltf) -> (Vec<String>, Vec<usize>
     (names, document.parts.iter().map(of_part).collect())
 }
 
-fn look_of(document: &Gltf, material: &Json<'_>, pictures: &mut Pictures) -> Result<Look> {
+/// Where a material has its base color, and the keys of color and texture there.
+pub(super) fn base_color<'a>(material: &Json<'a>) -> (Option<Json<'a>>, &'static str, &'static str) {
     let glossy = material.get("extensions").and_then(|extensions| extensions.get(GLOSSY));
-    let (surface, factor, texture) = match (material.get("pbrMetallicRoughness"), glossy) {
+    match (material.get("pbrMetallicRoughness"), glossy) {
         (_, Some(glossy)) => (Some(glossy), "diffuseFactor", "diffuseTexture"),
         (surface, None) => (surface, "baseColorFactor", "baseColorTexture"),
-    };
+    }
+}
+
+fn look_of(document: &Gltf, material: &Json<'_>, pictures: &mut Pictures) -> Result<Look> {
+    let (surface, factor, texture) = base_color(material);
     let opacity = match material.text("alphaMode")? {
         Some("MASK") => Opacity::Mask(number(material, "alphaCutoff", 0.5) as f32),
         Some("BLEND") => Opacity::Blend,
@@ -133,15 +138,20 @@ fn picture(document: &Gltf, number: usize, pictures: &mut Pictures) -> Option<Ar
                 None => container::read_beside(&image, uri, document.folder.as_deref())?,
             }));
         }
-        let view = root.element("bufferViews", image.need("bufferView")?.whole()?)?;
-        let start = view.optional_whole("byteOffset")?.unwrap_or(0);
-        let length = view.need("byteLength")?.whole()?;
-        let bytes = document.binary.get(start..).and_then(|bytes| bytes.get(..length));
-        bytes.map(Cow::Borrowed).ok_or_else(|| view.error("lies outside of its buffer"))
+        view_bytes(document, &image).map(Cow::Borrowed)
     })
 }
 
+/// The bytes of a picture within the file.
+pub(super) fn view_bytes<'a>(document: &'a Gltf, image: &Json<'_>) -> Result<&'a [u8]> {
+    let view = Json::root(&document.json).element("bufferViews", image.need("bufferView")?.whole()?)?;
+    let start = view.optional_whole("byteOffset")?.unwrap_or(0);
+    let length = view.need("byteLength")?.whole()?;
+    let bytes = document.binary.get(start..).and_then(|bytes| bytes.get(..length));
+    bytes.ok_or_else(|| view.error("lies outside of its buffer"))
+}
+
 /// A number that may be there.
-fn number(json: &Json<'_>, key: &str, otherwise: f64) -> f64 {
+pub(super) fn number(json: &Json<'_>, key: &str, otherwise: f64) -> f64 {
     json.get(key).and_then(|member| member.value.as_f64()).unwrap_or(otherwise)
 }

@@ -25,6 +25,7 @@ mod file;
 mod fresh;
 mod json;
 mod looks;
+mod materials;
 mod number;
 mod part;
 mod read;
@@ -39,12 +40,14 @@ use std::path::Path;
 use base64::Engine as _;
 use serde_json::Value;
 
+use super::material::Material;
 use super::{Compression, Format, output};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use accessor::Store;
 pub use document::Gltf;
 pub(super) use looks::{looks, materials};
+pub(super) use materials::described;
 
 const FORMAT: &str = "glTF";
 
@@ -76,8 +79,8 @@ pub(super) struct Prepared {
     pub(super) warnings: Vec<String>,
 }
 
-/// Puts `mesh` into `document`, or into a new one where it did not come from there.
-pub(super) fn prepare(mesh: &Mesh, document: Option<&Gltf>) -> Prepared {
+/// Puts `mesh` into `document`, or into a new one where it did not come from there, whose materials are `described` by name.
+pub(super) fn prepare(mesh: &Mesh, document: Option<&Gltf>, described: &[Material]) -> Prepared {
     let fits = |document: &&Gltf| {
         let materials = mesh.materials.as_ref().map(|materials| materials.names.len());
         document.parts.len() == 1 || materials == Some(document.parts.len())
@@ -91,7 +94,7 @@ pub(super) fn prepare(mesh: &Mesh, document: Option<&Gltf>) -> Prepared {
                     "the result does not tell its materials apart: nodes, materials and textures are not written";
                 warnings.push(message.into());
             }
-            write::fill(mesh, &fresh::document(mesh))
+            write::fill(mesh, &fresh::document(mesh, described))
         }
     };
     warnings.extend(file.warnings.iter().cloned());

@@ -11,6 +11,7 @@
 //! line again.
 
 mod groups;
+mod library;
 mod looks;
 mod normalize;
 mod plain;
@@ -19,6 +20,8 @@ mod shading;
 mod words;
 mod write;
 
+pub use library::Libraries;
+pub(super) use library::{described, plain_name, write_library};
 pub(super) use looks::looks;
 pub(super) use read::read;
 pub(super) use write::{write, write_objects};

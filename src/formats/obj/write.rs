@@ -11,17 +11,17 @@ use crate::formats::{attributes, output};
 use crate::math::Vec2;
 use crate::mesh::{Materials, Mesh};
 
-/// Writes OBJ text, with materials of these libraries. Alpha is dropped.
+/// Writes OBJ text, with materials, those of the mesh by other names or not, of these libraries. Alpha is dropped.
 pub(in crate::formats) fn write(
     mesh: &Mesh,
     faces: Faces<'_>,
-    libraries: &[String],
+    (libraries, materials): (&[String], Option<&Materials>),
     out: &mut dyn Write,
 ) -> io::Result<()> {
     let rows = Rows::of(mesh, faces.texcoords(mesh));
     write_head(&rows, faces.len(), libraries, out)?;
     write_vertices(mesh, &rows, out)?;
-    write_faces(&rows, faces, mesh.materials.as_ref(), out)
+    write_faces(&rows, faces, materials, out)
 }
 
 /// Writes OBJ text with an object for each name, of faces that share the vertices of `mesh`. Texture coordinates are left

@@ -1,0 +1,259 @@
+//! Libraries of materials (MTL): what they say of colors and pictures, and how rough and metallic things are.
+//!
+//! Read line by line and by no parser of strangers: files that are broken in one place are common, and what they say elsewhere
+//! is still wanted.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use rustc_hash::FxHashMap;
+
+use crate::error::Result;
+use crate::formats::looks::read_beside;
+use crate::formats::material::{Map, Material, Picture};
+use crate::formats::output::push_floats;
+use crate::formats::text;
+use crate::math::DVec2;
+
+/// The libraries that an OBJ file names.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Libraries {
+    /// What stands behind each `mtllib`.
+    pub names: Vec<String>,
+    /// Where they lie; none for a stream.
+    pub folder: Option<PathBuf>,
+}
+
+impl Libraries {
+    /// The materials of all that can be read, and of the others what is wrong.
+    pub(in crate::formats) fn read(&self) -> (Vec<Material>, Vec<String>) {
+        let (mut known, mut warnings) = (Vec::new(), Vec::new());
+        for library in &self.names {
+            let shown = text::quote(library.as_bytes());
+            match read_library(self.folder.as_deref(), library) {
+                Ok(bytes) => {
+                    let (materials, faults) = materials(&bytes);
+                    known.extend(materials);
+                    warnings.extend(faults.map(|first| format!("the materials of {shown} are read in part: {first}")));
+                }
+                Err(error) => warnings.push(format!("the materials of {shown} are missing: {error}")),
+            }
+        }
+        (known, warnings)
+    }
+}
+
+/// The materials that go with the first lines of `names`, or nothing where they are not described. As elsewhere, what is said
+/// first holds.
+pub(in crate::formats) fn described<'a>(known: &'a [Material], names: &[String]) -> Vec<Option<&'a Material>> {
+    let mut by_name: FxHashMap<&str, &Material> = FxHashMap::default();
+    known.iter().rev().for_each(|material| {
+        by_name.insert(&material.name, material);
+    });
+    names.iter().map(|name| by_name.get(name.lines().next().unwrap_or_default()).copied()).collect()
+}
+
+/// The text of what stands behind `mtllib`: a name that may have spaces, or several names.
+fn read_library(folder: Option<&Path>, library: &str) -> Result<Vec<u8>> {
+    let whole = read_beside(folder, library);
+    if whole.is_ok() || !library.contains(char::is_whitespace) {
+        return whole;
+    }
+    let parts: Result<Vec<_>> = library.split_whitespace().map(|name| read_beside(folder, name)).collect();
+    parts.map_or(whole, |parts| Ok(parts.join(&b'\n')))
+}
+
+/// The materials of a library, and the first line that says what it should not.
+fn materials(bytes: &[u8]) -> (Vec<Material>, Option<String>) {
+    let (mut materials, mut fault): (Vec<Material>, _) = (Vec::new(), None);
+    for (number, line) in (1..).zip(bytes.split(|&byte| byte == b'\n')) {
+        let line = line.trim_ascii();
+        let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
+        let (keyword, rest) = (&line[..end], line[end..].trim_ascii());
+        if keyword == b"newmtl" {
+            let name = String::from_utf8_lossy(rest).into();
+            materials.push(Material { name, ..Material::default() });
+            continue;
+        }
+        let Some(material) = materials.last_mut() else { continue };
+        let finite = |token| text::number(token).filter(|number| number.is_finite());
+        let mut numbers = text::tokens(rest).map_while(finite);
+        let mut share = || numbers.next().map(|number| number.clamp(0.0, 1.0));
+        let is_told = match keyword {
+            b"Kd" => share().map(|red| {
+                // A single number stands for all three.
+                let [green, blue] = [share(), share()].map(|channel| channel.unwrap_or(red));
+                material.color[..3].copy_from_slice(&[red, green, blue].map(|channel| channel as f32));
+            }),
+            b"d" => share().map(|opacity| material.color[3] = opacity as f32),
+            b"Tr" => share().map(|transparency| material.color[3] = 1.0 - transparency as f32),
+            b"Pr" => share().map(|roughness| material.roughness = Some(roughness)),
+            b"Pm" => share().map(|metallic| material.metallic = Some(metallic)),
+            // Said by itself it holds, whatever the order.
+            b"Ns" => numbers.next().map(|exponent| {
+                material.roughness.get_or_insert(roughness(exponent));
+            }),
+            b"map_Kd" => {
+                material.map = Some(map_of(&String::from_utf8_lossy(rest)));
+                Some(())
+            }
+            _ => Some(()),
+        };
+        if is_told.is_none() && fault.is_none() {
+            fault = Some(format!("line {number} says {}, expected numbers", text::quote(line)));
+        }
+    }
+    (materials, fault)
+}
+
+/// The roughness of a highlight with this exponent, as commonly taken.
+fn roughness(exponent: f64) -> f64 {
+    (2.0 / (exponent.max(0.0) + 2.0)).sqrt()
+}
+
+/// The exponent of a roughness, up to what libraries have.
+fn exponent(roughness: f64) -> f64 {
+    (2.0 / (roughness * roughness).max(1e-9) - 2.0).clamp(0.0, 1000.0)
+}
+
+/// What stands behind `map_Kd`: options, then the name of a picture, which may have spaces.
+fn map_of(text: &str) -> Map {
+    let (mut scale, mut offset, mut is_clamped) = (DVec2::ONE, DVec2::ZERO, false);
+    let mut rest = text.trim();
+    while let Some((option, behind)) = rest.split_once(char::is_whitespace).filter(|_| rest.starts_with('-')) {
+        rest = behind.trim_start();
+        match option {
+            "-o" => offset += pair(&mut rest, 0.0),
+            "-s" => scale *= pair(&mut rest, 1.0),
+            "-clamp" => is_clamped = word(&mut rest) == "on",
+            // What nobody here draws is passed over: turbulence, brightness and contrast, a word each.
+            "-t" => {
+                pair(&mut rest, 0.0);
+            }
+            "-mm" => {
+                word(&mut rest);
+                word(&mut rest);
+            }
+            _ => {
+                word(&mut rest);
+            }
+        }
+    }
+    Map { picture: Picture::Beside(rest.into()), scale, offset, is_clamped }
+}
+
+/// The next word of `rest`.
+fn word<'a>(rest: &mut &'a str) -> &'a str {
+    let (word, behind) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+    *rest = behind.trim_start();
+    word
+}
+
+/// Up to three numbers of `rest`, of which the first two count.
+fn pair(rest: &mut &str, otherwise: f64) -> DVec2 {
+    let mut numbers = [otherwise; 3];
+    for number in &mut numbers {
+        let mut behind = *rest;
+        let Some(found) = text::number(word(&mut behind).as_bytes()).filter(|found| found.is_finite()) else { break };
+        (*number, *rest) = (found, behind);
+    }
+    DVec2::new(numbers[0], numbers[1])
+}
+
+/// A name as one line has it.
+pub(in crate::formats) fn plain_name(name: &str) -> String {
+    name.trim().chars().map(|c| if c.is_control() { '_' } else { c }).collect()
+}
+
+/// Writes a library of these materials; pictures lie in files beside it.
+pub(in crate::formats) fn write_library(materials: &[Material], out: &mut dyn Write) -> io::Result<()> {
+    let mut text = b"# written by coarsen\n".to_vec();
+    for Material { name, color: [red, green, blue, opacity], map, roughness, metallic } in materials {
+        text.extend_from_slice(format!("\nnewmtl {name}\n").as_bytes());
+        let mut numbers = |keyword: &str, numbers: &[f64]| {
+            text.extend_from_slice(keyword.as_bytes());
+            push_floats(&mut text, numbers);
+            text.push(b'\n');
+        };
+        numbers("Kd", &[red, green, blue].map(|channel| rounded(f64::from(*channel))));
+        numbers("d", &[rounded(f64::from(*opacity))]);
+        if let Some(roughness) = *roughness {
+            numbers("Ns", &[rounded(exponent(roughness))]);
+            numbers("Pr", &[rounded(roughness)]);
+        }
+        metallic.iter().for_each(|&metallic| numbers("Pm", &[rounded(metallic)]));
+        let Some(Map { picture: Picture::Beside(file), scale, offset, is_clamped }) = map else { continue };
+        text.extend_from_slice(b"map_Kd");
+        for (option, pair, usual) in [(" -o", offset, DVec2::ZERO), (" -s", scale, DVec2::ONE)] {
+            if *pair != usual {
+                text.extend_from_slice(option.as_bytes());
+                push_floats(&mut text, &pair.to_array());
+                // Three numbers, so that a name that begins with one is not taken for the third.
+                push_floats(&mut text, &[if usual == DVec2::ZERO { 0.0 } else { 1.0 }]);
+            }
+        }
+        text.extend_from_slice(if *is_clamped { b" -clamp on " } else { b" " });
+        text.extend_from_slice(file.as_bytes());
+        text.push(b'\n');
+    }
+    out.write_all(&text)
+}
+
+/// Six digits behind the point, as people read them.
+fn rounded(number: f64) -> f64 {
+    (number * 1e6).round() / 1e6
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn libraries_are_read_as_far_as_they_go() {
+        let text =
+            b"Kd 1 1 1\nnewmtl red paint\nKd 1 0.5 0\nd 0.25\nNs 6\nmap_Kd -s 2 2 -o 0.5 0 1 -clamp on a b.png\n\
+                     newmtl grey\nKd 0.5\nTr 0.25\nNs nothing\nPm 1\nPr 0.3\n";
+        let (found, fault) = materials(text);
+        let map = Map {
+            picture: Picture::Beside("a b.png".into()),
+            scale: DVec2::splat(2.0),
+            offset: DVec2::new(0.5, 0.0),
+            is_clamped: true,
+        };
+        let red = Material {
+            name: "red paint".into(),
+            color: [1.0, 0.5, 0.0, 0.25],
+            map: Some(map),
+            roughness: Some(0.5),
+            metallic: None,
+        };
+        let grey = Material {
+            name: "grey".into(),
+            color: [0.5, 0.5, 0.5, 0.75],
+            map: None,
+            roughness: Some(0.3),
+            metallic: Some(1.0),
+        };
+        assert_eq!(found, [red, grey]);
+        assert_eq!(fault.as_deref(), Some("line 10 says 'Ns nothing', expected numbers"));
+        // What is written reads back.
+        let mut written = Vec::new();
+        write_library(&found, &mut written).expect("memory is writable");
+        let again = materials(&written);
+        assert_eq!(again.1, None);
+        assert_eq!((&again.0[1], &again.0[0].map), (&found[1], &found[0].map), "{}", String::from_utf8_lossy(&written));
+        assert!((exponent(roughness(96.0)) - 96.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_is_missing_is_told() {
+        let libraries = Libraries { names: vec!["gone.mtl".into()], folder: Some(std::env::temp_dir()) };
+        let (known, warnings) = libraries.read();
+        assert!(
+            known.is_empty() && warnings.len() == 1 && warnings[0].contains("'gone.mtl' are missing"),
+            "{warnings:?}"
+        );
+        let (known, warnings) = Libraries { folder: None, ..libraries }.read();
+        assert!(known.is_empty() && warnings[0].contains("stream"), "{warnings:?}");
+    }
+}
