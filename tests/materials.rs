@@ -144,6 +144,9 @@ fn materials_of_a_glb_become_a_library() {
     assert!(!text.contains("mtllib") && text.contains("usemtl glass"), "{text}");
 }
 
+/// What libraries are made of, and what breaks them.
+const ALPHABET: &[u8] = b"newmtl KdTrNs map_-osc\n\n 0.1e9-\xff/\\.";
+
 #[test]
 fn what_is_missing_or_broken_is_told() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -168,7 +171,7 @@ fn what_is_missing_or_broken_is_told() {
         let bytes: Vec<u8> = (0..200)
             .map(|_| {
                 state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-                b"newmtl KdTrNs map_-osc\n\n 0.1e9-\xff/\\."[(state >> 16) as usize % 37]
+                ALPHABET[(state >> 16) as usize % ALPHABET.len()]
             })
             .collect();
         fs::write(at("things.mtl"), [b"newmtl bricks\n", &bytes[..]].concat()).expect("written");

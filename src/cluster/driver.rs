@@ -6,8 +6,9 @@ use std::time::Instant;
 use crate::backend::{Device, Queue, fallback};
 use crate::error::{Error, Result};
 use crate::kernel::cell_keys::LEAST_STEPS;
+use crate::mesh::Mesh;
+use crate::mesh::kept::dropped_through;
 use crate::mesh::weld::used_vertices;
-use crate::mesh::{FACE_COLORS_DROPPED, Mesh};
 use crate::simplify::{Blocked, Budget, OnProgress, Outcome, Phases, Progress, StopReason};
 
 use super::Options;
@@ -76,11 +77,7 @@ pub fn run(
     let lattice = Lattice::new(&mesh.positions, &used)
         .ok_or_else(|| Error::Mesh("all its faces are degenerate: their corners lie at one point".into()))?;
     let goal = Goal::new(options, budget, mesh, &lattice)?;
-    let mut warnings = Vec::new();
-    if mesh.texcoords.is_some() {
-        warnings.push("texture coordinates are dropped: they are not carried through clustering yet".into());
-    }
-    warnings.extend(mesh.face_colors.is_some().then(|| FACE_COLORS_DROPPED.into()));
+    let mut warnings = dropped_through(mesh, "clustering");
     let mut on = |queue: Queue| {
         let mut report = |faces: usize| {
             let now = Progress { faces, faces_in: mesh.faces.len(), target: goal.target() };

@@ -24,7 +24,7 @@
 //!   attributes becomes [`Mesh::channels`]; a vertex with several normals in an OBJ is repeated.
 //!
 //! What a file holds that is no mesh (nodes, textures, comments) is its [`Document`], which [`read_scene`] reads along and
-//! [`write_scene`] puts into a file of the same format.
+//! [`write_scene`] puts into a file of the same format; materials and their pictures pass between OBJ and glTF.
 //!
 //! Text is written with the fewest digits that read back as the same number. Text STL therefore keeps f64 positions.
 //! The bytes written do not depend on the number of threads.

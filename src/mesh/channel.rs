@@ -88,6 +88,13 @@ impl Materials {
         }
     }
 
+    /// The same for so many other faces, where all have one.
+    pub(crate) fn on_all(&self, faces: usize) -> Option<Self> {
+        let &first = self.of_face.first()?;
+        let is_one = self.of_face.iter().all(|&material| material == first);
+        is_one.then(|| Self { of_face: vec![first; faces], names: self.names.clone() })
+    }
+
     /// Those of the faces `order`.
     pub(crate) fn take(&self, order: &[u32]) -> Self {
         Self { of_face: super::take(&self.of_face, order), names: self.names.clone() }
@@ -112,6 +119,10 @@ mod tests {
         let materials = Materials { of_face: vec![0, 1, 0], names: vec![String::new(), "wood".into()] };
         assert!(materials.check(3).is_ok() && materials.check(2).is_err());
         assert_eq!(materials.take(&[2, 1]).of_face, [0, 1]);
+        assert_eq!(
+            (materials.on_all(1), materials.take(&[1]).on_all(2).map(|all| all.of_face)),
+            (None, Some(vec![1, 1]))
+        );
         assert!(Materials { names: vec![String::new()], ..materials }.check(3).is_err());
     }
 }

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::{ChannelKind, Mesh};
+use super::{ChannelKind, FACE_COLORS_DROPPED, Materials, Mesh};
 
 /// Attributes that are left out.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -51,11 +51,26 @@ impl Dropped {
     }
 }
 
+/// What a run says that carries normals and colors of vertices alone `through` something, and one material.
+pub(crate) fn dropped_through(mesh: &Mesh, through: &str) -> Vec<String> {
+    let has_many = |materials: &Materials| materials.on_all(0).is_none();
+    let mut dropped = Vec::new();
+    for (what, is_there) in [
+        ("texture coordinates are", mesh.texcoords.is_some()),
+        ("materials are", mesh.materials.as_ref().is_some_and(has_many)),
+        ("further properties of vertices are", !mesh.channels.is_empty()),
+    ] {
+        dropped.extend(is_there.then(|| format!("{what} dropped: they are not carried through {through}")));
+    }
+    dropped.extend(mesh.face_colors.is_some().then(|| FACE_COLORS_DROPPED.into()));
+    dropped
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::math::Vec2;
-    use crate::mesh::{Channel, Materials, shapes};
+    use crate::mesh::{Channel, shapes};
 
     #[test]
     fn what_is_left_out_is_gone() {

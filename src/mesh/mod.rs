@@ -18,7 +18,7 @@ pub mod dual;
 pub(crate) mod dynamic;
 pub(crate) mod fan;
 pub(crate) mod frame;
-mod kept;
+pub(crate) mod kept;
 pub(crate) mod key_table;
 pub(crate) mod limits;
 mod near;

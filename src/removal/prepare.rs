@@ -5,12 +5,13 @@ use rayon::prelude::*;
 use crate::backend::Queue;
 use crate::error::Result;
 use crate::kernel::rows::{BORDER, Face, LOCKED, Position, with_hub};
+use crate::mesh::Mesh;
 use crate::mesh::arrange::Arranged;
 use crate::mesh::fan::Fan;
 use crate::mesh::frame::Frame;
+use crate::mesh::kept::dropped_through;
 use crate::mesh::orient::{Oriented, TURNED, turn_to_agree};
 use crate::mesh::weld::joined_attributes;
-use crate::mesh::{FACE_COLORS_DROPPED, Mesh};
 
 use super::Options;
 use super::samples::Samples;
@@ -40,10 +41,7 @@ pub fn prepare(mesh: &Mesh, options: &Options, queue: &mut Queue) -> Result<Prep
     let mut arranged = Arranged::checked(mesh, options.weld)?;
     let weld_secs = clock.elapsed().as_secs_f64();
     let mut warnings: Vec<String> = arranged.warnings().collect();
-    if mesh.texcoords.is_some() {
-        warnings.push("texture coordinates are dropped: they are not carried through removals".into());
-    }
-    warnings.extend(mesh.face_colors.is_some().then(|| FACE_COLORS_DROPPED.into()));
+    warnings.extend(dropped_through(mesh, "removals"));
     let fans = oriented(&mut arranged, &mut warnings);
     let Arranged { vertex_source, faces, face_source, rings, lowest, bounds, .. } = arranged;
     let at = |v: u32| mesh.positions[vertex_source[v as usize] as usize];
@@ -120,8 +118,7 @@ pub fn restore(input: &Mesh, surface: &Surface, vertex_source: &[u32], lowest: O
         faces: face_order.into_iter().map(corners).collect(),
         normals,
         colors,
-        texcoords: None,
-        face_colors: None,
+        materials: input.materials.as_ref().and_then(|materials| materials.on_all(surface.face_source.len())),
         ..Mesh::default()
     };
     (mesh, origin)
