@@ -76,15 +76,25 @@ pub(super) fn write_library(document: &gltf::Gltf, path: &Path) -> io::Result<(V
     if described.is_empty() {
         return Ok((Vec::new(), warnings));
     }
+    let mut known: FxHashMap<Vec<u8>, Option<String>> = FxHashMap::default();
     for material in &mut described {
-        let shown = text::quote(material.name.as_bytes());
         material.name = obj::plain_name(&material.name);
         let Some(Map { picture: Picture::Inside(bytes), .. }) = &material.map else { continue };
-        let name = picture_name(&material.name, bytes);
-        match &name {
-            Some(name) => write_picture(&path.with_file_name(name), bytes)?,
-            None => warnings.push(format!("the texture of {shown} is not written: it is neither PNG nor JPEG")),
-        }
+        let name = match known.get(bytes) {
+            Some(name) => name.clone(),
+            None => {
+                let name = picture_name(&material.name, bytes);
+                match &name {
+                    Some(name) => write_picture(&path.with_file_name(name), bytes)?,
+                    None => {
+                        let shown = text::quote(material.name.as_bytes());
+                        warnings.push(format!("the texture of {shown} is not written: it is neither PNG nor JPEG"));
+                    }
+                }
+                known.insert(bytes.clone(), name.clone());
+                name
+            }
+        };
         material.map = material.map.take().zip(name).map(|(map, name)| Map { picture: Picture::Beside(name), ..map });
     }
     let library = library_beside(path);

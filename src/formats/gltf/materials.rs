@@ -44,7 +44,8 @@ fn describe(document: &Gltf, json: &Json<'_>, warnings: &mut Vec<String>) -> Res
         material.color[3] = 1.0;
     }
     let share = |key: &str| number(&surface, key, 1.0).clamp(0.0, 1.0);
-    if factor == "baseColorFactor" {
+    // Where a picture tells them, a number alone would be wrong.
+    if factor == "baseColorFactor" && surface.get("metallicRoughnessTexture").is_none() {
         (material.roughness, material.metallic) = (Some(share("roughnessFactor")), Some(share("metallicFactor")));
     }
     if let Some(texture) = surface.get(texture) {
