@@ -6,10 +6,10 @@ use super::polygons::polygons;
 use super::rebuild::Rebuilt;
 use super::surface::Surface;
 use super::vsa::Proxy;
-use crate::math::DVec3;
+use crate::math::{DVec3, Vec3};
 use crate::mesh::orient::TURNED;
 use crate::mesh::weld::joined_attributes;
-use crate::mesh::{Materials, Mesh, Polygons, take};
+use crate::mesh::{Channel, Materials, Mesh, Polygons, take};
 
 /// The region of a face that the input's preparation dropped.
 pub const NO_REGION: u32 = u32::MAX;
@@ -90,29 +90,7 @@ pub fn restore(input: &Mesh, surface: &Surface, parts: &Parts, rebuilt: Rebuilt,
     for (&source, &part) in surface.face_source.iter().zip(&parts.partition.labels) {
         labels[(source & !TURNED) as usize] = whole(part);
     }
-    let sources = || named.vertices.iter().map(|vertex| vertex.source);
-    let (normals, mut colors) = match carried {
-        Carried::Corners => {
-            let order: Vec<u32> = sources().collect();
-            (
-                input.normals.as_ref().map(|rows| take(rows, &order)),
-                input.colors.as_ref().map(|rows| take(rows, &order)),
-            )
-        }
-        _ => joined_attributes(input, surface.lowest.as_ref(), &vertex_origin),
-    };
-    if let Carried::Light(light @ (VertexLight::Fitted(rows) | VertexLight::Own(rows))) = carried
-        && (colors.is_none() || matches!(light, VertexLight::Fitted(_)))
-    {
-        colors = Some(named.vertices.iter().map(|vertex| rows[vertex.at as usize]).collect());
-    }
-    let channels = match carried {
-        Carried::Corners if !input.channels.is_empty() => {
-            let order: Vec<u32> = sources().collect();
-            input.channels.iter().map(|channel| channel.take(&order)).collect()
-        }
-        _ => Vec::new(),
-    };
+    let VertexRows { normals, colors, channels } = vertex_rows(input, surface, &named, &vertex_origin, carried);
     // Vertices carry the light then, without steps between regions.
     let is_lit = matches!(carried, Carried::Light(_));
     let means = input.face_colors.as_ref().filter(|_| !is_lit).map(|rows| means(surface, parts, rows));
@@ -142,6 +120,31 @@ pub fn restore(input: &Mesh, surface: &Surface, parts: &Parts, rebuilt: Rebuilt,
     let not_planar = NotPlanar { undrawn: undrawn.len(), spatial };
     let regions = Regions { labels, count, face_labels, polygons, not_planar, ..Regions::default() };
     Restored { mesh, vertex_origin, regions }
+}
+
+/// What vertices carry.
+struct VertexRows {
+    normals: Option<Vec<Vec3>>,
+    colors: Option<Vec<[f32; 4]>>,
+    channels: Vec<Channel>,
+}
+
+fn vertex_rows(input: &Mesh, surface: &Surface, named: &Named, origin: &[u32], carried: Carried<'_>) -> VertexRows {
+    if matches!(carried, Carried::Corners) {
+        let order: Vec<u32> = named.vertices.iter().map(|vertex| vertex.source).collect();
+        return VertexRows {
+            normals: input.normals.as_ref().map(|rows| take(rows, &order)),
+            colors: input.colors.as_ref().map(|rows| take(rows, &order)),
+            channels: input.channels.iter().map(|channel| channel.take(&order)).collect(),
+        };
+    }
+    let (normals, mut colors) = joined_attributes(input, surface.lowest.as_ref(), origin);
+    if let Carried::Light(light @ (VertexLight::Fitted(rows) | VertexLight::Own(rows))) = carried
+        && (colors.is_none() || matches!(light, VertexLight::Fitted(_)))
+    {
+        colors = Some(named.vertices.iter().map(|vertex| rows[vertex.at as usize]).collect());
+    }
+    VertexRows { normals, colors, channels: Vec::new() }
 }
 
 /// Where a vertex of the surface stands in the input.

@@ -47,11 +47,11 @@ pub(super) fn document(mesh: &Mesh, described: &[Material]) -> Gltf {
     Gltf { json, binary, parts, folder: None, has_data_uris: false }
 }
 
+/// Materials by name, those that are described.
+pub(super) type Named<'a> = Vec<(String, Option<&'a Material>)>;
+
 /// Which material each name has, groups of one material the same; and these. What has no name and no description has none.
-fn materials_of<'a>(
-    names: &[String],
-    described: &'a [Material],
-) -> (Vec<Option<usize>>, Vec<(String, Option<&'a Material>)>) {
+fn materials_of<'a>(names: &[String], described: &'a [Material]) -> (Vec<Option<usize>>, Named<'a>) {
     let mut known: FxHashMap<&str, usize> = FxHashMap::default();
     let mut materials = Vec::new();
     let mut numbers = Vec::with_capacity(names.len());

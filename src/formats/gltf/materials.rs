@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use super::color;
 use super::container;
 use super::document::Gltf;
+use super::fresh::Named;
 use super::json::{Json, list_mut};
 use super::looks::{TRANSFORM, base_color, materials, number, view_bytes};
 use crate::error::Result;
@@ -88,7 +89,7 @@ fn map(document: &Gltf, named: &Json<'_>) -> Result<Map> {
 }
 
 /// Puts materials into a document, of those names that are described and of the others the name; pictures go into its bytes.
-pub(super) fn put(json: &mut Value, binary: &mut Vec<u8>, materials: &[(String, Option<&Material>)]) {
+pub(super) fn put(json: &mut Value, binary: &mut Vec<u8>, materials: &Named<'_>) {
     let mut list = Vec::with_capacity(materials.len());
     for (name, described) in materials {
         let mut material = json!({ "name": name });
