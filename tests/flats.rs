@@ -8,7 +8,7 @@ use coarsen::math::{DVec3, Vec2, Vec3};
 use coarsen::mesh::{Channel, ChannelKind, Dropped, Materials, Normals, vertex_normals};
 use coarsen::metrics::texture_deviation;
 use coarsen::partition::{Flatness, Options, Superfaces, Triangulation, vsa};
-use coarsen::{Budget, Mesh, Method, Outcome, simplify};
+use coarsen::{Budget, Mesh, Method, Outcome, cluster, removal, simplify};
 use support::engine::{assert_kept, cpu};
 use support::shapes::{bumpy, cube, grid, sphere};
 use support::texture::{rows, textured};
@@ -108,6 +108,24 @@ fn borders_between_materials_stay_closed() {
             assert!((areas(&outcome.mesh)[material] / area - 1.0).abs() < 0.3, "{name}: {material}");
         }
     }
+}
+
+/// A face that clustering leaves is one of the input, of the same material; removal keeps one that all faces have.
+#[test]
+fn clusters_keep_materials() {
+    let cube = made_of(cube(30), &SIDES, side);
+    let run =
+        |mesh: &Mesh, method: Method| simplify(mesh, &method, &Budget::keep(0.1), &cpu(1), None).expect("a valid mesh");
+    let outcome = run(&cube, Method::Cluster(cluster::Options::default()));
+    assert_eq!(outcome.warnings, [""; 0]);
+    for (material, area) in areas(&outcome.mesh) {
+        assert!((area - 1.0).abs() < 0.1, "{material}: {area}");
+    }
+    let removed = run(&cube, Method::Removal(removal::Options::default()));
+    assert!(removed.mesh.materials.is_none() && removed.warnings[0].starts_with("materials are dropped"));
+    let one = made_of(cube.clone(), &["wood"], |_| 0);
+    let removed = run(&one, Method::Removal(removal::Options::default()));
+    assert_eq!((areas(&removed.mesh).len(), removed.warnings), (1, Vec::new()));
 }
 
 /// The map of a textured sheet.

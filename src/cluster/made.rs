@@ -58,6 +58,5 @@ pub fn made(input: &Mesh, lattice: &Lattice, cells: &Cells, points: &Points, fac
         let lowest: Vec<u32> = (0..).zip(&cells.of_vertices).map(lowest).collect();
         (mesh.normals, mesh.colors) = joined_attributes(input, Some(&lowest), &cells.firsts);
     }
-    mesh.materials = input.materials.as_ref().and_then(|materials| materials.on_all(mesh.faces.len()));
     (mesh, origin)
 }

@@ -185,7 +185,9 @@ impl<'a> Work<'a> {
         self.seconds.select = self.lap();
         let (points, estimate) = self.points(&cells, representative)?;
         self.seconds.cost = self.lap();
-        let (mesh, origin) = made(self.mesh, &self.lattice, &cells, &points, left.faces);
+        let (mut mesh, origin) = made(self.mesh, &self.lattice, &cells, &points, left.faces);
+        // A face that is left is one of the input.
+        mesh.materials = self.mesh.materials.as_ref().map(|materials| materials.take(&left.sources));
         self.seconds.apply = self.lap();
         self.seconds.transfer = self.queue.time_moving().as_secs_f64();
         Ok(Done { mesh, origin, steps, estimate, seconds: self.seconds, bytes_moved: self.queue.bytes_moved() })

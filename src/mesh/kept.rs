@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::{ChannelKind, FACE_COLORS_DROPPED, Materials, Mesh};
+use super::{ChannelKind, FACE_COLORS_DROPPED, Mesh};
 
 /// Attributes that are left out.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -51,16 +51,14 @@ impl Dropped {
     }
 }
 
-/// What a run says that carries normals and colors of vertices alone `through` something, and one material.
+/// What a run says that carries normals and colors of vertices alone `through` something.
 pub(crate) fn dropped_through(mesh: &Mesh, through: &str) -> Vec<String> {
-    let has_many = |materials: &Materials| materials.on_all(0).is_none();
     let mut dropped = Vec::new();
     for (what, is_there) in [
-        ("texture coordinates are", mesh.texcoords.is_some()),
-        ("materials are", mesh.materials.as_ref().is_some_and(has_many)),
-        ("further properties of vertices are", !mesh.channels.is_empty()),
+        ("texture coordinates", mesh.texcoords.is_some()),
+        ("further properties of vertices", !mesh.channels.is_empty()),
     ] {
-        dropped.extend(is_there.then(|| format!("{what} dropped: they are not carried through {through}")));
+        dropped.extend(is_there.then(|| format!("{what} are dropped: they are not carried through {through}")));
     }
     dropped.extend(mesh.face_colors.is_some().then(|| FACE_COLORS_DROPPED.into()));
     dropped
@@ -70,7 +68,7 @@ pub(crate) fn dropped_through(mesh: &Mesh, through: &str) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::math::Vec2;
-    use crate::mesh::{Channel, shapes};
+    use crate::mesh::{Channel, Materials, shapes};
 
     #[test]
     fn what_is_left_out_is_gone() {

@@ -42,6 +42,8 @@ pub fn prepare(mesh: &Mesh, options: &Options, queue: &mut Queue) -> Result<Prep
     let weld_secs = clock.elapsed().as_secs_f64();
     let mut warnings: Vec<String> = arranged.warnings().collect();
     warnings.extend(dropped_through(mesh, "removals"));
+    let has_many = mesh.materials.as_ref().is_some_and(|materials| materials.on_all(0).is_none());
+    warnings.extend(has_many.then(|| "materials are dropped: they are not carried through removals".into()));
     let fans = oriented(&mut arranged, &mut warnings);
     let Arranged { vertex_source, faces, face_source, rings, lowest, bounds, .. } = arranged;
     let at = |v: u32| mesh.positions[vertex_source[v as usize] as usize];

@@ -95,6 +95,27 @@ fn every_verb_carries_what_is_no_triangle() {
     assert!(ran.err.contains("pictures beside the input are not copied"), "{}", ran.err);
 }
 
+/// The materials of a glTF go to a library beside an OBJ, which is replaced as unwillingly as the OBJ itself.
+#[test]
+fn an_obj_gets_a_library_beside() {
+    let dir = Dir::new();
+    write_sheet(&dir);
+    let ran = dir.run("simplify sheet.gltf out.obj -f 50 -g cpu").succeeds();
+    assert!(ran.err.contains("nodes, animations and all of materials but base colors"), "{}", ran.err);
+    let text = |name: &str| fs::read_to_string(dir.path(name)).expect("text");
+    assert!(text("out.obj").contains("mtllib out.mtl\n") && text("out.obj").contains("usemtl cloth\n"));
+    assert!(text("out.mtl").contains("newmtl cloth\n") && text("out.mtl").contains("map_Kd cloth.png\n"));
+    fs::remove_file(dir.path("out.obj")).expect("removed");
+    dir.run("simplify sheet.gltf out.obj -f 50").fails(8, &["'out.mtl', where the materials", "give -w"]);
+    dir.run("simplify sheet.gltf out.obj -f 50 -w -q -g cpu").succeeds();
+    dir.run("lod sheet.gltf level{level}.obj --levels 2 --ratio-step 50% -g cpu -q").succeeds();
+    assert!(text("level2.obj").contains("mtllib level2.mtl\n"));
+    // Coplanar regions carry the texture too: a sheet that is bent keeps its faces.
+    dir.run("simplify sheet.gltf flat.glb --method coplanar -g cpu -q").succeeds();
+    assert_eq!(json_of(&dir.path("flat.glb"))["materials"][0]["name"], "cloth");
+    dir.run("compare sheet.gltf flat.glb -v -q").fails(2, &["cannot be used with"]);
+}
+
 #[test]
 fn what_is_not_understood_is_an_exit_code() {
     let dir = Dir::new();
