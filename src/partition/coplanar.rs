@@ -109,6 +109,8 @@ struct Growth<'a> {
     corners: Option<&'a Corners<'a>>,
     labels: Vec<u32>,
     found: Vec<u32>,
+    /// Of a corner, overwritten each time.
+    row: Vec<f64>,
 }
 
 impl<'a> Growth<'a> {
@@ -125,6 +127,7 @@ impl<'a> Growth<'a> {
             corners,
             labels: vec![NONE; surface.faces.len()],
             found: Vec::new(),
+            row: Vec::new(),
         }
     }
 
@@ -171,24 +174,32 @@ impl<'a> Growth<'a> {
         self.labels[seed as usize] = label;
     }
 
-    /// What these faces carry over the plane of their seed.
-    fn carried(&self, own: &Plane, faces: &[u32]) -> Option<Affine> {
-        self.corners.map(|corners| corners.fit(self.surface, own, faces))
+    /// What faces carry over the plane of their seed.
+    fn carried(&mut self, own: &Plane, faces: &[u32]) -> Option<Affine> {
+        self.corners.map(|corners| corners.fit(self.surface, own, faces, &mut self.row))
     }
 
-    /// Whether what faces carry is within a share of what it may be off `map`.
-    fn carry(&self, own: &Plane, map: Option<&Affine>, faces: &[u32], share: f64) -> bool {
+    /// What those that were found carry over the plane of their seed.
+    fn carried_by_found(&mut self, own: &Plane) -> Option<Affine> {
+        let Self { corners, surface, found, row, .. } = self;
+        corners.map(|corners| corners.fit(surface, own, found, row))
+    }
+
+    /// Whether what a face carries is within a share of what it may be off `map`.
+    fn carries(&mut self, face: u32, own: &Plane, map: Option<&Affine>, share: f64) -> bool {
         let Some((corners, map)) = self.corners.zip(map) else { return true };
-        corners.off(self.surface, own, map, faces) <= share
+        corners.off(self.surface, own, map, (&[face], &mut self.row)) <= share
     }
 
     /// The shape of what was found, if a vertex is too far from it, or what a corner carries.
-    fn shape_that_is_off(&self, own: &Plane) -> Option<Shape> {
+    fn shape_that_is_off(&mut self, own: &Plane) -> Option<Shape> {
         let plane = Plane::of(self.surface, &self.found)?;
-        let carried = self.carried(own, &self.found);
-        let is_off = |v: u32| plane.height(self.surface.points[v as usize]).abs() > self.distance;
-        let any = self.found.iter().any(|&face| self.surface.faces[face as usize].into_iter().any(is_off));
-        (any || !self.carry(own, carried.as_ref(), &self.found, 1.0)).then_some(Shape { plane, carried })
+        let carried = self.carried_by_found(own);
+        let Self { corners, surface, found, row, distance, .. } = self;
+        let is_off = |v: u32| plane.height(surface.points[v as usize]).abs() > *distance;
+        let is_away = found.iter().any(|&face| surface.faces[face as usize].into_iter().any(is_off));
+        let slips = |(corners, map): (&Corners<'_>, &Affine)| corners.off(surface, own, map, (found, row)) > 1.0;
+        (is_away || corners.zip(carried.as_ref()).is_some_and(slips)).then_some(Shape { plane, carried })
     }
 
     /// Takes the labels back from what was found.
@@ -216,7 +227,7 @@ impl<'a> Growth<'a> {
                 let is_near = |v: u32| plane.height(surface.points[v as usize]).abs() <= near;
                 if self.faces_along(other, plane.normal)
                     && surface.faces[other as usize].into_iter().all(is_near)
-                    && self.carry(own, carried.as_ref(), &[other], share)
+                    && self.carries(other, own, carried.as_ref(), share)
                 {
                     self.labels[other as usize] = label;
                     self.found.push(other);
@@ -226,7 +237,7 @@ impl<'a> Growth<'a> {
             if leans && self.found.len() >= next_lean {
                 next_lean = 2 * self.found.len();
                 plane = Plane::of(surface, &self.found).unwrap_or(plane);
-                carried = self.carried(own, &self.found);
+                carried = self.carried_by_found(own);
             }
         }
     }

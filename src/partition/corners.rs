@@ -131,53 +131,102 @@ impl<'a> Corners<'a> {
         }
     }
 
-    /// Calls `each` with the place in `plane` and the row of every corner of these faces.
-    fn for_each(&self, surface: &Surface, plane: &Plane, faces: &[u32], mut each: impl FnMut(DVec2, &[f64])) {
-        let mut row = Vec::new();
+    /// Calls `each` with the place in `plane` and the row of every corner of these faces; `row` is overwritten.
+    fn for_each(
+        &self,
+        surface: &Surface,
+        plane: &Plane,
+        (faces, row): (&[u32], &mut Vec<f64>),
+        mut each: impl FnMut(DVec2, &[f64]),
+    ) {
         for &face in faces {
             for (k, &v) in surface.faces[face as usize].iter().enumerate() {
-                self.read(surface, face, k, &mut row);
-                each(plane.project(surface.points[v as usize]), &row);
+                self.read(surface, face, k, row);
+                each(plane.project(surface.points[v as usize]), row);
             }
         }
     }
 
     /// The affine function that is nearest to what the corners of these faces carry, by least squares.
-    pub fn fit(&self, surface: &Surface, plane: &Plane, faces: &[u32]) -> Affine {
-        let width = self.layers.iter().map(|layer| layer.width).sum();
-        let count = 3.0 * faces.len() as f64;
-        let mut center = DVec2::ZERO;
-        let mut columns = vec![(0.0, DVec2::ZERO); width];
-        self.for_each(surface, plane, faces, |place, row| {
-            center += place / count;
-            columns.iter_mut().zip(row).for_each(|((mean, _), x)| *mean += x / count);
-        });
-        let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
-        self.for_each(surface, plane, faces, |place, row| {
-            let away = place - center;
-            (xx, xy, yy) = (xx + away.x * away.x, xy + away.x * away.y, yy + away.y * away.y);
-            columns.iter_mut().zip(row).for_each(|((mean, slope), x)| *slope += away * (x - *mean));
-        });
-        let ridge = RIDGE * (xx + yy);
-        (xx, yy) = (xx + ridge, yy + ridge);
-        let determinant = xx * yy - xy * xy;
-        let solved = |sum: DVec2| {
-            let slope = DVec2::new(yy * sum.x - xy * sum.y, xx * sum.y - xy * sum.x) / determinant;
-            if determinant > 0.0 { slope } else { DVec2::ZERO }
+    pub fn fit(&self, surface: &Surface, plane: &Plane, faces: &[u32], row: &mut Vec<f64>) -> Affine {
+        // About the first corner, so that one pass loses no digits.
+        let Some(&first) = faces.first() else {
+            return Affine { center: DVec2::ZERO, columns: Vec::new() };
         };
-        columns.iter_mut().for_each(|(_, slope)| *slope = solved(*slope));
+        self.read(surface, first, 0, row);
+        let (origin, base) = (plane.project(surface.points[surface.faces[first as usize][0] as usize]), row.clone());
+        let mut sum = DVec2::ZERO;
+        let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+        let mut columns = vec![(0.0, DVec2::ZERO); base.len()];
+        self.for_each(surface, plane, (faces, row), |place, row| {
+            let away = place - origin;
+            sum += away;
+            (xx, xy, yy) = (xx + away.x * away.x, xy + away.x * away.y, yy + away.y * away.y);
+            for (((total, moment), &x), &base) in columns.iter_mut().zip(row).zip(&base) {
+                *total += x - base;
+                *moment += away * (x - base);
+            }
+        });
+        let count = 3.0 * faces.len() as f64;
+        let mean = sum / count;
+        let ridge = RIDGE * (xx + yy);
+        xx += ridge - sum.x * mean.x;
+        yy += ridge - sum.y * mean.y;
+        xy -= sum.x * mean.y;
+        let determinant = xx * yy - xy * xy;
+        for ((total, moment), base) in columns.iter_mut().zip(base) {
+            let about_mean = *moment - mean * *total;
+            *total = base + *total / count;
+            let slope = DVec2::new(yy * about_mean.x - xy * about_mean.y, xx * about_mean.y - xy * about_mean.x);
+            *moment = if determinant > 0.0 { slope / determinant } else { DVec2::ZERO };
+        }
         let mut first = 0;
         for layer in &self.layers {
             columns[first..first + layer.names].iter_mut().for_each(|(_, slope)| *slope = DVec2::ZERO);
             first += layer.width;
         }
-        Affine { center, columns }
+        Affine { center: origin + mean, columns }
     }
 
-    /// How far what the corners of these faces carry is off `map`, in units of what it may be.
-    pub fn off(&self, surface: &Surface, plane: &Plane, map: &Affine, faces: &[u32]) -> f64 {
+    /// How far what the corners of these faces carry is off `map`, in units of what it may be; `row` is overwritten.
+    pub fn off(&self, surface: &Surface, plane: &Plane, map: &Affine, (faces, row): (&[u32], &mut Vec<f64>)) -> f64 {
         let mut most = 0.0_f64;
-        self.for_each(surface, plane, faces, |place, row| most = most.max(map.off(place, row)));
+        self.for_each(surface, plane, (faces, row), |place, row| most = most.max(map.off(place, row)));
         most
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec2;
+    use crate::mesh::shapes;
+
+    /// Coordinates that are linear over a sheet far from the origin are fitted to the last digits; where one is off, it tells.
+    #[test]
+    fn what_is_linear_is_found() {
+        let mut sheet = shapes::plane(9, 7);
+        sheet.positions.iter_mut().for_each(|p| p.x += 1e3);
+        let at = |v: u32| {
+            let p = sheet.positions[v as usize];
+            Vec2::new((0.5 * (p.x - 1e3) - 0.25 * p.y + 2.0) as f32, (0.125 * p.y) as f32)
+        };
+        sheet.texcoords = Some(sheet.faces.iter().map(|face| face.map(at)).collect());
+        let surface = Surface::new(&sheet, Some(0.0)).expect("a valid mesh");
+        let corners = Corners::new(&sheet, Flatness::default(), 0.0).expect("a texture");
+        let faces: Vec<u32> = (0..surface.faces.len() as u32).collect();
+        let plane = Plane::of(&surface, &faces).expect("a plane");
+        let mut row = Vec::new();
+        let all = corners.fit(&surface, &plane, &faces, &mut row);
+        assert!(corners.off(&surface, &plane, &all, (&faces, &mut row)) < 1e-6);
+        // That of one face is that of all.
+        let one = corners.fit(&surface, &plane, &faces[5..6], &mut row);
+        assert!(corners.off(&surface, &plane, &one, (&faces, &mut row)) < 1e-6);
+        let mut bent = sheet.clone();
+        bent.texcoords.iter_mut().for_each(|rows| rows[40][1].y += 3e-4);
+        let corners = Corners::new(&bent, Flatness::default(), 0.0).expect("a texture");
+        let off = corners.off(&surface, &plane, &all, (&faces, &mut row));
+        assert!((2.9..3.1).contains(&off), "{off} times what it may be");
+        assert!(Corners::new(&shapes::plane(2, 2), Flatness::default(), 0.0).is_none());
     }
 }
