@@ -153,6 +153,12 @@ impl SideSums {
         self.numbers(costed).map(value).sum()
     }
 
+    /// What the best numbers at a place cost more than the means.
+    pub fn at_best(&self, costed: usize, x: DVec3) -> f64 {
+        let inverse = if self.weight > 0.0 { 1.0 / self.weight } else { 0.0 };
+        self.numbers(costed).map(|(_, _, g, e)| -(g.dot(x) + e) * (g.dot(x) + e) * inverse).sum()
+    }
+
     /// The best numbers at a place.
     pub fn least(&self, costed: usize, x: DVec3) -> impl Iterator<Item = f32> {
         let inverse = if self.weight > 0.0 { 1.0 / self.weight } else { 0.0 };
@@ -200,9 +206,10 @@ fn add_means(terms: &Terms, weight: f64, sums: &mut QuadricLanes) {
     }
 }
 
-/// Keeps the first `costed` numbers of a row within those of the rows that start there.
-pub fn clamp_to(starts: impl Iterator<Item = usize> + Clone, rows: &[f32], row: &mut [f32], costed: usize) {
-    for first in (0..costed).step_by(LANES) {
+/// Keeps numbers within those of the rows that start there, or no farther off than `past` times their range.
+pub fn clamp_to(starts: impl Iterator<Item = usize> + Clone, rows: &[f32], numbers: &mut [f32], past: f32) {
+    for (block, own) in numbers.chunks_mut(LANES).enumerate() {
+        let first = block * LANES;
         let (mut low, mut high) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
         for start in starts.clone() {
             let numbers = lanes_at(start + first, rows);
@@ -211,9 +218,10 @@ pub fn clamp_to(starts: impl Iterator<Item = usize> + Clone, rows: &[f32], row: 
                 high[lane] = if numbers[lane] > high[lane] { numbers[lane] } else { high[lane] };
             }
         }
-        for (lane, number) in row[first..costed.min(first + LANES)].iter_mut().enumerate() {
+        for (lane, number) in own.iter_mut().enumerate() {
             if low[lane] <= high[lane] {
-                *number = number.clamp(low[lane], high[lane]);
+                let past = (high[lane] - low[lane]) * past;
+                *number = number.clamp(low[lane] - past, high[lane] + past);
             }
         }
     }
