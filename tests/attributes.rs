@@ -293,16 +293,22 @@ fn levels_before_seams_yield_stay() {
     };
     let (found, held) = (of(yielding.clone()), of(holding));
     assert_eq!((&found[0], found[1].faces.len(), held[1].faces.len()), (&held[0], 8, 12));
-    // Vertices that levels share are of one run.
-    let nested = Options { placement: Placement::Endpoint, ..yielding };
-    let outcomes = simplify_levels(&mesh, &Method::Contract(nested), &levels, &cpu(2), None).expect("a valid mesh");
-    assert!(coarsen::lod::share_vertices(&outcomes).is_ok());
+    // What may only have vertices of the input holds its seams.
+    let of_input = Options { placement: Placement::Endpoint, ..yielding };
+    let held = run_on(&cpu(2), &mesh, &of_input, Budget::faces(8));
+    assert_eq!((held.stop, held.mesh.faces.len()), (StopReason::Stuck, 12));
 }
 
 /// A texture cut along two lines, creases and three materials, down to a few faces.
 #[test]
 fn seams_yield_without_cracks_and_folds() {
-    let mesh = dressed(24, 12);
+    let mut mesh = dressed(24, 12);
+    // One that folds holds everything.
+    mesh.channels.retain(|channel| channel.name != "TEXCOORD_1");
+    // Eighteen places where four blocks of materials meet.
+    let block = |face: u32| face / 2 / 12 / 4 + face / 2 % 12 / 4;
+    let of_face = (0..mesh.faces.len() as u32).map(|face| block(face) % 3).collect();
+    mesh.materials = mesh.materials.map(|materials| Materials { of_face, ..materials });
     let [yielding, holding] = yielding_and_holding();
     for metric in [Metric::Volume, Metric::Plane] {
         let [yielding, holding] = [&yielding, &holding].map(|options| Options { metric, ..options.clone() });
@@ -341,15 +347,15 @@ fn materials_of_a_box_stay_closed() {
 #[test]
 fn locked_vertices_stay_bit_for_bit() {
     let mut mesh = shapes::torus(48, 24);
-    let is_pinned = |p: &DVec3| p.x > 2.0 && p.z > 0.25;
+    let is_pinned = |p: &DVec3| p.x > 1.0 && p.y.abs() < 0.5;
     let pinned: Vec<u32> = (0..).zip(&mesh.positions).filter(|(_, p)| is_pinned(p)).map(|(v, _)| v).collect();
     mesh.channels = vec![channel(&mesh, "pin", ChannelKind::Linear, |p| vec![f32::from(u8::from(is_pinned(&p)))])];
     let by = |lock: Lock| Options { lock: Some(lock), ..Options::default() };
     let outcomes = [by(Lock::Channel("pin".into())), by(Lock::Vertices(pinned.clone().into()))]
-        .map(|options| run_on(&cpu(2), &mesh, &options, Budget::keep(0.1)));
+        .map(|options| run_on(&cpu(2), &mesh, &options, Budget::keep(0.3)));
     assert_eq!(outcomes[0].mesh, outcomes[1].mesh);
     let kept: BTreeSet<[u64; 3]> = outcomes[0].mesh.positions.iter().map(|p| p.to_array().map(f64::to_bits)).collect();
-    assert!(pinned.len() > 10 && outcomes[0].stop == StopReason::FacesReached);
+    assert_eq!((pinned.len() > 10, outcomes[0].stop), (true, StopReason::FacesReached), "{} of them", pinned.len());
     for &v in &pinned {
         assert!(kept.contains(&mesh.positions[v as usize].to_array().map(f64::to_bits)), "vertex {v} is gone");
     }

@@ -20,7 +20,7 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
     while let Some(now) = yields {
         yields = now.more().filter(|_| may_yield(options));
         let prepared = prepare(mesh, options, now)?;
-        if yields.is_some() && prepared.carried.wedges.is_some() && prepared.least_faces() > first {
+        if yields.is_some() && prepared.seams_hold_above(first) {
             continue;
         }
         let budgets: Vec<Budget> = left.iter().map(|&index| budgets[index]).collect();
@@ -39,10 +39,7 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
         if stuck.is_empty() || was_cancelled {
             break;
         }
-        // Levels that share their vertices come from one run.
-        if options.placement != Placement::Endpoint {
-            left = stuck;
-        }
+        left = stuck;
     }
     Ok(made.into_iter().flatten().collect())
 }
@@ -56,10 +53,11 @@ fn first_count(faces: usize, budgets: &[Budget]) -> Result<usize> {
     budgets.iter().map(count).try_fold(0, |most, faces| Ok(most.max(faces?)))
 }
 
-/// Whether seams may yield at all.
+/// Whether seams may yield at all. What reaches a vertex of the input from beside a seam brings numbers that it never had.
 fn may_yield(options: &Options) -> bool {
     let Attributes { seams, lock_seams, .. } = options.attributes;
-    seams == Seams::Yield && !(lock_seams || options.log || options.joins())
+    let of_input = options.placement == Placement::Endpoint;
+    seams == Seams::Yield && !(lock_seams || of_input || options.log || options.joins())
 }
 
 /// Whether seams keep an outcome from the number of faces asked for.

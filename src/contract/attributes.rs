@@ -82,7 +82,8 @@ pub enum ColorSpace {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Seams {
     /// Where they would keep more faces than are asked for, they yield: creases first, then corners of other seams, then all.
-    /// Textures do not fold for it, and materials stay closed.
+    /// Textures do not fold for it, and materials stay closed. Not with [`Placement::Endpoint`](super::Placement::Endpoint),
+    /// whose vertices are those of the input, nor where parts join, nor for a log.
     #[default]
     Yield,
     /// A vertex where they meet or end stays, and a run may get stuck.

@@ -19,8 +19,8 @@ use super::wedges::WedgeRows;
 
 /// How much of a kernel is left for a place that has to be moved into it.
 const SHRUNK: f64 = 0.95;
-/// How far past the numbers of a side's corners those of a new vertex off its faces may be, of their range. Within it the
-/// texture of a truck moves by three times as much, without a bound by 1.2 times where few faces are left.
+/// How far past the numbers of a side's corners those of a new vertex off its faces may be, of their range. With none the
+/// texture of a truck with half of its faces moves by three times as much; without a bound it is lost where faces are thin.
 const PAST: f32 = 2.0;
 
 /// Rows of new wedges, with scratch that outlives each.

@@ -48,7 +48,7 @@ pub struct Job<'a> {
     pub options: &'a Options,
     pub budgets: &'a [Budget],
     pub device: &'a Device,
-    /// When it began.
+    /// When it began. What it has tried before counts as building.
     pub clock: Instant,
 }
 

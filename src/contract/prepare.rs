@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::kernel::contract_vertices::VERTEX;
-use crate::kernel::rows::{BORDER, Face, JOINED, LOCKED, Position, with_hub};
+use crate::kernel::rows::{BORDER, Face, JOINED, LOCKED, Position, SEAM, with_hub};
 use crate::math::DVec3;
 use crate::mesh::adjacency::{EdgeUse, Rings};
 use crate::mesh::arrange::{self, Arranged, NO_FACE_LEFT};
@@ -43,10 +43,14 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Faces below which no run comes: locked vertices stay, and one that vanishes takes two faces along.
-    pub fn least_faces(&self) -> usize {
-        let free = self.positions.par_iter().filter(|position| position.flags & LOCKED == 0).count();
-        self.faces.len().saturating_sub(2 * free)
+    /// Whether seams, and nothing else that is known yet, keep every run above so many faces: locked vertices stay, and one
+    /// that vanishes takes two faces along at most.
+    pub fn seams_hold_above(&self, faces: usize) -> bool {
+        let count = |is_locked: fn(u32) -> bool| self.positions.par_iter().filter(|p| is_locked(p.flags)).count();
+        let (locked, by_seams) =
+            (count(|flags| flags & LOCKED != 0), count(|flags| flags & LOCKED != 0 && flags & SEAM != 0));
+        let least = |locked: usize| self.faces.len().saturating_sub(2 * (self.positions.len() - locked));
+        least(locked) > faces && least(locked - by_seams) <= faces
     }
 
     /// Takes the start of a run out, for the host's surface.

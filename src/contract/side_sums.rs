@@ -288,8 +288,11 @@ mod tests {
         let rows: Vec<f32> = (0..3).flat_map(|r| (0..12).map(move |i| (i * (r + 1)) as f32)).collect();
         let mut row = vec![100.0; 12];
         row[0] = -1.0;
-        clamp_to([0, 12, 24].into_iter(), &rows, &mut row, 11);
+        clamp_to([0, 12, 24].into_iter(), &rows, &mut row[..11], 0.0);
         let expected: Vec<f32> = (0..11).map(|i| (3 * i) as f32).chain([100.0]).collect();
         assert_eq!(row, expected);
+        // And within half of their range beside them.
+        clamp_to([12, 24].into_iter(), &rows, &mut row[8..], 0.5);
+        assert_eq!(row[8..], [0.0, 3.5, 7.0, 10.5]);
     }
 }
