@@ -6,10 +6,12 @@ mod support;
 use std::collections::{BTreeMap, BTreeSet};
 
 use coarsen::backend::GpuOptions;
-use coarsen::contract::{AttributeWeights, Attributes, Dropped, Normals, Options, Placement};
+use coarsen::contract::{
+    AttributeWeights, Attributes, ColorSpace, Dropped, Lock, Metric, Normals, Options, Placement, Seams,
+};
 use coarsen::math::{DVec3, Vec2, Vec3};
 use coarsen::mesh::{Channel, ChannelKind, Materials, shapes, weld};
-use coarsen::{Budget, Device, Mesh, Method, Outcome, StopReason, simplify};
+use coarsen::{Budget, Device, Error, Mesh, Method, Outcome, StopReason, simplify, simplify_levels};
 use support::engine::{bytes, cpu, gpu};
 use support::independent::topology;
 use support::texture::folds;
@@ -246,5 +248,133 @@ fn threads_and_devices_give_the_same_bytes() {
             assert_eq!(outcome.mesh, reference.mesh, "{}", device.description());
             assert!(bytes(&outcome.mesh) == bytes(&reference.mesh), "{}", device.description());
         }
+    }
+}
+
+/// Options under which seams yield, and under which they do not.
+fn yielding_and_holding() -> [Options; 2] {
+    [Seams::Yield, Seams::Hold].map(|seams| {
+        let attributes = Attributes { seams, ..Attributes::default() };
+        Options { attributes, ..Options::default() }
+    })
+}
+
+/// The corners of a box are creases' ends: without them there are fewer faces than twelve.
+#[test]
+fn creases_yield_where_they_hold_too_much() {
+    let mesh = boxed(8);
+    let [yielding, holding] = yielding_and_holding();
+    let held = run_on(&cpu(2), &mesh, &holding, Budget::faces(8));
+    assert_eq!((held.stop, held.mesh.faces.len()), (StopReason::Stuck, 12));
+    assert!(held.blocked.seam > 0);
+    let outcome = run_on(&cpu(2), &mesh, &yielding, Budget::faces(8));
+    assert_eq!((outcome.stop, outcome.mesh.faces.len()), (StopReason::FacesReached, 8));
+    assert!(outcome.warnings.iter().any(|warning| warning.starts_with("creases")), "{:?}", outcome.warnings);
+    let found = topology(&weld(&outcome.mesh, 0.0).mesh);
+    assert_eq!((found.components, found.border_edges, found.euler), (1, 0, 2));
+    for n in outcome.mesh.normals.iter().flatten() {
+        assert!((n.length() - 1.0).abs() < 1e-5 && n.abs().max_element() > 0.999, "{n} is of no side of the box");
+    }
+    // What does not need it is as it was.
+    let runs = [&yielding, &holding].map(|options| run_on(&cpu(2), &mesh, options, Budget::faces(40)).mesh);
+    assert_eq!(runs[0], runs[1]);
+    let runs = [&yielding, &holding].map(|options| run_on(&cpu(2), &mesh, options, Budget::error(0.5)).mesh);
+    assert_eq!(runs[0], runs[1]);
+}
+
+#[test]
+fn levels_before_seams_yield_stay() {
+    let mesh = boxed(8);
+    let [yielding, holding] = yielding_and_holding();
+    let levels = [40, 8].map(Budget::faces);
+    let of = |options: Options| {
+        let levels = simplify_levels(&mesh, &Method::Contract(options), &levels, &cpu(2), None).expect("a valid mesh");
+        [0, 1].map(|level| levels[level].mesh.clone())
+    };
+    let (found, held) = (of(yielding.clone()), of(holding));
+    assert_eq!((&found[0], found[1].faces.len(), held[1].faces.len()), (&held[0], 8, 12));
+    // What may only have vertices of the input holds its seams.
+    let of_input = Options { placement: Placement::Endpoint, ..yielding };
+    let held = run_on(&cpu(2), &mesh, &of_input, Budget::faces(8));
+    assert_eq!((held.stop, held.mesh.faces.len()), (StopReason::Stuck, 12));
+}
+
+/// A texture cut along two lines, creases and three materials, down to a few faces.
+#[test]
+fn seams_yield_without_cracks_and_folds() {
+    let mut mesh = dressed(24, 12);
+    // One that folds holds everything.
+    mesh.channels.retain(|channel| channel.name != "TEXCOORD_1");
+    // Eighteen places where four blocks of materials meet.
+    let block = |face: u32| face / 2 / 12 / 4 + face / 2 % 12 / 4;
+    let of_face = (0..mesh.faces.len() as u32).map(|face| block(face) % 3).collect();
+    mesh.materials = mesh.materials.map(|materials| Materials { of_face, ..materials });
+    let [yielding, holding] = yielding_and_holding();
+    for metric in [Metric::Volume, Metric::Plane] {
+        let [yielding, holding] = [&yielding, &holding].map(|options| Options { metric, ..options.clone() });
+        let held = run_on(&cpu(2), &mesh, &holding, Budget::faces(30));
+        assert_eq!(held.stop, StopReason::Stuck);
+        let outcome = run_on(&cpu(1), &mesh, &yielding, Budget::faces(30));
+        let result = &outcome.mesh;
+        assert!(result.faces.len() < held.mesh.faces.len(), "{} faces", result.faces.len());
+        assert!(outcome.warnings.iter().any(|warning| warning.contains("yield")), "{:?}", outcome.warnings);
+        result.check().expect("a valid result");
+        assert_eq!(folds(result), 0);
+        let found = topology(&weld(result, 0.0).mesh);
+        assert_eq!((found.components, found.border_edges, found.euler), (1, 0, 0));
+        assert!(areas(result).iter().all(|&area| area > 0.0), "{:?}", areas(result));
+        let devices = [2, 5].map(cpu).into_iter().chain(gpu(&GpuOptions::default()));
+        for device in devices {
+            let other = run_on(&device, &mesh, &yielding, Budget::faces(30));
+            assert!(bytes(&other.mesh) == bytes(result), "{}", device.description());
+        }
+    }
+}
+
+#[test]
+fn materials_of_a_box_stay_closed() {
+    let mut mesh = boxed(8);
+    let per_side = mesh.faces.len() / 6;
+    let of_face = (0..mesh.faces.len()).map(|face| u32::from((face / per_side).is_multiple_of(3))).collect();
+    mesh.materials = Some(Materials { of_face, names: ["sides", "ends"].map(String::from).into() });
+    let outcome = run(&mesh, Attributes::default(), 0.0);
+    assert!(outcome.mesh.faces.len() < 12, "{} faces", outcome.mesh.faces.len());
+    let found = topology(&weld(&outcome.mesh, 0.0).mesh);
+    assert_eq!((found.components, found.border_edges, found.euler), (1, 0, 2));
+    assert!(areas(&outcome.mesh).iter().all(|&area| area > 0.0));
+}
+
+#[test]
+fn locked_vertices_stay_bit_for_bit() {
+    let mut mesh = shapes::torus(48, 24);
+    let is_pinned = |p: &DVec3| p.x > 1.0 && p.y.abs() < 0.5;
+    let pinned: Vec<u32> = (0..).zip(&mesh.positions).filter(|(_, p)| is_pinned(p)).map(|(v, _)| v).collect();
+    mesh.channels = vec![channel(&mesh, "pin", ChannelKind::Linear, |p| vec![f32::from(u8::from(is_pinned(&p)))])];
+    let by = |lock: Lock| Options { lock: Some(lock), ..Options::default() };
+    let outcomes = [by(Lock::Channel("pin".into())), by(Lock::Vertices(pinned.clone().into()))]
+        .map(|options| run_on(&cpu(2), &mesh, &options, Budget::keep(0.3)));
+    assert_eq!(outcomes[0].mesh, outcomes[1].mesh);
+    let kept: BTreeSet<[u64; 3]> = outcomes[0].mesh.positions.iter().map(|p| p.to_array().map(f64::to_bits)).collect();
+    assert_eq!((pinned.len() > 10, outcomes[0].stop), (true, StopReason::FacesReached), "{} of them", pinned.len());
+    for &v in &pinned {
+        assert!(kept.contains(&mesh.positions[v as usize].to_array().map(f64::to_bits)), "vertex {v} is gone");
+    }
+    let unknown = Method::Contract(by(Lock::Channel("pins".into())));
+    let refused = simplify(&mesh, &unknown, &Budget::keep(0.1), &cpu(2), None);
+    assert!(matches!(refused, Err(Error::Parameter(_))));
+}
+
+#[test]
+fn colors_may_be_compared_as_they_are_seen() {
+    let mesh = dressed(96, 48);
+    let with = |color_space| run(&mesh, Attributes { color_space, ..Attributes::default() }, 0.1).mesh;
+    let (rgb, luv) = (with(ColorSpace::Rgb), with(ColorSpace::Luv));
+    assert_ne!(rgb, luv);
+    for (p, color) in luv.positions.iter().zip(luv.colors.iter().flatten()) {
+        assert!(
+            (f64::from(color[0]) - 0.5 - p.x / 8.0).abs() < 0.1 && (color[2] - 0.25).abs() < 0.1,
+            "{color:?} at {p}"
+        );
+        assert!(color[3] == 1.0 && color.iter().all(|channel| (0.0..=1.0).contains(channel)), "{color:?}");
     }
 }

@@ -4,9 +4,10 @@
 struct PairQuadric { a: Sym3, b: vec3f, c: f32, n: vec3f, d: f32 }
 struct Freedom { first_locked: bool, second_locked: bool, placement: u32, regularization: f32 }
 
-// Whether an end of these flags stays beside another of those: one on a seam may only move along it.
+// Whether an end of these flags stays beside another of those: one on a seam may only move along it, and one where seams
+// meet only to another such.
 fn stays(own: u32, other: u32) -> bool {
-    return (own & LOCKED) != 0u || (own & ~other & SEAM) != 0u;
+    return (own & LOCKED) != 0u || (own & ~other & (SEAM | CORNER)) != 0u;
 }
 
 fn value(q: PairQuadric, x: vec3f) -> f32 {

@@ -6,7 +6,7 @@ use coarsen::{Method, cluster, contract};
 
 use super::Exit;
 use super::failure::refuse;
-use super::values::Weld;
+use super::values::{Lock, Weld};
 use super::{args, quadrics, regions, removal, weights};
 
 /// What the arguments of a verb say of the method.
@@ -114,6 +114,11 @@ fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
         border_weight: shape.border_weight,
         lock_border: shape.lock_border,
         locked: None,
+        lock: match &shape.lock {
+            Some(Lock::Channel(name)) => Some(contract::Lock::Channel(name.clone())),
+            // A file is read where its input is.
+            Some(Lock::File(_)) | None => None,
+        },
         max_flip_rad: shape.max_flip.unwrap_or(defaults.max_flip_rad),
         join_within: shape.join_within,
         weld: match shape.weld {
@@ -152,5 +157,14 @@ fn attributes(given: &args::Attributes) -> contract::Attributes {
         args::Normals::Recompute => contract::Normals::Recompute,
         _ => contract::Normals::Keep,
     };
-    contract::Attributes { weights, normals, dropped, lock_seams: given.lock_seams, smooth: false }
+    let color_space = match given.color_space {
+        args::ColorSpace::Rgb => contract::ColorSpace::Rgb,
+        args::ColorSpace::Luv => contract::ColorSpace::Luv,
+    };
+    let seams = match given.seams {
+        args::Seams::Yield => contract::Seams::Yield,
+        args::Seams::Hold => contract::Seams::Hold,
+    };
+    let lock_seams = given.lock_seams;
+    contract::Attributes { weights, normals, dropped, color_space, seams, lock_seams, smooth: false }
 }

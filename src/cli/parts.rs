@@ -29,6 +29,7 @@ pub fn needed(job: &Job) -> anyhow::Result<Option<(Input, Options)>> {
     let asked = [
         (job.setup.measure.is_some(), "--measure"),
         (job.setup.weight.is_some(), "--weight"),
+        (job.setup.lock.is_some(), "--lock"),
         (job.setup.write_feature.is_some(), "--write-feature"),
     ];
     let whole = asked

@@ -275,7 +275,7 @@ mod tests {
     fn shape_options_reach_the_engine() {
         let job =
             job("coarsen simplify sample:part - --format ply -f 8 --metric plane --placement endpoint --max-flip 45 \
-            --weld off --prune 1% --lock-border --border-weight 2 --join-within 0.5 --lock-seams");
+            --weld off --prune 1% --lock-border --border-weight 2 --join-within 0.5 --lock-seams --lock pin");
         let Method::Contract(options) = job.expect("a good line").setup.method else { panic!("another method") };
         let expected = contract::Options {
             metric: contract::Metric::Plane,
@@ -286,6 +286,7 @@ mod tests {
             border_weight: 2.0,
             lock_border: true,
             locked: None,
+            lock: Some(contract::Lock::Channel("pin".into())),
             max_flip_rad: std::f32::consts::FRAC_PI_4,
             join_within: 0.5,
             weld: None,

@@ -26,6 +26,8 @@ pub struct Setup {
     pub method: Method,
     /// The weights that the method lacks yet.
     pub weight: Option<Weights>,
+    /// The file of the vertices that it does not know yet to stay.
+    pub lock: Option<PathBuf>,
     /// Where to write the feature degrees of the input, and how they are found.
     pub write_feature: Option<(PathBuf, Feature)>,
     selector: Selector,
@@ -74,6 +76,7 @@ impl Setup {
             source: source?,
             method: method?,
             weight: how.weights.weight.clone(),
+            lock: weights::lock_file(how),
             write_feature: write_feature.map(|path| (path, weights::feature(&how.weights))),
             selector: selector?,
             threads: device.threads.into(),

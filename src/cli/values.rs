@@ -1,5 +1,6 @@
 //! Numbers as people write them on a command line: `20k`, `10%`, `8GiB`.
 
+use std::path::PathBuf;
 use std::time::Duration;
 
 use coarsen::batch::Shard;
@@ -177,6 +178,24 @@ pub fn shard(text: &str) -> Result<Shard, String> {
     let parts = text.split_once('/').and_then(|(number, count)| Some((number.parse().ok()?, count.parse().ok()?)));
     let shard = parts.and_then(|(number, count)| Shard::new(number, count).ok());
     shard.ok_or_else(|| "give I/N, such as 1/3, 2/3 or 3/3".into())
+}
+
+/// Which vertices stay.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Lock {
+    /// Those with a number above 0 in this channel.
+    Channel(String),
+    /// Those that a file lists.
+    File(PathBuf),
+}
+
+/// A channel, or a file where it looks like a path.
+pub fn lock(text: &str) -> Result<Lock, String> {
+    match text {
+        "" => Err("give the name of a channel, or a file of one number of a vertex a line".into()),
+        path if path.contains(['.', '/', '\\']) => Ok(Lock::File(path.into())),
+        name => Ok(Lock::Channel(name.into())),
+    }
 }
 
 /// A file's name, or `ply:PROPERTY`.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use coarsen::contract::{Feature, FeatureMode, Options, Update, Weighting, feature_degrees};
+use coarsen::contract::{self, Feature, FeatureMode, Options, Update, Weighting, feature_degrees};
 use coarsen::formats::{self, Format, Weights};
 use coarsen::report::heatmap;
 use coarsen::{Device, Mesh, Method};
@@ -13,6 +13,7 @@ use super::failure::{at, refuse};
 use super::resolve::{Problems, check_beside};
 use super::setup::{Setup, Shared};
 use super::source::Source;
+use super::values::Lock;
 
 /// λ of the mode `gated`: measured best with its gate.
 const GATED_LAMBDA: f32 = 16.0;
@@ -60,6 +61,10 @@ pub fn check(how: &args::How, source: Option<&Source>, with_file: bool, problems
     if is_feature && weights.weight.is_some() {
         problems.add("--weight and --method feature contradict each other: both say what vertices count");
     }
+    let contracts = matches!(how.shape.method, args::Method::Contract | args::Method::Feature | args::Method::Average);
+    if how.shape.lock.is_some() && !contracts {
+        problems.add("--lock is for --method contract, feature and average");
+    }
     if let (Some(Weights::Property(name)), Some(source)) = (&weights.weight, source)
         && !source.path().is_some_and(|path| Format::from_path(path).is_ok_and(|(format, _)| format == Format::Ply))
     {
@@ -85,14 +90,31 @@ pub fn feature_sink(
     Some(path)
 }
 
-/// The method, with the weights that it names read.
+/// The file of vertices that stay, where the arguments name one.
+pub fn lock_file(how: &args::How) -> Option<PathBuf> {
+    match &how.shape.lock {
+        Some(Lock::File(path)) => Some(path.clone()),
+        _ => None,
+    }
+}
+
+/// The method, with the vertices of a file that stay.
+///
+/// # Errors
+/// A file that cannot be read, or is no list of numbers.
+pub fn with_lock(method: Method, file: Option<&Path>) -> anyhow::Result<Method> {
+    let (Some(path), Method::Contract(options)) = (file, &method) else { return Ok(method) };
+    let vertices = formats::read_indices(path).map_err(|error| at(path, error))?;
+    Ok(Method::Contract(Options { lock: Some(contract::Lock::Vertices(vertices.into())), ..options.clone() }))
+}
+
+/// The method, with the weights and locks that it names read.
 ///
 /// # Errors
 /// A file that cannot be read, or is no list of numbers; what the numbers are is the library's to judge.
 pub fn method(setup: &Setup) -> anyhow::Result<Method> {
-    let (Some(weight), Method::Contract(options)) = (&setup.weight, &setup.method) else {
-        return Ok(setup.method.clone());
-    };
+    let method = with_lock(setup.method.clone(), setup.lock.as_deref())?;
+    let (Some(weight), Method::Contract(options)) = (&setup.weight, &method) else { return Ok(method) };
     let numbers = match (weight, setup.source.path()) {
         (Weights::File(path), _) => formats::read_numbers(path).map_err(|error| at(path, error))?,
         (Weights::Property(name), Some(path)) => formats::read_property(path, name).map_err(|error| at(path, error))?,

@@ -42,6 +42,28 @@ impl AttributeWeights {
     }
 }
 
+/// What a difference between two colors is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ColorSpace {
+    /// That of red, green and blue, as they are stored.
+    #[default]
+    Rgb,
+    /// That of CIE L\*u\*v\*, where equal differences look about equal: 60 count as a channel from 0 to 1.
+    Luv,
+}
+
+/// What becomes of seams of the texture, creases and borders between materials.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Seams {
+    /// Where they would keep more faces than are asked for, they yield: creases first, then corners of other seams, then all.
+    /// Textures do not fold for it, and materials stay closed. Not with [`Placement::Endpoint`](super::Placement::Endpoint),
+    /// whose vertices are those of the input, nor where parts join, nor for a log.
+    #[default]
+    Yield,
+    /// A vertex where they meet or end stays, and a run may get stuck.
+    Hold,
+}
+
 /// What becomes of what vertices, corners and faces carry.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Attributes {
@@ -51,6 +73,10 @@ pub struct Attributes {
     pub normals: Normals,
     /// What is left out.
     pub dropped: Dropped,
+    /// What differences between colors are, where these decide.
+    pub color_space: ColorSpace,
+    /// What becomes of seams that keep a run from the number of faces asked for.
+    pub seams: Seams,
     /// Whether vertices on seams, creases and borders between materials stay where they are.
     pub lock_seams: bool,
     /// Whether a vertex has one normal and one color, the means of what its corners have, and nothing tears: what a log holds,

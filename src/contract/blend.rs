@@ -13,20 +13,25 @@ use super::filter::Rejection;
 use super::layout::{Kind, Layer, Origin};
 use super::patch::Patch;
 use super::side_sums::clamp_to;
-use super::sides::{CornerFace, Sides};
+use super::sides::{CornerFace, ENDS, Side, Sides};
 use super::uv_kernel::{Kernel, orientation};
 use super::wedges::WedgeRows;
 
 /// How much of a kernel is left for a place that has to be moved into it.
 const SHRUNK: f64 = 0.95;
+/// How far past the numbers of a side's corners those of a new vertex off its faces may be, of their range. With none the
+/// texture of a truck with half of its faces moves by three times as much; without a bound it is lost where faces are thin.
+const PAST: f32 = 2.0;
 
 /// Rows of new wedges, with scratch that outlives each.
 #[derive(Debug, Default)]
 pub struct Blend {
     /// One for each side.
     rows: Vec<f32>,
-    /// That of the nearest point, where the best place folds.
+    /// That of the nearest point, where the best place folds; and what several share.
     nearest: Vec<f32>,
+    /// For each side the first that has the same of a layer.
+    leaders: Vec<usize>,
     kernel: Kernel,
 }
 
@@ -51,28 +56,31 @@ impl Blend {
         let layout = wedges.layout;
         self.rows.resize(sides.sides.len() * layout.width, 0.0);
         self.nearest.resize(layout.width, 0.0);
-        for side in 0..sides.sides.len() {
-            let row = &mut self.rows[side * layout.width..][..layout.width];
-            if let Some(end) = at_end {
-                row.copy_from_slice(wedges.row(sides.sides[side].wedges[end]));
+        for (number, side) in sides.sides.iter().enumerate() {
+            let row = &mut self.rows[number * layout.width..][..layout.width];
+            if let Some(wedge) = at_end.and_then(|end| side.wedge(end)) {
+                row.copy_from_slice(wedges.row(wedge));
                 continue;
             }
-            row.copy_from_slice(wedges.row(sides.sides[side].wedges[0]));
+            side.own(ENDS).take(1).for_each(|wedge| row.copy_from_slice(wedges.row(wedge)));
             if sides.apart || layout.width > layout.costed {
-                nearest_row(wedges, sides, side, x, row);
+                nearest_row(wedges, of_side(sides, number), x, row);
             }
             if !sides.apart {
-                row.iter_mut().zip(sides.least(side, x)).for_each(|(number, least)| *number = least);
-                stay_within(wedges, sides, side, row);
+                row.iter_mut().zip(sides.least(number, x)).for_each(|(number, least)| *number = least);
+                stay_near(wedges, sides, number, row);
             }
             layout.layers.iter().for_each(|layer| restrict(layer, layer.of_mut(row)));
         }
-        if at_end.is_none() && sides.sides.len() == 2 {
-            self.mend(wedges, sides);
+        if sides.sides.len() > 1 && (at_end.is_none() || sides.yields) {
+            self.mend(wedges, sides, at_end);
         }
-        for side in 0..sides.sides.len() {
-            for layer in layout.of_kind(Kind::Texcoords) {
-                self.unfold(wedges, sides, side, layer, (x, at_end.is_some()))?;
+        for layer in layout.of_kind(Kind::Texcoords) {
+            self.group(wedges, sides, layer);
+            for side in 0..sides.sides.len() {
+                if self.leaders[side] == side {
+                    self.unfold(wedges, sides, side, layer, (x, at_end))?;
+                }
             }
         }
         Ok(())
@@ -84,56 +92,89 @@ impl Blend {
         let width = wedges.layout.width;
         let kept = (0..ends.len()).min_by_key(|&end| ends[end]).unwrap_or(0);
         for (number, side) in sides.sides.iter().enumerate() {
-            let (row, from) = (self.row(number, width), at_end.map(|end| side.wedges[end]));
+            let (row, from) = (self.row(number, width), at_end.and_then(|end| side.wedge(end)));
             // Where a seam ends both sides have one wedge there, and with it become one.
-            let met = sides.sides[..number]
-                .iter()
-                .find(|other| (0..ends.len()).any(|end| other.wedges[end] == side.wedges[end]));
-            let onto = met.unwrap_or(side).wedges[kept];
-            let own = &side.wedges[..ends.len()];
-            own.iter().for_each(|&wedge| wedges.write(wedge, row, from));
-            own.iter().filter(|&&wedge| wedge != onto).for_each(|&wedge| wedges.join(wedge, onto));
+            let meets = |other: &&Side| {
+                (0..ends.len()).any(|end| side.wedge(end).is_some_and(|own| other.wedge(end) == Some(own)))
+            };
+            let met = sides.sides[..number].iter().find(meets).unwrap_or(side);
+            let Some(onto) = met.wedge(kept).or_else(|| met.own(ends.len()).next()) else { continue };
+            side.own(ends.len()).for_each(|wedge| wedges.write(wedge, row, from));
+            side.own(ends.len()).filter(|&wedge| wedge != onto).for_each(|wedge| wedges.join(wedge, onto));
         }
     }
 
-    /// What was the same on both sides of a seam at both of its ends stays the same.
-    fn mend(&mut self, wedges: &WedgeRows<'_>, sides: &Sides) {
-        let layout = wedges.layout;
-        let (first, second) = self.rows.split_at_mut(layout.width);
-        let shares = [0, 1].map(|side| sides.weight(side));
-        let share = if shares[0] + shares[1] > 0.0 { (shares[1] / (shares[0] + shares[1])) as f32 } else { 0.5 };
-        for layer in &layout.layers {
-            let agrees = |end: usize| {
-                let [a, b] = [0, 1].map(|side| layer.of(wedges.row(sides.sides[side].wedges[end])));
-                a == b
+    /// Finds for each side the first with which it has been one as to a layer: they agree at the ends that both have. Sides
+    /// of a seam that does not yield each have a place in the texture of their own.
+    fn group(&mut self, wedges: &WedgeRows<'_>, sides: &Sides, layer: &Layer) {
+        self.leaders.clear();
+        for (number, side) in sides.sides.iter().enumerate() {
+            let agrees = |other: &Side| {
+                let mut both = (0..ENDS).filter_map(|end| Some((side.wedge(end)?, other.wedge(end)?))).peekable();
+                both.peek().is_some() && both.all(|(a, b)| layer.of(wedges.row(a)) == layer.of(wedges.row(b)))
             };
-            if layer.origin != Origin::Texcoords && agrees(0) && agrees(1) {
-                let (a, b) = (layer.of_mut(first), layer.of_mut(second));
-                if layer.kind != Kind::Joints {
-                    a.iter_mut().zip(&*b).for_each(|(a, b)| *a += (b - *a) * share);
+            let may_agree = sides.yields || layer.origin != Origin::Texcoords;
+            let first = (0..number).find(|&other| may_agree && agrees(&sides.sides[other]));
+            self.leaders.push(first.map_or(number, |first| self.leaders[first]));
+        }
+    }
+
+    /// What was the same on several sides of a seam stays the same: that of an end, where the vertex stands there.
+    fn mend(&mut self, wedges: &WedgeRows<'_>, sides: &Sides, at_end: Option<usize>) {
+        let layout = wedges.layout;
+        for layer in &layout.layers {
+            self.group(wedges, sides, layer);
+            for leader in 0..sides.sides.len() {
+                let members = || (leader..sides.sides.len()).filter(|&side| self.leaders[side] == leader);
+                if members().nth(1).is_none() {
+                    continue;
                 }
-                restrict(layer, a);
-                b.copy_from_slice(a);
+                let first = at_end.and_then(|end| members().find(|&side| sides.sides[side].wedge(end).is_some()));
+                self.nearest.copy_from_slice(&self.rows[first.unwrap_or(leader) * layout.width..][..layout.width]);
+                let shared = layer.of_mut(&mut self.nearest);
+                if first.is_none() {
+                    let mut weight = sides.weight(leader);
+                    for side in members().skip(1) {
+                        let own = sides.weight(side);
+                        let share = if weight + own > 0.0 { (own / (weight + own)) as f32 } else { 0.5 };
+                        let row = &self.rows[side * layout.width..][..layout.width];
+                        if layer.kind != Kind::Joints {
+                            shared.iter_mut().zip(layer.of(row)).for_each(|(a, b)| *a += (b - *a) * share);
+                        }
+                        weight += own;
+                    }
+                    restrict(layer, shared);
+                }
+                for side in members() {
+                    layer
+                        .of_mut(&mut self.rows[side * layout.width..][..layout.width])
+                        .copy_from_slice(layer.of(&self.nearest));
+                }
             }
         }
     }
 
-    /// Moves the place in a texture to where no surviving face of the side turns over; an end's stays.
+    /// Moves the place in a texture of a side, and of those that it leads, to where no surviving face turns over; an end's
+    /// stays.
     fn unfold(
         &mut self,
         wedges: &WedgeRows<'_>,
         sides: &Sides,
         side: usize,
         layer: &Layer,
-        (x, stays): (DVec3, bool),
+        (x, at_end): (DVec3, Option<usize>),
     ) -> Result<(), Rejection> {
         let width = wedges.layout.width;
+        let leaders = &self.leaders;
+        let members = || (side..leaders.len()).filter(|&member| leaders[member] == side);
+        let own_faces = || sides.faces.iter().filter(|face| members().any(|member| sides.sides[member].has(face)));
+        let stays = at_end.is_some_and(|end| members().any(|member| sides.sides[member].wedge(end).is_some()));
         let place = |row: &[f32]| match layer.of(row) {
             &[u, v, ..] => DVec2::new(f64::from(u), f64::from(v)),
             _ => DVec2::ZERO,
         };
         let mapped = |face: &CornerFace| face.wedges.map(|wedge| place(wedges.row(wedge)));
-        let faces = || of_side(sides, side).map(|face| (face.dies, mapped(face)));
+        let faces = || own_faces().map(|face| (face.dies, mapped(face)));
         let area = |[a, b, c]: [DVec2; 3]| orientation(a, b, c);
         let has = |sign: f64| faces().any(|(_, uv)| area(uv) * sign > 0.0);
         let sign = match (has(1.0), has(-1.0)) {
@@ -154,7 +195,7 @@ impl Blend {
         if stays {
             return Err(Rejection::Texture);
         }
-        nearest_row(wedges, sides, side, x, &mut self.nearest);
+        nearest_row(wedges, own_faces(), x, &mut self.nearest);
         let nearest = place(&self.nearest);
         let found = if holds(nearest) {
             nearest
@@ -168,15 +209,19 @@ impl Blend {
             }
             self.kernel.nearest(best, SHRUNK).map(rounded).filter(|&at| holds(at)).ok_or(Rejection::Texture)?
         };
-        layer.of_mut(&mut self.rows[side * width..][..width]).copy_from_slice(&found.as_vec2().to_array());
+        for member in members() {
+            layer.of_mut(&mut self.rows[member * width..][..width]).copy_from_slice(&found.as_vec2().to_array());
+        }
         Ok(())
     }
 }
 
 /// Keeps the numbers that decide within those of the side's corners: past a thin face a linear function may be anything.
-fn stay_within(wedges: &WedgeRows<'_>, sides: &Sides, side: usize, row: &mut [f32]) {
+/// Those of one end alone have to reach out to the new vertex.
+fn stay_near(wedges: &WedgeRows<'_>, sides: &Sides, side: usize, row: &mut [f32]) {
+    let past = if sides.sides[side].is_alone() { PAST } else { 0.0 };
     let starts = of_side(sides, side).flat_map(|face| face.wedges).map(|wedge| wedges.start(wedge));
-    clamp_to(starts, wedges.all(), row, wedges.layout.costed);
+    clamp_to(starts, wedges.all(), &mut row[..wedges.layout.costed], past);
 }
 
 /// A place as rows hold it.
@@ -190,9 +235,9 @@ fn of_side(sides: &Sides, side: usize) -> impl Iterator<Item = &CornerFace> + Cl
     sides.faces.iter().filter(|face| side.has(face))
 }
 
-/// The row at the point of a side's faces that is nearest to `x`, the first of equals.
-fn nearest_row(wedges: &WedgeRows<'_>, sides: &Sides, side: usize, x: DVec3, row: &mut [f32]) {
-    let found = of_side(sides, side).map(|face| (closest_point(x, face.points), face));
+/// The row at the point of faces that is nearest to `x`, the first of equals.
+fn nearest_row<'a>(wedges: &WedgeRows<'_>, faces: impl Iterator<Item = &'a CornerFace>, x: DVec3, row: &mut [f32]) {
+    let found = faces.map(|face| (closest_point(x, face.points), face));
     let Some((nearest, face)) = found.min_by(|(a, _), (b, _)| a.distance_sq.total_cmp(&b.distance_sq)) else { return };
     let weights = nearest.weights.map(|weight| weight as f32);
     let rows = face.wedges.map(|wedge| wedges.row(wedge));
@@ -250,6 +295,7 @@ fn restrict(layer: &Layer, numbers: &mut [f32]) {
             }
         }
         Kind::Color => numbers.iter_mut().for_each(|x| *x = x.clamp(0.0, layer.scale)),
+        Kind::Luv => numbers[3] = numbers[3].clamp(0.0, layer.scale),
         Kind::Texcoords | Kind::Linear | Kind::Joints => {}
     }
 }

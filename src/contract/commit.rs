@@ -150,7 +150,8 @@ impl Committer {
             };
             joining.extend(candidates.extract_if(.., joins_parts));
         }
-        let task = Task { rules: self.rules, of: quota.of, may_wait, commit: self.commits };
+        let dearest = candidates.iter().map(|candidate| candidate.key).max().map_or(0.0, f32::from_bits);
+        let task = Task { rules: self.rules, of: quota.of, may_wait, dearest, commit: self.commits };
         self.commits += 1;
         let mut size = PATCH;
         while 2 * size <= surface.vertex_count && !candidates.is_empty() {
@@ -230,6 +231,7 @@ struct Task {
     rules: Rules,
     of: Candidates,
     may_wait: bool,
+    dearest: f32,
     commit: u32,
 }
 
@@ -249,7 +251,7 @@ struct Work<'a> {
 
 impl<'a> Work<'a> {
     fn new(patch: Patch<'a>, task: Task) -> Self {
-        let examiner = Examiner::new(task.rules, task.may_wait);
+        let examiner = Examiner::new(task.rules, task.may_wait, task.dearest);
         Self {
             patch,
             examiner,

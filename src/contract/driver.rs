@@ -18,7 +18,7 @@ use super::gate::Gate;
 use super::history::{History, became};
 use super::join::Joins;
 use super::levels::{Goal, Levels};
-use super::prepare::{Prepared, prepare};
+use super::prepare::Prepared;
 use super::quadrics::QuadricRecord;
 use super::quantize::{Storage, quantize};
 use super::record::Recorder;
@@ -41,16 +41,20 @@ pub const WIDER: usize = 4;
 /// A gate this many times wider than usual lets every pair through.
 pub const FULL: f64 = 64.0;
 
-/// Runs rounds on `device`; the calling thread belongs to its pool.
-pub fn run(
-    mesh: &Mesh,
-    options: &Options,
-    budgets: &[Budget],
-    device: &Device,
-    mut progress: Option<&mut OnProgress<'_>>,
-) -> Result<Vec<Outcome>> {
-    let clock = Instant::now();
-    let prepared = prepare(mesh, options)?;
+/// What a run is given.
+#[derive(Debug, Clone, Copy)]
+pub struct Job<'a> {
+    pub mesh: &'a Mesh,
+    pub options: &'a Options,
+    pub budgets: &'a [Budget],
+    pub device: &'a Device,
+    /// When it began. What it has tried before counts as building.
+    pub clock: Instant,
+}
+
+/// Runs rounds on a job's device; the calling thread belongs to its pool.
+pub fn run(job: Job<'_>, prepared: Prepared, mut progress: Option<&mut OnProgress<'_>>) -> Result<Vec<Outcome>> {
+    let Job { mesh, options, budgets, device, clock } = job;
     let levels = Levels::new(budgets, mesh, prepared.frame)?;
     let recorder = options.log.then(|| Recorder::new(mesh, &prepared));
     let mut run = Run { recorder, ..Run::new(mesh, prepared, options, device, levels, clock)? };

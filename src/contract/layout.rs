@@ -4,17 +4,20 @@
 //! where vertices go come first, as far as the kernels have room for them; those that are carried alone follow.
 
 use crate::kernel::attribute_costs::MOST_COSTED;
-use crate::math::Vec3;
+use crate::math::{Vec3, luv};
 use crate::mesh::frame::Frame;
 use crate::mesh::{ChannelKind, Mesh, Normals};
 
 use super::Metric;
-use super::attributes::Attributes;
+use super::attributes::{Attributes, ColorSpace};
+use super::yielding::Yields;
 
 /// What a difference of 1 in a normal counts as, of the diagonal, times its weight.
 const NORMAL_UNIT: f64 = 1e-3;
 /// The same of a color, and of the range of a scalar.
 const COLOR_UNIT: f64 = 2e-2;
+/// What L\*, u\* and v\* are in units of a channel of red, green or blue.
+const LUV: f64 = 60.0;
 
 /// Greatest number that decides: sums of its squares stay finite in single precision.
 const MOST: f32 = 1e9;
@@ -26,6 +29,8 @@ pub enum Kind {
     Normal,
     /// Within 0 and 1.
     Color,
+    /// A color in CIE L\*u\*v\*, and its alpha.
+    Luv,
     /// A pair in which no face turns over.
     Texcoords,
     /// A unit vector and a sign.
@@ -67,6 +72,16 @@ impl Layer {
     pub fn of_mut<'a>(&self, row: &'a mut [f32]) -> &'a mut [f32] {
         &mut row[self.first..self.first + self.width]
     }
+
+    /// Its numbers of a row, as meshes hold them.
+    pub fn stored(&self, row: &[f32]) -> Vec<f32> {
+        let mut numbers: Vec<f32> = self.of(row).iter().map(|x| x / self.scale).collect();
+        if self.kind == Kind::Luv {
+            let color = luv::srgb([0, 1, 2].map(|i| f64::from(numbers[i]) * LUV));
+            numbers.iter_mut().zip(color).for_each(|(number, channel)| *number = channel as f32);
+        }
+        numbers
+    }
 }
 
 /// The layers of a row.
@@ -81,6 +96,8 @@ pub struct Layout {
     pub has_materials: bool,
     /// Whether a vertex has one wedge.
     pub is_smooth: bool,
+    /// Which seams give way.
+    pub yields: Yields,
 }
 
 impl Layout {
@@ -109,7 +126,9 @@ impl Layout {
             add(Origin::Texcoords, Kind::Texcoords, 2, factor);
         }
         if mesh.colors.is_some() && !dropped.colors {
-            add(Origin::Colors, Kind::Color, 4, unit(COLOR_UNIT, weights.color));
+            let factor = unit(COLOR_UNIT, weights.color);
+            let in_luv = options.color_space == ColorSpace::Luv && factor > 0.0;
+            add(Origin::Colors, if in_luv { Kind::Luv } else { Kind::Color }, 4, factor);
         }
         for (number, channel) in mesh.channels.iter().enumerate().filter(|_| !is_smooth) {
             let origin = Origin::Channel(number);
@@ -169,7 +188,13 @@ impl Layout {
                     let normal = mesh.normals.as_ref().map_or(Vec3::ZERO, |rows| rows[vertex]);
                     out.copy_from_slice(&normal.to_array());
                 }
-                Origin::Colors => out.copy_from_slice(&mesh.colors.as_ref().map_or([0.0; 4], |rows| rows[vertex])),
+                Origin::Colors => {
+                    out.copy_from_slice(&mesh.colors.as_ref().map_or([0.0; 4], |rows| rows[vertex]));
+                    if layer.kind == Kind::Luv {
+                        let color = [out[0], out[1], out[2]].map(|channel| f64::from(channel.clamp(0.0, 1.0)));
+                        out.iter_mut().zip(luv::luv(color)).for_each(|(out, x)| *out = (x / LUV) as f32);
+                    }
+                }
                 Origin::Texcoords => {
                     out.copy_from_slice(
                         &mesh.texcoords.as_ref().map_or([0.0; 2], |rows| rows[face][corner].to_array()),
@@ -189,6 +214,13 @@ impl Layout {
     /// The material of a face, where materials count.
     pub fn material(&self, mesh: &Mesh, face: usize) -> u32 {
         mesh.materials.as_ref().filter(|_| self.has_materials).map_or(0, |materials| materials.of_face[face])
+    }
+
+    /// Whether two rows agree in all but what shading is made of.
+    pub fn agree_but_in_shading(&self, a: &[f32], b: &[f32]) -> bool {
+        let is_shading = |layer: &&Layer| matches!(layer.kind, Kind::Normal | Kind::Tangent);
+        let mut others = self.layers.iter().filter(|layer| !is_shading(layer));
+        others.all(|layer| layer.of(a).iter().map(|x| x.to_bits()).eq(layer.of(b).iter().map(|x| x.to_bits())))
     }
 
     /// The layers of a kind.

@@ -11,6 +11,7 @@
 //!   characteristic, borders and parts are kept. [`crate::mesh::validate()`] checks a result.
 
 mod apply;
+mod attempts;
 mod attribute_rows;
 mod attributes;
 mod blend;
@@ -33,6 +34,7 @@ mod join;
 mod layout;
 mod levels;
 mod listing;
+mod lock;
 mod patch;
 mod placement;
 mod prepare;
@@ -55,8 +57,10 @@ mod uv_kernel;
 mod wedges;
 mod weigh;
 mod weighting;
+mod yielding;
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use crate::backend::Device;
 use crate::error::{Error, Result};
@@ -66,9 +70,12 @@ use crate::mesh::{Mesh, shapes, vertex_normals};
 use crate::polish::Flips;
 use crate::simplify::{Budget, OnProgress, Outcome};
 
+use driver::Job;
+
 pub use crate::mesh::{Dropped, Normals};
-pub use attributes::{AttributeWeights, Attributes};
+pub use attributes::{AttributeWeights, Attributes, ColorSpace, Seams};
 pub use features::feature_degrees;
+pub use lock::Lock;
 pub use quadrics::{PlaneWeight, QuadricFormat, QuadricFrame, QuadricRecord, Quadrics};
 pub use quantize::{InitialQuadrics, initial_quadrics};
 pub use weighting::{Feature, FeatureMode, Update, Weighting};
@@ -150,6 +157,8 @@ pub struct Options {
     /// Vertices that stay where they are, one entry a vertex of the input; a joined vertex stays if any of its members
     /// does. `None` holds nobody.
     pub locked: Option<Arc<[bool]>>,
+    /// Further such vertices.
+    pub lock: Option<Lock>,
     /// Largest turn of a face's normal in one contraction, in radians.
     pub max_flip_rad: f32,
     /// Contract pairs of vertices without an edge too, where they lie closer than this in model units: across components,
@@ -183,6 +192,7 @@ impl Default for Options {
             border_weight: 1.0,
             lock_border: false,
             locked: None,
+            lock: None,
             max_flip_rad: MAX_FLIP_RAD,
             join_within: 0.0,
             weld: Some(0.0),
@@ -217,16 +227,6 @@ impl Options {
     /// Whether parts may join.
     fn joins(&self) -> bool {
         self.join_within > 0.0
-    }
-
-    fn check_locked(&self, vertex_count: usize) -> Result<()> {
-        match &self.locked {
-            Some(locked) if locked.len() != vertex_count => Err(Error::Parameter(format!(
-                "{} locks for a mesh of {vertex_count} vertices: give one each",
-                locked.len()
-            ))),
-            _ => Ok(()),
-        }
     }
 
     fn check_triangles(&self) -> Result<()> {
@@ -293,6 +293,7 @@ pub fn warm_up(options: &Options, device: &Device) -> Result<()> {
     let options = Options {
         weighting,
         locked: None,
+        lock: None,
         log: false,
         weld: Some(0.0),
         join_within: 0.0,
@@ -314,9 +315,10 @@ pub fn run(
 ) -> Result<Vec<Outcome>> {
     options.check()?;
     options.weighting.check(mesh.positions.len())?;
-    options.check_locked(mesh.positions.len())?;
+    options.held(mesh)?;
     device.install(|| {
-        let mut outcomes = driver::run(mesh, options, budgets, device, progress)?;
+        let job = Job { mesh, options, budgets, device, clock: Instant::now() };
+        let mut outcomes = attempts::run(job, progress)?;
         if options.attributes.recomputes(mesh) {
             outcomes.iter_mut().for_each(|outcome| outcome.mesh.normals = Some(vertex_normals(&outcome.mesh)));
         }

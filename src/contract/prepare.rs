@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::kernel::contract_vertices::VERTEX;
-use crate::kernel::rows::{BORDER, Face, JOINED, LOCKED, Position, with_hub};
+use crate::kernel::rows::{BORDER, Face, JOINED, LOCKED, Position, SEAM, with_hub};
 use crate::math::DVec3;
 use crate::mesh::adjacency::{EdgeUse, Rings};
 use crate::mesh::arrange::{self, Arranged, NO_FACE_LEFT};
@@ -21,6 +21,7 @@ use super::carry::{Carried, MOVED_FROM};
 use super::layout::Layout;
 use super::surface::Start;
 use super::wedges::{Creases, Wedges};
+use super::yielding::Yields;
 use super::{Metric, Options};
 
 /// Vertices that a thread places at a time.
@@ -42,6 +43,16 @@ pub struct Prepared {
 }
 
 impl Prepared {
+    /// Whether seams, and nothing else that is known yet, keep every run above so many faces: locked vertices stay, and one
+    /// that vanishes takes two faces along at most.
+    pub fn seams_hold_above(&self, faces: usize) -> bool {
+        let count = |is_locked: fn(u32) -> bool| self.positions.par_iter().filter(|p| is_locked(p.flags)).count();
+        let (locked, by_seams) =
+            (count(|flags| flags & LOCKED != 0), count(|flags| flags & LOCKED != 0 && flags & SEAM != 0));
+        let least = |locked: usize| self.faces.len().saturating_sub(2 * (self.positions.len() - locked));
+        least(locked) > faces && least(locked - by_seams) <= faces
+    }
+
     /// Takes the start of a run out, for the host's surface.
     pub fn take_start(&mut self) -> Start {
         let Rings { starts, faces } =
@@ -55,18 +66,18 @@ impl Prepared {
     }
 }
 
-/// Prepares `mesh`.
+/// Prepares `mesh` for a run in which such seams yield.
 ///
 /// # Errors
 /// [`Error::Mesh`] for an invalid mesh or one that has no face left after welding.
-pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
+pub fn prepare(mesh: &Mesh, options: &Options, yields: Yields) -> Result<Prepared> {
     arrange::check(mesh, options.weld)?;
     let clock = std::time::Instant::now();
     let (arranged, warnings) = arranged(mesh, options)?;
     let weld_secs = clock.elapsed().as_secs_f64();
 
     let Arranged { vertex_source, mut faces, face_source, rings, lowest, bounds, .. } = arranged;
-    let held = options.locked.as_deref().map(|locked| held(locked, lowest.as_deref()));
+    let held = options.held(mesh)?.map(|locked| held(locked, lowest.as_deref()));
     let weights = options.weighting.given(&vertex_source).unwrap_or_default();
     let mut prepared = Prepared {
         frame: Frame::new(&faces, |v| mesh.positions[vertex_source[v as usize] as usize], bounds),
@@ -81,7 +92,7 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     };
     let Oriented { fans, warning, .. } = turn_to_agree(&mut faces, &mut prepared.carried.face_origin, &prepared.rings);
     prepared.warnings.extend(warning);
-    prepared.find_wedges(mesh, &faces, options)?;
+    prepared.find_wedges(mesh, &faces, options, yields)?;
     prepared.lowest = prepared.lowest.filter(|_| options.log);
     prepared.place(&mesh.positions, &faces, &fans, held.as_deref().unwrap_or_default(), options);
     prepared.faces = faces.into_iter().map(|[a, b, c]| Face { a, b, c }).collect();
@@ -125,10 +136,10 @@ fn arranged(mesh: &Mesh, options: &Options) -> Result<(Arranged, Vec<String>)> {
 
 impl Prepared {
     /// Finds the wedges of the attributes that are kept.
-    fn find_wedges(&mut self, mesh: &Mesh, faces: &[[u32; 3]], options: &Options) -> Result<()> {
+    fn find_wedges(&mut self, mesh: &Mesh, faces: &[[u32; 3]], options: &Options, yields: Yields) -> Result<()> {
         let is_smooth = options.log || options.attributes.smooth;
         let layout = Layout::new(mesh, &options.attributes, options.metric, self.frame, is_smooth);
-        let Some(layout) = layout else { return Ok(()) };
+        let Some(layout) = layout.map(|layout| Layout { yields, ..layout }) else { return Ok(()) };
         if 3 * mesh.faces.len() > MOVED_FROM as usize {
             let count = mesh.faces.len();
             return Err(Error::Limit(format!(
@@ -198,12 +209,11 @@ fn holds_more_than_a_log(mesh: &Mesh, options: &Attributes) -> bool {
 }
 
 /// Whether each input vertex, or any that is joined into it, is locked.
-fn held(locked: &[bool], lowest: Option<&[u32]>) -> Vec<bool> {
-    let mut held = locked.to_vec();
-    for (&onto, _) in lowest.unwrap_or_default().iter().zip(locked).filter(|(_, is_locked)| **is_locked) {
-        held[onto as usize] = true;
+fn held(mut locked: Vec<bool>, lowest: Option<&[u32]>) -> Vec<bool> {
+    for (vertex, &onto) in lowest.unwrap_or_default().iter().enumerate() {
+        locked[onto as usize] |= locked[vertex];
     }
-    held
+    locked
 }
 
 /// The mesh welded, or as it is less faces with a repeated corner.
@@ -245,7 +255,7 @@ mod tests {
 
     #[test]
     fn open_plane_has_a_border_and_no_locks() {
-        let prepared = prepare(&shapes::plane(3, 2), &Options::default()).expect("a valid mesh");
+        let prepared = prepare(&shapes::plane(3, 2), &Options::default(), Yields::Nothing).expect("a valid mesh");
         let on_border = prepared.positions.iter().filter(|p| p.flags & BORDER != 0).count();
         assert_eq!((on_border, prepared.positions.len()), (10, 12));
         assert!(prepared.positions.iter().all(|p| p.flags & LOCKED == 0));
@@ -254,7 +264,7 @@ mod tests {
     #[test]
     fn lock_border_locks_the_border() {
         let options = Options { lock_border: true, ..Options::default() };
-        let prepared = prepare(&shapes::plane(3, 2), &options).expect("a valid mesh");
+        let prepared = prepare(&shapes::plane(3, 2), &options, Yields::Nothing).expect("a valid mesh");
         assert!(prepared.positions.iter().all(|p| (p.flags & LOCKED != 0) == (p.flags & BORDER != 0)));
     }
 
@@ -264,7 +274,8 @@ mod tests {
         let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
         let mesh = Mesh::new(corners.map(DVec3::from).to_vec(), vec![[0, 1, 2], [3, 4, 5]]);
         let locked = Some([false, false, false, true, false, false].into());
-        let prepared = prepare(&mesh, &Options { locked, ..Options::default() }).expect("a valid mesh");
+        let prepared =
+            prepare(&mesh, &Options { locked, ..Options::default() }, Yields::Nothing).expect("a valid mesh");
         let is_locked = |p: &Position| p.flags & LOCKED != 0;
         let origins: Vec<u32> = prepared
             .carried
@@ -279,7 +290,8 @@ mod tests {
 
     #[test]
     fn what_is_left_out_is_told() {
-        let told = |mesh: &Mesh, options: &Options| prepare(mesh, options).expect("a valid mesh").warnings;
+        let told =
+            |mesh: &Mesh, options: &Options| prepare(mesh, options, Yields::Nothing).expect("a valid mesh").warnings;
         let mut mesh = shapes::plane(3, 2);
         mesh.texcoords = Some(vec![[Vec2::ZERO; 3]; mesh.faces.len()]);
         assert_eq!(told(&mesh, &Options::default()), [""; 0]);
@@ -292,6 +304,6 @@ mod tests {
     #[test]
     fn faces_of_one_point_are_an_error() {
         let mesh = Mesh::new(vec![DVec3::ONE; 3], vec![[0, 1, 2]]);
-        assert!(matches!(prepare(&mesh, &Options::default()), Err(Error::Mesh(_))));
+        assert!(matches!(prepare(&mesh, &Options::default(), Yields::Nothing), Err(Error::Mesh(_))));
     }
 }

@@ -153,6 +153,12 @@ impl SideSums {
         self.numbers(costed).map(value).sum()
     }
 
+    /// What the best numbers at a place cost more than the means.
+    pub fn at_best(&self, costed: usize, x: DVec3) -> f64 {
+        let inverse = if self.weight > 0.0 { 1.0 / self.weight } else { 0.0 };
+        self.numbers(costed).map(|(_, _, g, e)| -(g.dot(x) + e) * (g.dot(x) + e) * inverse).sum()
+    }
+
     /// The best numbers at a place.
     pub fn least(&self, costed: usize, x: DVec3) -> impl Iterator<Item = f32> {
         let inverse = if self.weight > 0.0 { 1.0 / self.weight } else { 0.0 };
@@ -200,9 +206,10 @@ fn add_means(terms: &Terms, weight: f64, sums: &mut QuadricLanes) {
     }
 }
 
-/// Keeps the first `costed` numbers of a row within those of the rows that start there.
-pub fn clamp_to(starts: impl Iterator<Item = usize> + Clone, rows: &[f32], row: &mut [f32], costed: usize) {
-    for first in (0..costed).step_by(LANES) {
+/// Keeps numbers within those of the rows that start there, or no farther off than `past` times their range.
+pub fn clamp_to(starts: impl Iterator<Item = usize> + Clone, rows: &[f32], numbers: &mut [f32], past: f32) {
+    for (block, own) in numbers.chunks_mut(LANES).enumerate() {
+        let first = block * LANES;
         let (mut low, mut high) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
         for start in starts.clone() {
             let numbers = lanes_at(start + first, rows);
@@ -211,9 +218,10 @@ pub fn clamp_to(starts: impl Iterator<Item = usize> + Clone, rows: &[f32], row: 
                 high[lane] = if numbers[lane] > high[lane] { numbers[lane] } else { high[lane] };
             }
         }
-        for (lane, number) in row[first..costed.min(first + LANES)].iter_mut().enumerate() {
+        for (lane, number) in own.iter_mut().enumerate() {
             if low[lane] <= high[lane] {
-                *number = number.clamp(low[lane], high[lane]);
+                let past = (high[lane] - low[lane]) * past;
+                *number = number.clamp(low[lane] - past, high[lane] + past);
             }
         }
     }
@@ -280,8 +288,11 @@ mod tests {
         let rows: Vec<f32> = (0..3).flat_map(|r| (0..12).map(move |i| (i * (r + 1)) as f32)).collect();
         let mut row = vec![100.0; 12];
         row[0] = -1.0;
-        clamp_to([0, 12, 24].into_iter(), &rows, &mut row, 11);
+        clamp_to([0, 12, 24].into_iter(), &rows, &mut row[..11], 0.0);
         let expected: Vec<f32> = (0..11).map(|i| (3 * i) as f32).chain([100.0]).collect();
         assert_eq!(row, expected);
+        // And within half of their range beside them.
+        clamp_to([12, 24].into_iter(), &rows, &mut row[8..], 0.5);
+        assert_eq!(row[8..], [0.0, 3.5, 7.0, 10.5]);
     }
 }

@@ -13,7 +13,8 @@ use super::layout::Kind;
 use super::patch::Patch;
 use super::placement::Quadric;
 use super::side_sums::{FaceTerm, SideSums};
-use super::wedges::WedgeRows;
+use super::wedges::{NO_WEDGE, WedgeRows};
+use super::yielding::Yields;
 
 /// Most ends of a contraction.
 pub const ENDS: usize = 3;
@@ -45,7 +46,7 @@ impl CornerFace {
 /// The wedges of the ends that become one.
 #[derive(Debug, Clone)]
 pub struct Side {
-    /// Of every end; for a pair the first's again in the last place.
+    /// Of every end, [`NO_WEDGE`] where it has none; for a pair the first's again in the last place.
     pub wedges: [u32; ENDS],
     /// Over its faces.
     sums: SideSums,
@@ -62,6 +63,29 @@ impl Side {
     pub fn has(&self, face: &CornerFace) -> bool {
         self.wedges[face.end] == face.wedges[0]
     }
+
+    /// Of a wedge of one end, that none of the other's becomes one with.
+    pub fn alone(end: usize, wedge: u32, rows: &WedgeRows<'_>) -> Self {
+        let mut wedges = [NO_WEDGE; ENDS];
+        wedges[end] = wedge;
+        let row = &rows.row(wedge)[..rows.layout.costed];
+        Self { wedges, sums: SideSums::between(row, row) }
+    }
+
+    /// Whether it has a wedge of one end alone.
+    pub fn is_alone(&self) -> bool {
+        self.wedges[..2].contains(&NO_WEDGE)
+    }
+
+    /// The wedge of an end, if it has one.
+    pub fn wedge(&self, end: usize) -> Option<u32> {
+        Some(self.wedges[end]).filter(|&wedge| wedge != NO_WEDGE)
+    }
+
+    /// The wedges of the first so many ends.
+    pub fn own(&self, ends: usize) -> impl Iterator<Item = u32> {
+        self.wedges.into_iter().take(ends).filter(|&wedge| wedge != NO_WEDGE)
+    }
 }
 
 /// The sides of a pair.
@@ -75,6 +99,10 @@ pub struct Sides {
     pub tears: bool,
     /// Whether the ends share no face: they cost what the geometry does.
     pub apart: bool,
+    /// Whether the new vertex has to stand where one of the ends does.
+    pub at_an_end: bool,
+    /// Whether seams give way: some sides may have a wedge of one end alone.
+    pub yields: bool,
     costed: usize,
     /// Those of the faces of a side.
     terms: Vec<FaceTerm>,
@@ -88,6 +116,7 @@ impl Sides {
         self.faces.clear();
         self.sides.clear();
         (self.fixed, self.tears, self.apart) = (None, false, false);
+        (self.at_an_end, self.yields) = (false, false);
         let Some(rows) = patch.wedges() else { return };
         self.costed = rows.layout.costed;
         for (end, &vertex) in ends.iter().enumerate() {
@@ -137,7 +166,11 @@ impl Sides {
             1 | 2 => {}
             _ => return Err(Rejection::Seam),
         }
-        let tears = || self.sides.len() < 2 || dying().any(|face| self.closes(face, pair));
+        if rows.layout.yields != Yields::Nothing {
+            return self.find_yielding(rows, pair, flags);
+        }
+        let is_same = |(face, k): (&CornerFace, usize), (other, l): (&CornerFace, usize)| face.ids[k] == other.ids[l];
+        let tears = || self.sides.len() < 2 || dying().any(|face| self.closes(face, pair, is_same));
         if on_seam == [true, true] && tears() {
             return Err(Rejection::Seam);
         }
@@ -190,19 +223,29 @@ impl Sides {
         if held.next().is_some() {
             return Err(Rejection::Seam);
         }
-        self.sides.push(Side::between([a, b, c], rows));
+        let side = Side::between([a, b, c], rows);
+        if rows.layout.yields != Yields::Nothing && !self.faces.iter().all(|face| side.has(face)) {
+            return Err(Rejection::Seam);
+        }
+        self.sides.push(side);
         Ok(())
     }
 
     /// Whether the edges of a face that dies, from both ends to its third corner, are seams: its side has no other face there.
-    fn closes(&self, face: &CornerFace, pair: [u32; 2]) -> bool {
+    /// `is_same` tells of corners of two faces at a vertex whether a seam parts them.
+    pub fn closes(
+        &self,
+        face: &CornerFace,
+        pair: [u32; 2],
+        is_same: impl Fn((&CornerFace, usize), (&CornerFace, usize)) -> bool,
+    ) -> bool {
         let Some(k) = (0..3).find(|&k| !pair.contains(&face.corners[k])) else { return true };
         let tip = face.corners[k];
         pair.iter().all(|&end| {
-            let at = |face: &CornerFace, v: u32| face.corners.iter().position(|&w| w == v).map(|k| face.ids[k]);
-            let own = [at(face, end), at(face, tip)];
+            let at = |face: &CornerFace, v: u32| face.corners.iter().position(|&w| w == v).unwrap_or(0);
+            let agrees = |other: &CornerFace, v: u32| is_same((face, at(face, v)), (other, at(other, v)));
             let mut others = self.faces.iter().filter(|other| !other.dies && other.corners.contains(&end));
-            others.any(|other| other.corners.contains(&tip) && [at(other, end), at(other, tip)] != own)
+            others.any(|other| other.corners.contains(&tip) && !(agrees(other, end) && agrees(other, tip)))
         })
     }
 
@@ -234,7 +277,12 @@ impl Sides {
     /// What the numbers of an end cost at its place more than the means of both ends'; `h` is half the pair.
     pub fn at_end(&self, end: usize, h: DVec3) -> f64 {
         let (x, sign) = if end == 0 { (-h, -1.0) } else { (h, 1.0) };
-        self.sides.iter().map(|side| side.sums.at_end(self.costed, x, sign)).sum()
+        let value = |side: &Side| match side.wedge(end) {
+            Some(_) => side.sums.at_end(self.costed, x, sign),
+            // A side without a wedge there has the best numbers.
+            None => side.sums.at_best(self.costed, x),
+        };
+        self.sides.iter().map(value).sum()
     }
 
     /// The best numbers of a side at a place.

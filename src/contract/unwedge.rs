@@ -170,7 +170,7 @@ impl<'a> Split<'a> {
                 }
                 let (face, corner) = vertex.corner;
                 let row = self.wedges.at(face as usize, usize::from(corner)).1;
-                layer.of(row).iter().map(|x| x / layer.scale).collect()
+                layer.stored(row)
             };
             let vertices = || self.vertices.par_iter().with_min_len(ROWS);
             match layer.origin {

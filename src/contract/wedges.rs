@@ -17,7 +17,7 @@
 use rayon::prelude::*;
 
 use crate::kernel::contract_faces::renamed;
-use crate::kernel::rows::{Face, LOCKED, SEAM};
+use crate::kernel::rows::Face;
 use crate::kernel::split::CHUNK;
 use crate::math::Vec3;
 use crate::mesh::orient::input_corner;
@@ -26,11 +26,14 @@ use crate::mesh::{Mesh, Rings};
 use super::carry::MOVED_FROM;
 use super::compact::close_gaps;
 use super::layout::{Kind, Layer, Layout, Origin};
+use super::yielding::Yields;
 
 /// A wedge that is still itself.
 const OWN: u32 = u32::MAX;
 /// A wedge without a corner has no vertex.
 const NO_VERTEX: u32 = u32::MAX;
+/// No wedge.
+pub const NO_WEDGE: u32 = u32::MAX;
 
 /// Where normals of a vertex break.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,6 +75,8 @@ pub struct Wedges {
     origin: Vec<u32>,
     /// What each became in this round.
     roles: Vec<u32>,
+    /// The material of each, where it matters which seams yield.
+    materials: Vec<u32>,
 }
 
 /// Whether a corner has the vertex, the texture coordinates and the material of the corner that a wedge began as.
@@ -194,7 +199,10 @@ impl Wedges {
         let numbered = faces.par_iter().enumerate().map(|(f, face)| (f, face)).with_min_len(CHUNK);
         let corners = numbered.map_init(|| vec![0.0; width], |row, face| corner(row, face)).collect();
         let roles = vec![OWN; origin.len()];
-        Self { layout, corners, starts, rows, origin, roles }
+        let of_origin = |&origin: &u32| material((origin & !MOVED_FROM) as usize / 3);
+        let asks = layout.has_materials && layout.yields != Yields::Nothing;
+        let materials = if asks { origin.iter().map(of_origin).collect() } else { Vec::new() };
+        Self { layout, corners, starts, rows, origin, roles, materials }
     }
 
     /// One wedge a vertex, with the given normals and colors.
@@ -228,7 +236,15 @@ impl Wedges {
         };
         let origin: Vec<u32> = (0..vertices as u32).map(origin).collect();
         let roles = vec![OWN; vertices];
-        Self { layout, corners: faces.to_vec(), starts: (0..=vertices as u32).collect(), rows, origin, roles }
+        Self {
+            layout,
+            corners: faces.to_vec(),
+            starts: (0..=vertices as u32).collect(),
+            rows,
+            origin,
+            roles,
+            materials: Vec::new(),
+        }
     }
 
     /// Whether most vertices have many wedges, and normals are among what they disagree in: every face has its own, and no
@@ -238,35 +254,10 @@ impl Wedges {
         self.layout.of_kind(Kind::Normal).next().is_some() && many as f64 > FACETS * (self.starts.len() - 1) as f64
     }
 
-    /// The flags of a vertex that lies on a seam: [`SEAM`], and [`LOCKED`] where it may not move along it.
-    pub fn seam_flags(&self, vertex: u32, faces: &[[u32; 3]], ring: &[u32], on_border: bool) -> u32 {
-        let count_at = |vertex: u32| self.starts[vertex as usize + 1] - self.starts[vertex as usize];
-        let count = count_at(vertex);
-        let is_whole = |&f: &u32| faces[f as usize].iter().all(|&v| count_at(v) == 1);
-        if ring.iter().all(is_whole) {
-            return 0;
-        }
-        // The far ends of its edges, with the wedges at both.
-        let spoke = |&f: &u32| {
-            let (face, wedges) = (faces[f as usize], self.corners[f as usize]);
-            let k = face.iter().position(|&v| v == vertex).unwrap_or(0);
-            [(k + 1) % 3, (k + 2) % 3].map(|far| (face[far], wedges[k], wedges[far]))
-        };
-        let mut spokes: Vec<(u32, u32, u32)> = ring.iter().flat_map(spoke).collect();
-        spokes.sort_unstable();
-        let tears = |uses: &&[(u32, u32, u32)]| uses.iter().any(|with| *with != uses[0]);
-        let seams = spokes.chunk_by(|a, b| a.0 == b.0).filter(tears).count();
-        match (seams, count) {
-            (0, 0 | 1) => 0,
-            (2, 2) if !on_border => SEAM,
-            _ => SEAM | LOCKED,
-        }
-    }
-
     /// The rows of all, to read and to change.
     pub fn rows(&mut self) -> WedgeRows<'_> {
-        let Self { layout, corners, starts, rows, origin, roles } = self;
-        WedgeRows { layout, corners, starts, vertex: 0, first: 0, rows, origin, roles }
+        let Self { layout, corners, starts, rows, origin, roles, materials } = self;
+        WedgeRows { layout, corners, starts, materials, vertex: 0, first: 0, rows, origin, roles }
     }
 
     /// Before a round's compaction: corners take the wedges that theirs have become, and faces that died go.
@@ -321,6 +312,9 @@ impl Wedges {
         }
         self.rows = rows;
         self.origin = crate::mesh::take(&self.origin, &kept);
+        if !self.materials.is_empty() {
+            self.materials = crate::mesh::take(&self.materials, &kept);
+        }
         self.roles.clear();
         self.roles.resize(kept.len(), OWN);
     }
@@ -328,6 +322,16 @@ impl Wedges {
     /// What kernels read: the wedges of all corners, and where those of each vertex begin.
     pub fn connectivity(&self) -> (&[[u32; 3]], &[u32]) {
         (&self.corners, &self.starts)
+    }
+
+    /// The row of a wedge between rounds.
+    pub fn row(&self, wedge: u32) -> &[f32] {
+        &self.rows[wedge as usize * self.layout.width..][..self.layout.width]
+    }
+
+    /// The material of a wedge, where it matters.
+    pub fn material(&self, wedge: u32) -> Option<u32> {
+        self.materials.get(wedge as usize).copied()
     }
 
     /// How many there are.
@@ -363,7 +367,7 @@ impl Wedges {
         let row = &self.rows[wedge * self.layout.width..][..self.layout.width];
         let stored = |origin: Origin| {
             let layer = self.layout.layers.iter().find(|layer| layer.origin == origin)?;
-            Some(layer.of(row).iter().map(|x| x / layer.scale).collect::<Vec<f32>>())
+            Some(layer.stored(row))
         };
         let color = stored(Origin::Colors).map(|color| [color[0], color[1], color[2], color[3]]);
         (stored(Origin::Normals).map(|normal| Vec3::from_slice(&normal)), color)
@@ -384,6 +388,7 @@ pub struct WedgeRows<'a> {
     pub layout: &'a Layout,
     corners: &'a [[u32; 3]],
     starts: &'a [u32],
+    materials: &'a [u32],
     /// The first vertex, and its first wedge.
     vertex: usize,
     first: u32,
@@ -395,7 +400,7 @@ pub struct WedgeRows<'a> {
 impl<'a> WedgeRows<'a> {
     /// Those of the first `size` vertices, and the others.
     pub fn split_at(self, size: usize) -> (Self, Self) {
-        let Self { layout, corners, starts, vertex, first, rows, origin, roles } = self;
+        let Self { layout, corners, starts, materials, vertex, first, rows, origin, roles } = self;
         let next = starts[vertex + size];
         let wedges = (next - first) as usize;
         let (rows, other_rows) = rows.split_at_mut(wedges * layout.width);
@@ -405,13 +410,14 @@ impl<'a> WedgeRows<'a> {
             layout,
             corners,
             starts,
+            materials,
             vertex: vertex + size,
             first: next,
             rows: other_rows,
             origin: other_origin,
             roles: other_roles,
         };
-        (Self { layout, corners, starts, vertex, first, rows, origin, roles }, others)
+        (Self { layout, corners, starts, materials, vertex, first, rows, origin, roles }, others)
     }
 
     fn local(&self, wedge: u32) -> usize {
@@ -450,6 +456,16 @@ impl<'a> WedgeRows<'a> {
     /// Its row, as it is now.
     pub fn row(&self, wedge: u32) -> &[f32] {
         &self.rows[self.local(wedge) * self.layout.width..][..self.layout.width]
+    }
+
+    /// Whether the faces of two wedges have the same material.
+    pub fn same_material(&self, a: u32, b: u32) -> bool {
+        self.materials.get(a as usize) == self.materials.get(b as usize)
+    }
+
+    /// Whether two wedges differ in no more than shading.
+    pub fn agree_but_in_shading(&self, a: u32, b: u32) -> bool {
+        a == b || (self.same_material(a, b) && self.layout.agree_but_in_shading(self.row(a), self.row(b)))
     }
 
     /// Gives a wedge a row, and the origin of `from` if the row is its own.

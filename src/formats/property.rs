@@ -57,11 +57,30 @@ pub fn read_property(path: &Path, name: &str) -> Result<Vec<f64>> {
 /// # Errors
 /// [`Error::Read`] when the system cannot read it, [`Error::Format`] with the line that is no number.
 pub fn read_numbers(path: &Path) -> Result<Vec<f64>> {
+    numbers(path, "a weight", |_| true)
+}
+
+/// Reads the text file at `path`: the number of a vertex a line, from 0 on; what follows a `#` and blank lines are skipped.
+///
+/// # Errors
+/// As [`read_numbers`].
+pub fn read_indices(path: &Path) -> Result<Vec<u32>> {
+    let is_index = |number: f64| number.fract() == 0.0 && (0.0..f64::from(u32::MAX)).contains(&number);
+    let found = numbers(path, "the number of a vertex, from 0 on", is_index)?;
+    Ok(found.into_iter().map(|number| number as u32).collect())
+}
+
+/// The numbers of a file's lines, each of which is to be `what`.
+fn numbers(path: &Path, what: &str, is_one: impl Fn(f64) -> bool) -> Result<Vec<f64>> {
     let content = input::map_or_read(path).map_err(|source| Error::Read { path: path.to_path_buf(), source })?;
     let mut rows = Rows::new("text", Lines::after(0, &content), Some(b'#'));
     let mut numbers = Vec::new();
     while let Some(mut row) = rows.next() {
-        numbers.push(row.number("a weight")?);
+        let number = row.number(what)?;
+        if !is_one(number) {
+            return Err(row.error(format!("found {number}, expected {what}")));
+        }
+        numbers.push(number);
         if row.next().is_some() {
             return Err(row.error("found more than one number on a line, expected one".into()));
         }

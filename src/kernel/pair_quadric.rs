@@ -2,7 +2,7 @@
 //! `shaders/shared/pair_quadric.wgsl`.
 
 use super::pairs::NO_FACE;
-use super::rows::{BORDER, HUB, LOCKED, SEAM};
+use super::rows::{BORDER, CORNER, HUB, LOCKED, SEAM};
 use crate::backend::Constant;
 use crate::math::Vec3;
 use crate::math::exact::{
@@ -54,6 +54,7 @@ pub const CONSTANTS: &[(&str, Constant)] = &[
     ("BORDER", Constant::U32(BORDER)),
     ("LOCKED", Constant::U32(LOCKED)),
     ("SEAM", Constant::U32(SEAM)),
+    ("CORNER", Constant::U32(CORNER)),
 ];
 
 /// xᵀA x − 2 b·x + c about the midpoint, and the plane n·x = d on which the volume is kept (none when n is 0).
@@ -85,10 +86,11 @@ pub struct Freedom {
     pub regularization: f32,
 }
 
-/// Whether an end of these flags stays beside another of those: one on a seam may only move along it.
+/// Whether an end of these flags stays beside another of those: one on a seam may only move along it, and one where seams
+/// meet only to another such.
 #[inline(always)]
 pub fn stays(own: u32, other: u32) -> bool {
-    own & LOCKED != 0 || own & !other & SEAM != 0
+    own & LOCKED != 0 || own & !other & (SEAM | CORNER) != 0
 }
 
 /// The quadric's value.

@@ -16,6 +16,8 @@ pub const HUB: u32 = 4;
 pub const JOINED: u32 = 8;
 /// A vertex is on a seam of the attributes: it may only move along the seam. Where it may not even do that, it is locked.
 pub const SEAM: u32 = 16;
+/// Seams begin, end or cross in a vertex, and yield there: others contract onto it, and only two such may do without one of them.
+pub const CORNER: u32 = 32;
 /// Faces around a vertex past which it is a hub: work at a vertex grows with its ring, and a ring of thousands shrinks by
 /// the pairs on its rim. Real meshes stay below 100.
 pub const HUB_FACES: u32 = 512;
@@ -44,7 +46,7 @@ pub struct Position {
     pub y: f32,
     /// Coordinate along the third axis.
     pub z: f32,
-    /// [`BORDER`], [`LOCKED`], [`HUB`], [`JOINED`] and [`SEAM`].
+    /// [`BORDER`], [`LOCKED`], [`HUB`], [`JOINED`], [`SEAM`] and [`CORNER`].
     pub flags: u32,
 }
 

@@ -3,6 +3,7 @@
 
 pub mod exact;
 pub mod lanes;
+pub mod luv;
 
 pub use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, Vec2, Vec3, Vec4};
 

@@ -2,6 +2,7 @@
 
 use super::Spread;
 use super::sums::Sums;
+use crate::math::luv::luv;
 
 /// The deviation of colors over many samples.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -46,44 +47,6 @@ fn clamped([r, g, b, _]: [f32; 4]) -> [f64; 3] {
 
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
-}
-
-/// From linear sRGB to CIE XYZ, a row each for X, Y and Z. White is D65.
-const XYZ: [[f64; 3]; 3] = [
-    [0.412_456_4, 0.357_576_1, 0.180_437_5],
-    [0.212_672_9, 0.715_152_2, 0.072_175_0],
-    [0.019_333_9, 0.119_192_0, 0.950_304_1],
-];
-
-/// CIE L\*, u\*, v\* of a color in sRGB.
-///
-/// # Reference
-/// \[CIE15\]. The white point is that of the matrix, so that every gray has u\* = v\* = 0.
-fn luv(srgb: [f64; 3]) -> [f64; 3] {
-    let white = xyz([1.0; 3]);
-    let color = xyz(srgb.map(linear));
-    let y = color[1] / white[1];
-    // (6/29)³: below, the cube root would be too steep.
-    const DARK: f64 = 216.0 / 24_389.0;
-    let lightness = if y > DARK { 116.0 * y.cbrt() - 16.0 } else { y * 24_389.0 / 27.0 };
-    let [u, v] = chromaticity(color);
-    let [white_u, white_v] = chromaticity(white);
-    [lightness, 13.0 * lightness * (u - white_u), 13.0 * lightness * (v - white_v)]
-}
-
-/// An sRGB channel as a share of the light.
-fn linear(channel: f64) -> f64 {
-    if channel <= 0.040_45 { channel / 12.92 } else { ((channel + 0.055) / 1.055).powf(2.4) }
-}
-
-fn xyz(linear: [f64; 3]) -> [f64; 3] {
-    XYZ.map(|row| row.iter().zip(linear).map(|(factor, channel)| factor * channel).sum())
-}
-
-/// u′ and v′; black has none, and as its L\* is 0 any will do.
-fn chromaticity([x, y, z]: [f64; 3]) -> [f64; 2] {
-    let sum = x + 15.0 * y + 3.0 * z;
-    if sum > 0.0 { [4.0 * x / sum, 9.0 * y / sum] } else { [0.0; 2] }
 }
 
 #[cfg(test)]

@@ -108,7 +108,7 @@ fn options_of(method: &Method) -> Result<&contract::Options> {
         (options.weld.is_some_and(|distance| distance > 0.0), "joining vertices by distance"),
         (options.join_within > 0.0, "joining parts by distance"),
         (matches!(options.weighting, Weighting::Given(_)), "weights that are given"),
-        (options.locked.is_some(), "locks that are given"),
+        (options.locked.is_some() || options.lock.is_some(), "locks that are given"),
         (options.log, "a log"),
     ];
     match refused.into_iter().find(|(is_given, _)| *is_given) {

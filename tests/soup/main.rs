@@ -11,8 +11,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
 use coarsen::contract::{
-    AttributeWeights, Attributes, Candidates, Feature, FeatureMode, Metric, Options, Placement, PlaneWeight,
-    QuadricFormat, QuadricFrame, Quadrics, Update, Weighting,
+    AttributeWeights, Attributes, Candidates, ColorSpace, Feature, FeatureMode, Lock, Metric, Options, Placement,
+    PlaneWeight, QuadricFormat, QuadricFrame, Quadrics, Update, Weighting,
 };
 use coarsen::math::DVec3;
 use coarsen::mesh::{shapes, weld};
@@ -68,10 +68,17 @@ fn flips(random: &Random) -> Flips {
     Flips { sweeps: pick(random, &[0, 0, 0, 3]), objective }
 }
 
+/// Takes no number from the sequence.
+fn lock(random: &Random, vertices: usize) -> Option<Lock> {
+    let random = &mut Random(random.0 ^ 0x10c);
+    let some = vertices > 0 && below(random, 4) == 0;
+    some.then(|| Lock::Vertices((0..3).map(|_| below(random, vertices) as u32).collect()))
+}
+
 fn attributes(random: &mut Random) -> Attributes {
     let kept = Attributes::default();
     let some = [
-        kept.clone(),
+        Attributes { color_space: ColorSpace::Luv, ..kept.clone() },
         Attributes { lock_seams: true, ..kept.clone() },
         Attributes { smooth: true, ..kept.clone() },
         Attributes {
@@ -96,6 +103,7 @@ fn options(random: &mut Random, vertices: usize) -> Options {
         border_weight: pick(random, &[0.0, 1.0, 1e-30, 1e6]),
         lock_border: below(random, 4) == 0,
         locked: None,
+        lock: lock(random, vertices),
         join_within,
         fit: if join_within > 0.0 { 0 } else { below(random, 3) as u32 },
         flips: flips(random),

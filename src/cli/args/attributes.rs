@@ -31,6 +31,22 @@ pub struct Attributes {
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_enum, hide_possible_values = true)]
     pub drop: Vec<Dropped>,
 
+    /// Differences between colors: rgb or luv
+    ///
+    /// In what a difference between two colors is measured, where colors count: with 'rgb' in red, green and blue as they are
+    /// stored; with 'luv' in CIE L*u*v*, where equal differences look about equal.
+    #[arg(long, value_name = "SPACE", value_enum, default_value_t = ColorSpace::Rgb, hide_possible_values = true, hide_default_value = true)]
+    pub color_space: ColorSpace,
+
+    /// Seams that hold too much: yield or hold
+    ///
+    /// What becomes of seams of the texture, creases and borders between materials where they would keep more faces than are
+    /// asked for. With 'yield' they give way, which a warning tells: creases first, then corners of other seams, then all;
+    /// textures do not fold for it, and materials stay closed. With 'hold', and with --placement endpoint or --join-within,
+    /// the run ends with the faces that are left.
+    #[arg(long, value_name = "WHAT", value_enum, default_value_t = Seams::Yield, hide_possible_values = true, hide_default_value = true)]
+    pub seams: Seams,
+
     /// Keep vertices on seams where they are
     ///
     /// Keeps the vertices of seams of the texture, of creases and of borders between materials where they are. Without it
@@ -47,6 +63,22 @@ pub enum Normals {
     Recompute,
     /// There are none
     Drop,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ColorSpace {
+    /// Red, green and blue
+    Rgb,
+    /// CIE L*u*v*
+    Luv,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Seams {
+    /// They give way
+    Yield,
+    /// They stay
+    Hold,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

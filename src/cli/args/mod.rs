@@ -20,7 +20,7 @@ use std::ffi::OsString;
 use clap::{Args, Command, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 
-pub use attributes::{Attributes, Dropped, Normals};
+pub use attributes::{Attributes, ColorSpace, Dropped, Normals, Seams};
 pub use batch::{Batch, Each, Levels as BatchLevels};
 pub use bench::{Bench, Job as BenchJob};
 pub use compare::{Compare, Up};

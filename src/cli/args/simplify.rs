@@ -166,6 +166,14 @@ pub struct Shape {
     #[arg(long)]
     pub lock_border: bool,
 
+    /// Vertices that stay: NAME or FILE
+    ///
+    /// Keeps vertices of the input where they are: with the NAME of a number that they have in the file, such as a property
+    /// of a PLY, those where it is greater than 0; with a FILE those whose numbers it lists, one a line, from 0 on. What has
+    /// a '.' or a '/' in it is a FILE.
+    #[arg(long, value_name = "WHICH", value_parser = values::lock)]
+    pub lock: Option<values::Lock>,
+
     /// Weight of borders against faces
     ///
     /// How much the shape of borders counts against the shape of faces: 0 lets borders move freely, 10 holds them firmly.

@@ -14,6 +14,7 @@ use super::resolve::recipe;
 use crate::cli::Exit;
 use crate::cli::args::{self, Arguments, Each, Verb};
 use crate::cli::failure::{message, refuse};
+use crate::cli::values::Lock;
 
 /// A line.
 pub struct Entry {
@@ -73,6 +74,9 @@ impl Reader<'_> {
         };
         let mut each = self.each(&fields)?;
         if let (true, Some(Weights::File(path))) = (fields.contains_key("weight"), &mut each.how.weights.weight) {
+            *path = self.folder.join(&*path);
+        }
+        if let (true, Some(Lock::File(path))) = (fields.contains_key("lock"), &mut each.how.shape.lock) {
             *path = self.folder.join(&*path);
         }
         Ok(Entry { input, recipe: recipe(&each)? })

@@ -84,6 +84,8 @@ pub fn recipe(each: &args::Each) -> anyhow::Result<Recipe> {
     let args::Each { levels, how, measuring } = each;
     let by_error = levels.error.is_some() || levels.error_abs.is_some();
     let method = problems.note(method::method(&Asked { how, grid: None, by_error, with_log: false }));
+    let method =
+        method.and_then(|method| problems.note(weights::with_lock(method, weights::lock_file(how).as_deref())));
     weights::check(how, None, false, &mut problems);
     quadrics::check(&how.shape, &mut problems);
     let budgets = problems.note(budgets(levels, how.shape.method));

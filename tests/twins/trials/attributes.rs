@@ -5,7 +5,7 @@ use coarsen::backend::{Device, Queue};
 use coarsen::kernel::attribute_costs::{AttributeCosts, WedgeBuffers};
 use coarsen::kernel::attribute_sums::AttributeSums;
 use coarsen::kernel::face_gradients::FaceGradients;
-use coarsen::kernel::rows::{AttributeSum, Face, SEAM, Slope};
+use coarsen::kernel::rows::{AttributeSum, CORNER, Face, SEAM, Slope};
 use coarsen::kernel::volume_costs::BORDER_FACTOR;
 
 use super::inputs::{Random, Round, flip, rounds};
@@ -140,8 +140,9 @@ fn attribute_costs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Resul
             flip(&mut slopes[wedge * costed].at, perturbed);
             let mut positions = round.positions.clone();
             let on_seam = wedges.starts.windows(2).map(|ends| ends[1] - ends[0] == 2);
-            for (position, on_seam) in positions.iter_mut().zip(on_seam) {
-                position.flags |= if on_seam { SEAM } else { 0 };
+            for (vertex, (position, on_seam)) in positions.iter_mut().zip(on_seam).enumerate() {
+                let corner = if vertex.is_multiple_of(3) { CORNER } else { 0 };
+                position.flags |= if on_seam { SEAM | corner } else { 0 };
             }
             let buffers = WedgeBuffers {
                 corners: &queue.buffer_from(wedges.corners)?,

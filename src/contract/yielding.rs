@@ -1,0 +1,180 @@
+//! Seams that give way, where a run that keeps them all cannot come to the number of faces asked for.
+//!
+//! Wedges of the ends that no vanishing face links stay two. Those of an end stand alone on a side of their own, and take the
+//! best numbers of their faces where the new vertex stands:
+//!
+//! ```text
+//!    a | b           three facets meet at u, two at w; along the crease a becomes one with d, and b with e,
+//!  -c--u---w- c      and the facet c reaches the new vertex with a wedge of its own
+//!    d | e
+//! ```
+//!
+//! # Invariants
+//! - Faces and what they share are those of any contraction: no seam opens, and materials stay closed.
+//! - What agreed across a seam at the ends agrees at the new vertex, textures included.
+//! - No face turns over in a texture.
+
+use crate::kernel::rows::{CORNER, LOCKED, SEAM};
+
+use super::filter::Rejection;
+use super::placement::Quadric;
+use super::sides::{CornerFace, Side, Sides};
+use super::wedges::{WedgeRows, Wedges};
+
+/// Which seams give way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum Yields {
+    /// None: where more than two meet, or one ends, the vertex stays.
+    #[default]
+    Nothing,
+    /// Creases: normals and tangents hold nothing.
+    Creases,
+    /// The vertices where other seams meet or end, too, along one of these.
+    Corners,
+    /// All: seams may come together. A region of a material keeps a face.
+    Seams,
+}
+
+impl Yields {
+    /// What gives way when this was not enough.
+    pub fn more(self) -> Option<Self> {
+        match self {
+            Self::Nothing => Some(Self::Creases),
+            Self::Creases => Some(Self::Corners),
+            Self::Corners => Some(Self::Seams),
+            Self::Seams => None,
+        }
+    }
+
+    /// What the user is told.
+    pub fn warning(self) -> Option<&'static str> {
+        match self {
+            Self::Nothing => None,
+            Self::Creases => Some("creases of the normals yield: they would keep more faces than asked for"),
+            Self::Corners => Some("corners of seams yield: they would keep more faces than asked for"),
+            Self::Seams => Some("seams yield: they would keep more faces than asked for"),
+        }
+    }
+}
+
+impl Wedges {
+    /// The wedge of a vertex that stands for those that count as one with another, where seams that yield count as none.
+    fn standing(&self, vertex: u32, wedge: u32) -> u32 {
+        if self.layout.yields == Yields::Nothing {
+            return wedge;
+        }
+        let (_, starts) = self.connectivity();
+        let agrees = |&other: &u32| {
+            let same_material = self.material(other) == self.material(wedge);
+            same_material && self.layout.agree_but_in_shading(self.row(other), self.row(wedge))
+        };
+        (starts[vertex as usize]..wedge).find(agrees).unwrap_or(wedge)
+    }
+
+    /// The flags of a vertex that lies on a seam: [`SEAM`], and [`LOCKED`] or [`CORNER`] where it may not move along it.
+    pub fn seam_flags(&self, vertex: u32, faces: &[[u32; 3]], ring: &[u32], on_border: bool) -> u32 {
+        let (corners, starts) = self.connectivity();
+        let own = |vertex: u32| starts[vertex as usize]..starts[vertex as usize + 1];
+        let is_whole = |&f: &u32| faces[f as usize].iter().all(|&v| own(v).len() == 1);
+        if ring.iter().all(is_whole) {
+            return 0;
+        }
+        // The far ends of its edges, with the wedges at both.
+        let spoke = |&f: &u32| {
+            let (face, wedges) = (faces[f as usize], corners[f as usize]);
+            let k = face.iter().position(|&v| v == vertex).unwrap_or(0);
+            let at = self.standing(vertex, wedges[k]);
+            [(k + 1) % 3, (k + 2) % 3].map(|far| (face[far], at, self.standing(face[far], wedges[far])))
+        };
+        let mut spokes: Vec<(u32, u32, u32)> = ring.iter().flat_map(spoke).collect();
+        spokes.sort_unstable();
+        let tears = |uses: &&[(u32, u32, u32)]| uses.iter().any(|with| *with != uses[0]);
+        let seams = spokes.chunk_by(|a, b| a.0 == b.0).filter(tears).count();
+        let count = own(vertex).filter(|&wedge| self.standing(vertex, wedge) == wedge).count();
+        match (seams, count) {
+            (0, 0 | 1) => 0,
+            (2, 2) if !on_border => SEAM,
+            _ if self.layout.yields >= Yields::Corners => SEAM | CORNER,
+            _ => SEAM | LOCKED,
+        }
+    }
+}
+
+impl Sides {
+    /// Completes the sides of a pair of these flags, of which those are found that vanishing faces tell.
+    ///
+    /// # Errors
+    /// [`Rejection::Seam`] where a seam would have to give way that does not.
+    pub fn find_yielding(&mut self, rows: &WedgeRows<'_>, pair: [u32; 2], flags: [u32; 2]) -> Result<(), Rejection> {
+        let on_seam = flags.map(|flags| flags & SEAM != 0) == [true, true];
+        let agree = |end: usize| {
+            let mut wedges = self.sides.iter().map(|side| side.wedges[end]);
+            let first = wedges.next();
+            first.is_none_or(|first| wedges.all(|wedge| rows.agree_but_in_shading(first, wedge)))
+        };
+        let is_whole = agree(0) && agree(1);
+        if on_seam
+            && rows.layout.yields < Yields::Seams
+            && (is_whole || self.loses_a_part(pair, |a, b| rows.agree_but_in_shading(a, b)))
+        {
+            return Err(Rejection::Seam);
+        }
+        if on_seam && self.loses_a_part(pair, |a, b| rows.same_material(a, b)) {
+            return Err(Rejection::Seam);
+        }
+        // Where a seam ends, both sides have one wedge.
+        let meets = |end: usize| match &self.sides[..] {
+            [a, b] => a.wedges[end] == b.wedges[end] || (!is_whole && agree(end)),
+            _ => false,
+        };
+        let stays =
+            |end: usize| flags[end] & LOCKED != 0 || meets(end) || flags[end] & !flags[1 - end] & (SEAM | CORNER) != 0;
+        self.fixed = match [stays(0), stays(1)] {
+            [true, true] => return Err(Rejection::Seam),
+            [true, false] => Some(0),
+            [false, true] => Some(1),
+            [false, false] => None,
+        };
+        self.at_an_end = on_seam && (is_whole || flags[0] & flags[1] & CORNER != 0);
+        self.yields = true;
+        for face in &self.faces {
+            if !self.sides.iter().any(|side| side.has(face)) {
+                self.sides.push(Side::alone(face.end, face.wedges[0], rows));
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds to a quadric the squared distances to the seams at a pair that lie along no crease alone, as those to a border.
+    /// What costs pairs for the gate knows nothing of them.
+    pub fn add_seams(&self, rows: &WedgeRows<'_>, pair: [u32; 2], quadric: &mut Quadric, weight: f64) {
+        let side = |face: &CornerFace, k: usize| [k, (k + 1) % 3].map(|k| (face.corners[k], face.wedges[k]));
+        for face in &self.faces {
+            for k in 0..3 {
+                let [from, to] = side(face, k);
+                if !(pair.contains(&from.0) || pair.contains(&to.0)) {
+                    continue;
+                }
+                // Each of its two faces tells an edge.
+                let parts = |other: &CornerFace| {
+                    (0..3).map(|l| side(other, l)).any(|[start, end]| {
+                        (start.0, end.0) == (to.0, from.0)
+                            && !(rows.agree_but_in_shading(from.1, end.1) && rows.agree_but_in_shading(to.1, start.1))
+                    })
+                };
+                if self.faces.iter().any(parts) {
+                    let (from, to) = (face.points[k], face.points[(k + 1) % 3]);
+                    quadric.add_border(to - from, from, weight / 2.0);
+                }
+            }
+        }
+    }
+
+    /// Whether a face that vanishes is the last of a part, by which wedges are of one.
+    fn loses_a_part(&self, pair: [u32; 2], is_same: impl Fn(u32, u32) -> bool) -> bool {
+        let same = |(face, k): (&CornerFace, usize), (other, l): (&CornerFace, usize)| {
+            is_same(face.wedges[k], other.wedges[l])
+        };
+        self.faces.iter().any(|face| face.dies && self.closes(face, pair, same))
+    }
+}
