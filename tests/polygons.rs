@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use coarsen::formats::{self, Format, WriteOptions};
 use coarsen::math::{DVec3, Vec3};
-use coarsen::mesh::{Polygons, sample, shapes};
+use coarsen::mesh::{Normals, Polygons, sample, shapes};
 use coarsen::papers::light;
 use coarsen::partition::{Flatness, Options, Superfaces, Triangulation, vsa};
 use coarsen::{Budget, Error, Mesh, Method, Outcome, simplify};
@@ -251,7 +251,8 @@ fn attributes_go_along() {
     mesh.colors = Some(mesh.positions.iter().map(|p| p.as_vec3().extend(1.0).to_array()).collect());
     let color = |face: usize| [(face / 32) as f32 / 5.0, 0.0, 1.0, 1.0];
     mesh.face_colors = Some((0..mesh.faces.len()).map(color).collect());
-    let outcome = run(&mesh, &coplanar());
+    // Normals that bend would hold the faces along the edges.
+    let outcome = run(&mesh, &Options { normals: Normals::Recompute, ..coplanar() });
     let mut bytes = Vec::new();
     formats::write_polygons_to(&outcome.mesh, polygons(&outcome), Format::Ply, &WriteOptions::default(), &mut bytes)
         .expect("polygons");
