@@ -23,8 +23,8 @@ fn papers_have_their_tables() {
     };
     // Heads, rules, and a row for each share and quadric, each method, each format, the mesh and each timed format.
     assert_eq!(["Wu12", "Yang13", "Yu14"].map(|title| lines_of(title).len()), [2 + 9, 2 + 10, 2 + 8 + 2 + 1 + 2 + 6]);
-    // A row for each solver; for each pair, each pair and rival, each step of either curve and its rise.
-    assert_eq!(["Jin09", "Liu99"].map(|title| lines_of(title).len()), [2 + 5, 2 + 4 + 2 + 8 + 2 * (2 + 10 + 1)]);
+    // A row for each solver; for each pair, each color and what has it, each step of either curve and its rise.
+    assert_eq!(["Jin09", "Liu99"].map(|title| lines_of(title).len()), [2 + 5, 2 + 4 + 2 + 5 * 3 + 2 * (2 + 10 + 1)]);
     // The sample is no cow: nothing of the paper's is beside it.
     assert!(lines_of("Wu12")[2..].iter().all(|row| row.starts_with("| sample:part@2k |") && row.contains(" | -")));
     assert!(lines_of("Yu14").iter().any(|row| row.starts_with("| local16 ") && row.contains(" 12 ")));

@@ -31,6 +31,7 @@ mod part;
 mod read;
 mod references;
 mod scene;
+mod untextured;
 mod write;
 
 use std::fs;

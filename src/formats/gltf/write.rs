@@ -9,6 +9,7 @@ use super::file::File;
 use super::json::object_mut;
 use super::number::Number;
 use super::part::{Attribute, JOINTS, Part, Place};
+use super::untextured::{Bare, take_textures_out};
 use crate::formats::attributes;
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::mesh::{Channel, ChannelKind, Mesh};
@@ -26,13 +27,19 @@ pub(super) fn fill(mesh: &Mesh, document: &Gltf) -> File {
         }
         _ => of_part.iter_mut().for_each(|faces| *faces = (0..mesh.faces.len() as u32).collect()),
     }
-    let mut lost = Vec::new();
+    let (mut lost, mut bare) = (Vec::new(), Vec::new());
     for (part, faces) in document.parts.iter().zip(&of_part) {
         if faces.is_empty() {
             lost.push([part.mesh, part.primitive]);
         } else {
-            file.put(mesh, part, faces);
+            let sets = file.put(mesh, part, faces);
+            if !sets.is_empty() {
+                bare.push(Bare { mesh: part.mesh, primitive: part.primitive, sets });
+            }
         }
+    }
+    if take_textures_out(&mut file.json, bare) {
+        file.warnings.push("the result has no texture coordinates: materials are written without textures".into());
     }
     if !lost.is_empty() {
         let (count, all) = (lost.len(), document.parts.len());
@@ -47,8 +54,8 @@ pub(super) fn fill(mesh: &Mesh, document: &Gltf) -> File {
 }
 
 impl File {
-    /// Writes some faces of a mesh as a primitive.
-    fn put(&mut self, mesh: &Mesh, part: &Part, faces: &[u32]) {
+    /// Writes some faces of a mesh as a primitive; returns the sets of texture coordinates that it has no more.
+    fn put(&mut self, mesh: &Mesh, part: &Part, faces: &[u32]) -> Vec<u64> {
         let corners = corners(mesh, faces);
         let mut keys = corners.clone();
         keys.par_sort_unstable();
@@ -61,6 +68,7 @@ impl File {
         let vertices = Vertices { mesh, part, keys: &keys, faces };
         let mut attributes = Map::new();
         let mut targets: Vec<Value> = Vec::new();
+        let mut lost_sets = Vec::new();
         for attribute in &part.attributes {
             let to = match attribute.target {
                 None => &mut attributes,
@@ -71,7 +79,11 @@ impl File {
             };
             match self.attribute(&vertices, attribute) {
                 Some(accessor) => drop(to.insert(attribute.semantic.clone(), accessor.into())),
-                None => self.note_loss(attribute),
+                None => {
+                    lost_sets
+                        .extend(attribute.semantic.strip_prefix("TEXCOORD_").and_then(|set| set.parse::<u64>().ok()));
+                    self.note_loss(attribute);
+                }
             }
         }
         if !attributes.contains_key("NORMAL") && vertices.have_normals() {
@@ -79,13 +91,15 @@ impl File {
             attributes.insert("NORMAL".into(), accessor.into());
         }
         let indices = self.indices(&indices, keys.len(), &part.indices_said);
-        let Some(primitive) = primitive_mut(&mut self.json, part) else { return };
+        lost_sets.sort_unstable();
+        let Some(primitive) = primitive_mut(&mut self.json, part) else { return lost_sets };
         let primitive = object_mut(primitive);
         primitive.insert("attributes".into(), Value::Object(attributes));
         primitive.insert("indices".into(), indices.into());
         if !targets.is_empty() {
             primitive.insert("targets".into(), Value::Array(targets));
         }
+        lost_sets
     }
 
     /// An accessor for an attribute; `None` where the mesh has not got it any more.
