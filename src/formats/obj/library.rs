@@ -1,7 +1,7 @@
 //! Libraries of materials (MTL): what they say of colors and pictures, and how rough and metallic things are.
 //!
-//! Read line by line and by no parser of strangers: files that are broken in one place are common, and what they say elsewhere
-//! is still wanted.
+//! Read line by line, and not by `tobj`: files that are broken in one place are common, and what they say elsewhere is still
+//! wanted; one bad number would lose the file there, and a `Kd` of fewer than three numbers the program.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
