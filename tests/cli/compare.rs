@@ -201,6 +201,17 @@ fn heat_map_and_picture_are_written() {
 }
 
 #[test]
+fn pictures_of_gltf_stand_upright() {
+    let dir = Dir::new();
+    dir.run("simplify sample:part@2k part.glb -r 50% -g cpu").succeeds();
+    let picture = |up: &str| {
+        dir.run(&format!("compare part.glb part.glb -g cpu --picture up.png --width 600 -w {up}")).succeeds();
+        fs::read(dir.path("up.png")).expect("a picture")
+    };
+    assert!(picture("") == picture("--up y") && picture("") != picture("--up z"));
+}
+
+#[test]
 fn what_cannot_be_compared_is_told() {
     let dir = Dir::new();
     dir.file("a.obj", TETRAHEDRON)

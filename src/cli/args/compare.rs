@@ -104,9 +104,10 @@ pub struct Drawing {
 
     /// Axis that points up: y or z
     ///
-    /// What is up in the picture: 'z' as in the built-in samples, drawings and terrains, 'y' as in many scans.
-    #[arg(long, value_name = "AXIS", value_enum, default_value_t = Up::Z, hide_possible_values = true)]
-    pub up: Up,
+    /// What is up in the picture: 'z' as in the built-in samples, drawings and terrains, 'y' as in many scans and in every
+    /// glTF. Without it 'y' if A is a glTF, otherwise 'z'.
+    #[arg(long, value_name = "AXIS", value_enum, hide_possible_values = true)]
+    pub up: Option<Up>,
 
     /// Width of the picture in pixels
     ///

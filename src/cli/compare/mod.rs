@@ -32,6 +32,8 @@ pub struct Job {
     heatmap: Option<PathBuf>,
     picture: Option<PathBuf>,
     drawing: PictureOptions,
+    /// What is up, if not as the format of A has it.
+    up: Option<Up>,
     selector: Selector,
     threads: usize,
     json: bool,
@@ -91,12 +93,13 @@ impl Job {
             drawing: PictureOptions {
                 width: args.drawing.width.into(),
                 views: args.drawing.views.into(),
-                up: match args.drawing.up {
-                    args::Up::Y => Up::Y,
-                    args::Up::Z => Up::Z,
-                },
                 limit: args.drawing.heat_limit,
+                ..PictureOptions::default()
             },
+            up: args.drawing.up.map(|up| match up {
+                args::Up::Y => Up::Y,
+                args::Up::Z => Up::Z,
+            }),
             selector,
             threads: args.device.threads.into(),
             json: args.writing.json,
@@ -173,14 +176,17 @@ impl Input {
     /// The mesh with its materials, primitives and groups of one together; with its textures up the picture, where the
     /// other's are up and a glTF's own are not.
     fn measured_beside(&self, other: &Self) -> Cow<'_, Mesh> {
-        let is_gltf = |input: &Self| matches!(input.scene.document, Document::Gltf(_));
         let materials = self.scene.materials();
-        let is_turned = is_gltf(self) && !is_gltf(other);
+        let is_turned = self.is_gltf() && !other.is_gltf();
         if !is_turned && materials == self.mesh().materials {
             return Cow::Borrowed(self.mesh());
         }
         let scene = self.scene.clone();
         Cow::Owned(Mesh { materials, ..if is_turned { scene.into_mesh() } else { scene.mesh } })
+    }
+
+    fn is_gltf(&self) -> bool {
+        matches!(self.scene.document, Document::Gltf(_))
     }
 
     fn mesh(&self) -> &Mesh {
@@ -202,7 +208,8 @@ fn draw(job: &Job, a: &Input, b: &Input, device: &Device) -> anyhow::Result<Opti
                 interrupt::shielded(|| formats::write(&map, path, &WriteOptions::default()))?;
             }
             if let Some(path) = &job.picture {
-                let png = report::picture(a.model(), b.model(), &distances, &job.drawing)?;
+                let up = job.up.unwrap_or(if a.is_gltf() { Up::Y } else { Up::Z });
+                let png = report::picture(a.model(), b.model(), &distances, &PictureOptions { up, ..job.drawing })?;
                 interrupt::shielded(|| formats::write_file(path, &png))?;
             }
             anyhow::Ok(())
