@@ -9,13 +9,7 @@ fn volume_cost(ends: Ends, h: vec3f, freedom: Freedom) -> f32 {
     let half = half_exponent(t);
     let s = scale_down(half);
     let s_sq = mul(s, s);
-    let first = sym_scale(ends.first, s_sq);
-    let second = sym_scale(ends.second, s_sq);
-    let mutual = sym_scale(ends.mutual, s_sq);
-    var q = end_matrices(first, second, mutual, h);
-    q.n = scale3(sub3(add3(ends.first_normal, ends.second_normal), ends.mutual_normal), s_sq);
-    q.d = dot3(scale3(sub3(ends.second_normal, ends.first_normal), s_sq), h);
-    let cost = pair_cost(q, h, freedom);
+    let cost = pair_cost(ends_quadric(ends, s_sq, h), h, freedom);
     return mul(mul(cost, scale_up(half)), scale_up(half));
 }
 

@@ -10,20 +10,13 @@ use coarsen::looks::{Look, Opacity, Wrap};
 use coarsen::math::DVec2;
 use serde_json::{Value, json};
 
+#[path = "support/pictures.rs"]
+mod pictures;
+use pictures::png;
+
 #[path = "support/models.rs"]
 #[expect(dead_code, clippy::print_stdout, reason = "shared by test crates; a skip must be seen")]
 mod models;
-
-/// A picture of one texel.
-fn png(texel: [u8; 3]) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, 1, 1);
-    encoder.set_color(png::ColorType::Rgb);
-    let mut writer = encoder.write_header().expect("a header");
-    writer.write_image_data(&texel).expect("a texel");
-    writer.finish().expect("an end");
-    bytes
-}
 
 /// The color of a look's texture, in 255ths.
 fn texel(look: &Look) -> Option<[u8; 3]> {

@@ -8,16 +8,9 @@ use coarsen::math::DVec2;
 use coarsen::mesh::{Channel, ChannelKind};
 use serde_json::{Value, json};
 
-/// A picture of one texel.
-fn png(texel: [u8; 3]) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, 1, 1);
-    encoder.set_color(png::ColorType::Rgb);
-    let mut writer = encoder.write_header().expect("a header");
-    writer.write_image_data(&texel).expect("a texel");
-    writer.finish().expect("an end");
-    bytes
-}
+#[path = "support/pictures.rs"]
+mod pictures;
+use pictures::png;
 
 /// The JSON of a GLB or a glTF, and the bytes behind it.
 fn parts_of(path: &Path) -> (Value, Vec<u8>) {

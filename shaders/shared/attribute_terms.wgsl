@@ -69,14 +69,9 @@ fn ends_half_exponent(ends: Ends) -> u32 {
 fn joint_cost(ends: Ends, joint: Joint, half: u32, h: vec3f, freedom: Freedom) -> f32 {
     let s = scale_down(half);
     let s_sq = mul(s, s);
-    let first = sym_scale(ends.first, s_sq);
-    let second = sym_scale(ends.second, s_sq);
-    let mutual = sym_scale(ends.mutual, s_sq);
-    var q = end_matrices(first, second, mutual, h);
+    var q = ends_quadric(ends, s_sq, h);
     q.b = add3(q.b, joint.b);
     q.c = add(q.c, joint.c);
-    q.n = scale3(sub3(add3(ends.first_normal, ends.second_normal), ends.mutual_normal), s_sq);
-    q.d = dot3(scale3(sub3(ends.second_normal, ends.first_normal), s_sq), h);
     let at_first = add(value(q, scale3(h, -1.0)), joint.at_first);
     let at_second = add(value(q, h), joint.at_second);
 

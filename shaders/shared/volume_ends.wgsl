@@ -41,3 +41,14 @@ fn with_border(ends: Ends, first: BorderSum, second: BorderSum, mutual: Sym3, we
         none,
     );
 }
+
+// The quadric of a pair from −h to h, times `scale`.
+fn ends_quadric(ends: Ends, scale: f32, h: vec3f) -> PairQuadric {
+    let first = sym_scale(ends.first, scale);
+    let second = sym_scale(ends.second, scale);
+    let mutual = sym_scale(ends.mutual, scale);
+    var q = end_matrices(first, second, mutual, h);
+    q.n = scale3(sub3(add3(ends.first_normal, ends.second_normal), ends.mutual_normal), scale);
+    q.d = dot3(scale3(sub3(ends.second_normal, ends.first_normal), scale), h);
+    return q;
+}

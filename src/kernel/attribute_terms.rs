@@ -4,11 +4,11 @@ use bytemuck::{Pod, Zeroable};
 
 use super::attribute_costs::Params;
 use super::pair_quadric::{
-    AT_ENDS, Freedom, NO_WEIGHT, NOISE, PairQuadric, ROUNDING, end_matrices, half_exponent, pair_cost, scale_down,
-    scale_up, stays, value,
+    AT_ENDS, Freedom, NO_WEIGHT, NOISE, PairQuadric, ROUNDING, half_exponent, pair_cost, scale_down, scale_up, stays,
+    value,
 };
 use super::rows::{AttributeSum, Slope};
-use super::volume_costs::Ends;
+use super::volume_costs::{Ends, ends_quadric};
 use crate::math::Vec3;
 use crate::math::exact::{
     Sym3, add, add3, divide, dot3, mul, outer, scale3, sub, sub3, sym_add, sym_scale, sym_sub, trace,
@@ -100,14 +100,9 @@ pub(super) fn ends_half_exponent(ends: Ends) -> u32 {
 pub(super) fn joint_cost(ends: Ends, joint: Joint, half: u32, h: Vec3, freedom: Freedom) -> f32 {
     let s = scale_down(half);
     let s_sq = mul(s, s);
-    let first = sym_scale(ends.first, s_sq);
-    let second = sym_scale(ends.second, s_sq);
-    let mutual = sym_scale(ends.mutual, s_sq);
-    let mut q = end_matrices(first, second, mutual, h);
+    let mut q = ends_quadric(ends, s_sq, h);
     q.b = add3(q.b, joint.b);
     q.c = add(q.c, joint.c);
-    q.n = scale3(sub3(add3(ends.first_normal, ends.second_normal), ends.mutual_normal), s_sq);
-    q.d = dot3(scale3(sub3(ends.second_normal, ends.first_normal), s_sq), h);
     let at_first = add(value(q, scale3(h, -1.0)), joint.at_first);
     let at_second = add(value(q, h), joint.at_second);
 

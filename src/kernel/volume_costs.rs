@@ -11,7 +11,8 @@ use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::pair_quadric::{
-    CONSTANTS, Freedom, NO_WEIGHT, cost_key, end_matrices, half_exponent, pair_cost, scale_down, scale_up, stays,
+    CONSTANTS, Freedom, NO_WEIGHT, PairQuadric, cost_key, end_matrices, half_exponent, pair_cost, scale_down, scale_up,
+    stays,
 };
 use super::pairs::{NO_FACE, half_edge_ends};
 use super::rows::{BORDER, BorderSum, Edge, Face, Normal, Position, VolumeSum};
@@ -107,6 +108,18 @@ pub(super) fn with_border(ends: Ends, first: BorderSum, second: BorderSum, mutua
     }
 }
 
+/// The quadric of a pair from −h to h, times `scale`.
+#[inline(always)]
+pub(super) fn ends_quadric(ends: Ends, scale: f32, h: Vec3) -> PairQuadric {
+    let first = sym_scale(ends.first, scale);
+    let second = sym_scale(ends.second, scale);
+    let mutual = sym_scale(ends.mutual, scale);
+    let mut q = end_matrices(first, second, mutual, h);
+    q.n = scale3(sub3(add3(ends.first_normal, ends.second_normal), ends.mutual_normal), scale);
+    q.d = dot3(scale3(sub3(ends.second_normal, ends.first_normal), scale), h);
+    q
+}
+
 /// The cost of a pair from −h to h, solved at a scale where the trace is about 1.
 #[inline(always)]
 fn volume_cost(ends: Ends, h: Vec3, freedom: Freedom) -> f32 {
@@ -117,13 +130,7 @@ fn volume_cost(ends: Ends, h: Vec3, freedom: Freedom) -> f32 {
     let half = half_exponent(t);
     let s = scale_down(half);
     let s_sq = mul(s, s);
-    let first = sym_scale(ends.first, s_sq);
-    let second = sym_scale(ends.second, s_sq);
-    let mutual = sym_scale(ends.mutual, s_sq);
-    let mut q = end_matrices(first, second, mutual, h);
-    q.n = scale3(sub3(add3(ends.first_normal, ends.second_normal), ends.mutual_normal), s_sq);
-    q.d = dot3(scale3(sub3(ends.second_normal, ends.first_normal), s_sq), h);
-    let cost = pair_cost(q, h, freedom);
+    let cost = pair_cost(ends_quadric(ends, s_sq, h), h, freedom);
     mul(mul(cost, scale_up(half)), scale_up(half))
 }
 
