@@ -20,11 +20,6 @@ fn gradient(factors: EdgeFactors, a: f32, b: f32, c: f32) -> vec3f {
     return flush3(add3(scale3(factors.first, sub(b, a)), scale3(factors.second, sub(c, a))), LEAST_FACTOR);
 }
 
-fn slope_of(g: vec3f, root: f32) -> Slope {
-    let scaled = scale3(g, root);
-    return Slope(scaled.x, scaled.y, scaled.z, 0.0);
-}
-
 fn run(i: u32) {
     let face = load_faces(i);
     let normal = load_normals(i);
@@ -32,15 +27,15 @@ fn run(i: u32) {
         xyz(load_positions(face.a)), xyz(load_positions(face.b)), xyz(load_positions(face.c)), normal,
     );
     let corners = load_corners(i);
-    var matrix = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     for (var j = 0u; j < params.costed; j++) {
         let a = load_values(corners.a * params.costed + j);
         let b = load_values(corners.b * params.costed + j);
         let c = load_values(corners.c * params.costed + j);
         let g = gradient(factors, a, b, c);
-        matrix = sym_add(matrix, outer(g));
-        store_gradients(i * params.costed + j, slope_of(g, normal.root));
+        let x = 3u * i * params.costed + j;
+        let y = x + params.costed;
+        store_gradients(x, g.x);
+        store_gradients(y, g.y);
+        store_gradients(y + params.costed, g.z);
     }
-    let weight = mul(normal.root, normal.root);
-    store_sums(i, AttributeSum(matrix.xx, matrix.xy, matrix.xz, matrix.yy, matrix.yz, matrix.zz, weight));
 }

@@ -6,8 +6,6 @@ struct Contraction { keep: u32, gone: u32, x: f32, y: f32, z: f32, flags: u32 }
 struct Normal { x: f32, y: f32, z: f32, root: f32 }
 struct Corners { cot_a: f32, cot_b: f32, cot_c: f32, area_a: f32, area_b: f32, area_c: f32 }
 struct VolumeSum { xx: f32, xy: f32, xz: f32, yy: f32, yz: f32, zz: f32, nx: f32, ny: f32, nz: f32 }
-struct Slope { x: f32, y: f32, z: f32, at: f32 }
-struct AttributeSum { xx: f32, xy: f32, xz: f32, yy: f32, yz: f32, zz: f32, weight: f32 }
 struct BorderSum { xx: f32, xy: f32, xz: f32, yy: f32, yz: f32, zz: f32 }
 struct PlaneQuadric {
     xx: f32, xy: f32, xz: f32, yy: f32, yz: f32, zz: f32,
@@ -47,6 +45,10 @@ fn weighted(n: Normal) -> vec3f {
 
 fn doubled_area(n: Normal) -> vec3f {
     return scale3(weighted(n), n.root);
+}
+
+fn volume_matrix(sum: VolumeSum) -> Sym3 {
+    return Sym3(sum.xx, sum.xy, sum.xz, sum.yy, sum.yz, sum.zz);
 }
 
 fn is_live(face: Face) -> bool {

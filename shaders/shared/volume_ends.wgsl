@@ -9,10 +9,6 @@ struct Ends {
     mutual_normal: vec3f,
 }
 
-fn volume_matrix(sum: VolumeSum) -> Sym3 {
-    return Sym3(sum.xx, sum.xy, sum.xz, sum.yy, sum.yz, sum.zz);
-}
-
 fn border_matrix(sum: BorderSum) -> Sym3 {
     return Sym3(sum.xx, sum.xy, sum.xz, sum.yy, sum.yz, sum.zz);
 }

@@ -2,7 +2,6 @@
 
 use crate::backend::{Buffer, Queue, Row};
 use crate::error::Result;
-use crate::kernel::attribute_costs::AttributeRows;
 use crate::kernel::face_normals::FaceNormals;
 use crate::kernel::find_threshold::threshold;
 use crate::kernel::plane_costs::{self, PlaneBlock, PlaneRows};
@@ -96,7 +95,6 @@ impl Evaluation {
         }
         let costs = Costs {
             volume: self.volume.as_ref(),
-            attributes: self.attributes.as_ref(),
             weights: self.weights.as_ref(),
             placement: self.placement,
             border_weight: self.border_weight,
@@ -136,7 +134,7 @@ impl Evaluation {
         queue.run(VolumeSums { positions, faces, ring_starts, ring_faces, normals, vertex_count, sums, borders })?;
         if let (Some(attributes), Some(wedges)) = (&mut self.attributes, wedges) {
             attributes.send(queue, wedges)?;
-            attributes.sum(queue, surface, normals)?;
+            attributes.add_to(queue, surface, normals, sums)?;
         }
         Ok(())
     }
@@ -150,7 +148,6 @@ pub fn quadrics<'a>(surface: &'a Surface, weights: Option<&'a RoundWeights>) -> 
 /// What the host costs pairs by.
 struct Costs<'a> {
     volume: Option<&'a Volume>,
-    attributes: Option<&'a AttributeBuffers>,
     weights: Option<&'a RoundWeights>,
     placement: u32,
     border_weight: f32,
@@ -166,25 +163,17 @@ impl Costs<'_> {
         match (self.volume, quadrics(surface, self.weights)) {
             (Some(Volume { normals, sums, borders }), _) => {
                 let params = volume_costs::Params::new(self.placement, self.border_weight);
-                let with_attributes = self.attributes.map(|attributes| {
-                    AttributeRows::on_host(positions, faces, normals, sums, borders, attributes.rows(), params)
-                });
                 let rows = VolumeRows::on_host(positions, faces, normals, sums, borders, params);
                 let weights = self.weights.map(|weights| weights.weights().host());
                 let mut histogram = listing.list(*vertex_count, &stars, || {
                     let mut block = VolumeBlock::new();
-                    let mut keys_with = with_attributes.as_ref().map(AttributeRows::costing);
                     move |pairs: &[Edge], keys: &mut [u32]| {
-                        match &mut keys_with {
-                            Some(keys_with) => keys_with(pairs, keys),
-                            None => rows.keys(pairs, &mut block, keys),
-                        }
+                        rows.keys(pairs, &mut block, keys);
                         if let Some(weights) = weights {
                             weigh_keys(pairs, faces.host(), weights, keys);
                         }
                     }
                 });
-                // What is apart is costed by geometry alone: its wedges may stay two.
                 let key_apart = |pair: [u32; 2]| match weights.map(|weights| pair.map(|v| weights[v as usize])) {
                     Some([first, second]) => weighed_key(rows.key_apart(pair), first, second),
                     None => rows.key_apart(pair),

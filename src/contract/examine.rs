@@ -135,7 +135,7 @@ impl Examiner {
         let on_border = (pu.flags | pw.flags) & BORDER != 0;
         let weights = patch.weights([u, w]);
         let quadric = self.quadric([u, w], on_border, [qu, qw], weights);
-        self.sides.gather(patch, &[u, w], middle);
+        self.sides.gather_pair(patch, [u, w], &self.star);
         self.sides.find(patch, [u, w])?;
         let mut with_means = quadric;
         self.sides.add_to(patch, &mut with_means);

@@ -3,7 +3,7 @@
 //! A row is in units of the normalized frame: a difference between two rows stands beside a distance. Numbers that decide
 //! where vertices go come first, as far as the kernels have room for them; those that are carried alone follow.
 
-use crate::kernel::attribute_costs::MOST_COSTED;
+use crate::kernel::face_gradients::MOST_COSTED;
 use crate::math::{Vec3, luv};
 use crate::mesh::frame::Frame;
 use crate::mesh::{ChannelKind, Mesh, Normals};

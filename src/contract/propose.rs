@@ -5,7 +5,6 @@
 
 use crate::backend::{Buffer, Queue};
 use crate::error::{Error, Result};
-use crate::kernel::attribute_costs::{AttributeCosts, WedgeBuffers};
 use crate::kernel::cost_histogram::{BUCKETS, CostHistogram};
 use crate::kernel::count_candidates::{CountCandidates, GATE_BLOCK};
 use crate::kernel::count_pairs::CountPairs;
@@ -208,38 +207,20 @@ impl Proposal {
                     borders,
                 })?;
                 if let Some(attributes) = &mut self.attributes {
-                    attributes.sum(queue, surface, normals)?;
-                    let WedgeBuffers { corners, wedge_sums, slopes, costed } = attributes.rows();
-                    queue.run(AttributeCosts {
-                        positions,
-                        faces,
-                        normals,
-                        sums,
-                        borders,
-                        corners,
-                        wedge_sums,
-                        slopes,
-                        pairs,
-                        pair_count,
-                        border_weight,
-                        placement,
-                        costed: costed as u32,
-                        keys,
-                    })?;
-                } else {
-                    queue.run(VolumeCosts {
-                        positions,
-                        faces,
-                        normals,
-                        sums,
-                        borders,
-                        pairs,
-                        pair_count,
-                        border_weight,
-                        placement,
-                        keys,
-                    })?;
+                    attributes.add_to(queue, surface, normals, sums)?;
                 }
+                queue.run(VolumeCosts {
+                    positions,
+                    faces,
+                    normals,
+                    sums,
+                    borders,
+                    pairs,
+                    pair_count,
+                    border_weight,
+                    placement,
+                    keys,
+                })?;
                 match weights.map(RoundWeights::weights) {
                     Some(weights) => queue.run(WeighKeys { faces, pairs, weights, pair_count, keys }),
                     None => Ok(()),

@@ -5,8 +5,7 @@
 
 use multiversion::multiversion;
 
-use crate::kernel::attribute_costs::MOST_COSTED;
-use crate::kernel::face_gradients::LEAST_HEIGHT;
+use crate::kernel::face_gradients::{LEAST_HEIGHT, MOST_COSTED};
 use crate::math::DVec3;
 
 use super::placement::Quadric;
@@ -36,10 +35,9 @@ pub struct FaceTerm {
 }
 
 impl FaceTerm {
-    /// Of a face with these corners, whose rows start there.
-    pub fn new([p0, p1, p2]: [DVec3; 3], dies: bool, starts: [usize; 3]) -> Self {
+    /// Of a face with these corners and the normal `n` between them, whose rows start there.
+    pub fn new([p0, p1, p2]: [DVec3; 3], n: DVec3, dies: bool, starts: [usize; 3]) -> Self {
         let (e1, e2) = (p1 - p0, p2 - p0);
-        let n = e1.cross(e2);
         let (weight, sides_sq) = (n.length(), e1.length_squared() + e2.length_squared());
         let is_flat = weight <= f64::from(LEAST_HEIGHT) * sides_sq;
         let inverse = if is_flat { 0.0 } else { 1.0 / (weight * weight) };
@@ -249,7 +247,10 @@ mod tests {
             rows.resize(rows.len() + width - 2, f32::NAN);
             rows.len() - width
         };
-        let faces = corners().map(|face| FaceTerm::new(face, false, face.each_ref().map(&mut start)));
+        let faces = corners().map(|face| {
+            let normal = (face[1] - face[0]).cross(face[2] - face[0]);
+            FaceTerm::new(face, normal, false, face.each_ref().map(&mut start))
+        });
         (faces.to_vec(), rows)
     }
 

@@ -13,6 +13,7 @@ use super::layout::Kind;
 use super::patch::Patch;
 use super::placement::Quadric;
 use super::side_sums::{FaceTerm, SideSums};
+use super::star::Star;
 use super::wedges::{NO_WEDGE, WedgeRows};
 use super::yielding::Yields;
 
@@ -28,10 +29,10 @@ pub struct CornerFace {
     pub corners: [u32; 3],
     /// The wedges of these as the round began, whose rows are current.
     pub wedges: [u32; 3],
-    /// What the wedges are now.
-    pub ids: [u32; 3],
     /// About the middle of the ends.
     pub points: [DVec3; 3],
+    /// (p1−p0)×(p2−p0).
+    pub normal: DVec3,
     /// Whether it has another end.
     pub dies: bool,
 }
@@ -111,14 +112,35 @@ pub struct Sides {
 }
 
 impl Sides {
-    /// Gathers the live faces of `ends`, which are free: all of them lie in the patch.
-    pub fn gather(&mut self, patch: &Patch<'_>, ends: &[u32], middle: DVec3) {
+    /// Forgets what was gathered before.
+    fn clear(&mut self, costed: usize) {
         self.faces.clear();
         self.sides.clear();
         (self.fixed, self.tears, self.apart) = (None, false, false);
         (self.at_an_end, self.yields) = (false, false);
+        self.costed = costed;
+    }
+
+    /// Gathers the faces of the star of a pair.
+    pub fn gather_pair(&mut self, patch: &Patch<'_>, pair: [u32; 2], star: &Star) {
         let Some(rows) = patch.wedges() else { return };
-        self.costed = rows.layout.costed;
+        self.clear(rows.layout.costed);
+        let parts =
+            [(0, -star.h, &star.first, false), (0, -star.h, &star.shared, true), (1, star.h, &star.second, false)];
+        for (end, at, faces, dies) in parts {
+            self.faces.extend(faces.iter().map(|face| {
+                let ([v1, v2], [p1, p2], normal) = (face.others, face.points, face.normal);
+                let first = face.half_edge as usize % 3;
+                let wedges = [0, 1, 2].map(|k| rows.wedge(face.half_edge / 3, (first + k) % 3));
+                CornerFace { end, corners: [pair[end], v1, v2], wedges, points: [at, p1, p2], normal, dies }
+            }));
+        }
+    }
+
+    /// Gathers the live faces of the corners of a triangle, which are free: all of them lie in the patch.
+    pub fn gather(&mut self, patch: &Patch<'_>, ends: [u32; ENDS], middle: DVec3) {
+        let Some(rows) = patch.wedges() else { return };
+        self.clear(rows.layout.costed);
         for (end, &vertex) in ends.iter().enumerate() {
             for &f in patch.connectivity.ring(vertex) {
                 let corners = patch.connectivity.faces[f as usize].corners();
@@ -130,15 +152,9 @@ impl Sides {
                 }
                 let wedges = around.map(|k| rows.wedge(f, k));
                 let points = now.map(|v| patch.position(v).xyz().as_dvec3() - middle);
+                let normal = (points[1] - points[0]).cross(points[2] - points[0]);
                 let dies = now[1..].iter().any(|v| ends.contains(v));
-                self.faces.push(CornerFace {
-                    end,
-                    corners: now,
-                    wedges,
-                    ids: wedges.map(|w| rows.now(w)),
-                    points,
-                    dies,
-                });
+                self.faces.push(CornerFace { end, corners: now, wedges, points, normal, dies });
             }
         }
     }
@@ -169,7 +185,9 @@ impl Sides {
         if rows.layout.yields != Yields::Nothing {
             return self.find_yielding(rows, pair, flags);
         }
-        let is_same = |(face, k): (&CornerFace, usize), (other, l): (&CornerFace, usize)| face.ids[k] == other.ids[l];
+        let is_same = |(face, k): (&CornerFace, usize), (other, l): (&CornerFace, usize)| {
+            rows.now(face.wedges[k]) == rows.now(other.wedges[l])
+        };
         let tears = || self.sides.len() < 2 || dying().any(|face| self.closes(face, pair, is_same));
         if on_seam == [true, true] && tears() {
             return Err(Rejection::Seam);
@@ -261,9 +279,10 @@ impl Sides {
         for side in sides {
             let own = faces.iter().filter(|face| side.has(face));
             terms.clear();
-            terms.extend(
-                own.map(|face| FaceTerm::new(face.points, face.dies, face.wedges.map(|wedge| rows.start(wedge)))),
-            );
+            terms.extend(own.map(|face| {
+                let CornerFace { points, normal, dies, wedges, .. } = *face;
+                FaceTerm::new(points, normal, dies, wedges.map(|wedge| rows.start(wedge)))
+            }));
             side.sums.add_faces(terms, rows.all(), costed, quadric);
             side.sums.add_saved(costed, saved);
         }

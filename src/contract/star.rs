@@ -17,6 +17,8 @@ use super::patch::Patch;
 /// A live face of a star. Shared faces are seen from `u`.
 #[derive(Debug, Clone, Copy)]
 pub struct StarFace {
+    /// Three times the face, and which of its corners the end is.
+    pub half_edge: u32,
     /// The corners after the end, in order.
     pub others: [u32; 2],
     /// The same about the pair's midpoint.
@@ -135,12 +137,12 @@ impl Star {
 #[inline(always)]
 pub fn located(f: u32, end: u32, at: DVec3, middle: DVec3, patch: &Patch<'_>) -> Result<Option<StarFace>, Outside> {
     let [a, b, c] = patch.connectivity.faces[f as usize].corners();
-    let after = if a == end {
-        [b, c]
+    let (corner, after) = if a == end {
+        (0, [b, c])
     } else if b == end {
-        [c, a]
+        (1, [c, a])
     } else {
-        [a, b]
+        (2, [a, b])
     };
     let (Some(v1), Some(v2)) = (patch.current(after[0]), patch.current(after[1])) else { return Err(Outside) };
     if v1 == v2 {
@@ -148,5 +150,5 @@ pub fn located(f: u32, end: u32, at: DVec3, middle: DVec3, patch: &Patch<'_>) ->
     }
     let points = [v1, v2].map(|v| patch.position(v).xyz().as_dvec3() - middle);
     let normal = (points[0] - at).cross(points[1] - at);
-    Ok(Some(StarFace { others: [v1, v2], points, normal }))
+    Ok(Some(StarFace { half_edge: 3 * f + corner, others: [v1, v2], points, normal }))
 }

@@ -167,7 +167,7 @@ impl Examiner {
         if f64::from(deviation) > self.rules.max_deviation {
             return Err(Rejection::Error);
         }
-        self.sides.gather(patch, &ends, center);
+        self.sides.gather(patch, ends, center);
         self.sides.find_whole(patch, ends)?;
         self.blend.place(patch, &self.sides, moved, corner)?;
         let (corners, ends) = (ends, [ends[0], ends[x], ends[y]]);
@@ -236,7 +236,8 @@ mod tests {
     /// The wheel of a triangle 0 1 2 inside of a larger one: every corner with a fan of its own.
     #[test]
     fn both_steps_are_examined() {
-        let face = |others: [u32; 2]| StarFace { others, points: [DVec3::ZERO; 2], normal: DVec3::Z };
+        let (points, normal) = ([DVec3::ZERO; 2], DVec3::Z);
+        let face = |others: [u32; 2]| StarFace { half_edge: 0, others, points, normal };
         // Around: 3 across the side 0 1, 4 across 1 2, 5 across 2 0; 6 beyond 0, 7 beyond 1, 8 beyond 2.
         let mut star = TriangleStar {
             whole: vec![face([1, 2])],

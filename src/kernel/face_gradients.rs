@@ -4,15 +4,18 @@
 //! \[HO99\]: an attribute is a linear function on a face, v0 + g·(p − p0), with g in its plane. With the edges e1 and e2 from
 //! p0, n = e1×e2, g = ((v1−v0) e2×n + (v2−v0) n×e1)/|n|². Found as √|n| g, whose outer product is |n| g gᵀ.
 
+use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
-use super::rows::{AttributeSum, Face, Normal, Position, Slope};
+use super::rows::{Face, Normal, Position};
 use super::split::CHUNK;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
-use crate::math::exact::{
-    LEAST_FACTOR, Sym3, add, add3, cross3, divide, dot3, flush3, mul, outer, scale3, sub, sub3, sym_add,
-};
+use crate::math::exact::{LEAST_FACTOR, add, add3, cross3, divide, dot3, flush3, mul, scale3, sub, sub3};
+use crate::math::lanes::{self, Columns, LANES, Lane};
+
+/// Most numbers of a wedge that decide.
+pub const MOST_COSTED: usize = 16;
 
 /// Least |n| of a face over the squares of its edges for its attributes to have a gradient: about its height over its length.
 pub const LEAST_HEIGHT: f32 = 1e-4;
@@ -33,16 +36,41 @@ pub struct FaceGradients<'a> {
     pub face_count: u32,
     /// Numbers of a wedge.
     pub costed: u32,
-    /// Writes |n| g gᵀ over all numbers and |n| for each face.
-    pub sums: &'a mut Buffer<AttributeSum>,
-    /// Writes |n| g of `costed` numbers for each face.
-    pub gradients: &'a mut Buffer<Slope>,
+    /// Writes √|n| times the gradients of `costed` numbers for each of F faces: x of all, y of all, z of all.
+    pub gradients: &'a mut Buffer<f32>,
 }
 
 params! {
     /// The uniform block.
     pub struct Params {
         costed: u32,
+    }
+}
+
+/// A face without its numbers.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+struct Shape {
+    corners: [Vec3; 3],
+    normal: Normal,
+}
+
+const SHAPE_WORDS: usize = size_of::<Shape>() / 4;
+
+impl Lane for Shape {
+    type Source<'a> = (&'a [Position], &'a [Face], &'a [Normal]);
+    type Params = ();
+    type Output = [Vec3; 2];
+
+    #[inline(always)]
+    fn load(index: usize, (positions, faces, normals): Self::Source<'_>) -> Self {
+        let corners = faces[index].corners().map(|v| positions[v as usize].xyz());
+        Self { corners, normal: normals[index] }
+    }
+
+    #[inline(always)]
+    fn compute(self, (): ()) -> [Vec3; 2] {
+        edge_factors(self.corners, self.normal)
     }
 }
 
@@ -66,12 +94,6 @@ fn gradient([first, second]: [Vec3; 2], a: f32, b: f32, c: f32) -> Vec3 {
     flush3(add3(scale3(first, sub(b, a)), scale3(second, sub(c, a))), LEAST_FACTOR)
 }
 
-#[inline(always)]
-fn slope_of(g: Vec3, root: f32) -> Slope {
-    let Vec3 { x, y, z } = scale3(g, root);
-    Slope { x, y, z, at: 0.0 }
-}
-
 impl Kernel for FaceGradients<'_> {
     const NAME: &'static str = "face_gradients";
     const SOURCE: &'static str = include_str!("../../shaders/face_gradients.wgsl");
@@ -90,7 +112,6 @@ impl Kernel for FaceGradients<'_> {
             Binding::new("normals", Access::Read, self.normals),
             Binding::new("corners", Access::Read, self.corners),
             Binding::new("values", Access::Read, self.values),
-            Binding::new("sums", Access::Write, self.sums),
             Binding::new("gradients", Access::Write, self.gradients),
         ]
     }
@@ -101,22 +122,25 @@ impl Kernel for FaceGradients<'_> {
 
     fn run_cpu(&mut self) {
         let costed = self.costed as usize;
-        let (positions, faces, normals) = (self.positions.host(), self.faces.host(), self.normals.host());
+        let shapes = (self.positions.host(), self.faces.host(), self.normals.host());
         let (corners, values) = (self.corners.host(), self.values.host());
-        let sums = self.sums.host_mut()[..self.face_count as usize].par_iter_mut();
-        let rows = self.gradients.host_mut()[..self.face_count as usize * costed].par_chunks_mut(costed.max(1));
-        sums.zip(rows).enumerate().with_min_len(CHUNK).for_each(|(f, (sum, row))| {
-            let points = faces[f].corners().map(|v| positions[v as usize].xyz());
-            let root = normals[f].root;
-            let factors = edge_factors(points, normals[f]);
-            let [a, b, c] = corners[f].corners().map(|wedge| &values[wedge as usize * costed..][..costed]);
-            let mut matrix = Sym3::default();
-            for (j, out) in row.iter_mut().enumerate() {
-                let g = gradient(factors, a[j], b[j], c[j]);
-                matrix = sym_add(matrix, outer(g));
-                *out = slope_of(g, root);
+        let gradients = &mut self.gradients.host_mut()[..3 * costed * self.face_count as usize];
+        let blocks = gradients.par_chunks_mut((3 * costed * LANES).max(1)).enumerate();
+        blocks.with_min_len(CHUNK / LANES).for_each_init(Columns::<Shape, SHAPE_WORDS>::new, |block, (i, rows)| {
+            let mut factors = [[Vec3::ZERO; 2]; LANES];
+            let factors = &mut factors[..rows.len() / (3 * costed)];
+            lanes::compute(i * LANES, shapes, (), block, factors);
+            for ((row, &factors), corners) in
+                rows.chunks_exact_mut(3 * costed).zip(&*factors).zip(&corners[i * LANES..])
+            {
+                let [a, b, c] = corners.corners().map(|wedge| &values[wedge as usize * costed..][..costed]);
+                let (x, yz) = row.split_at_mut(costed);
+                let (y, z) = yz.split_at_mut(costed);
+                for j in 0..costed {
+                    let g = gradient(factors, a[j], b[j], c[j]);
+                    (x[j], y[j], z[j]) = (g.x, g.y, g.z);
+                }
             }
-            *sum = AttributeSum::new(matrix, mul(root, root));
         });
     }
 }

@@ -5,10 +5,7 @@
 //! [`crate::math::exact`], so that twin and shader agree bit for bit.
 
 pub mod angle_defects;
-pub mod attribute_costs;
-mod attribute_lanes;
-pub mod attribute_sums;
-mod attribute_terms;
+pub mod attribute_spreads;
 pub mod block_maxima;
 pub mod block_sums;
 pub mod border_curvatures;

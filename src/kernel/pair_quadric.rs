@@ -15,8 +15,6 @@ pub const REACH: f32 = 4.0;
 pub const CONSTRAINT: f32 = 1e-3;
 /// Costs below this share of the trace are rounding noise and count as 0.
 pub const NOISE: f32 = 1e-18;
-/// What the best numbers of attributes save is a difference of like sums: this share of its trace is left to hold a placement.
-pub const ROUNDING: f32 = 1e-6;
 /// Traces below this are of faces without area.
 pub const NO_AREA: f32 = 1e-30;
 /// Weights below this are of faces whose costs would underflow.
@@ -40,7 +38,6 @@ pub const CONSTANTS: &[(&str, Constant)] = &[
     ("REACH", Constant::F32(REACH)),
     ("CONSTRAINT", Constant::F32(CONSTRAINT)),
     ("NOISE", Constant::F32(NOISE)),
-    ("ROUNDING", Constant::F32(ROUNDING)),
     ("NO_AREA", Constant::F32(NO_AREA)),
     ("NO_WEIGHT", Constant::F32(NO_WEIGHT)),
     ("GREATEST", Constant::F32(GREATEST)),

@@ -168,41 +168,6 @@ pub struct VolumeSum {
     pub nz: f32,
 }
 
-/// A number of a wedge, and the sum of |n| times its gradient over the faces; or |n| times the gradient over one face, and 0.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-#[expect(missing_docs, reason = "the entries of a vector")]
-pub struct Slope {
-    pub x: f32,
-    pub y: f32,
-    pub z: f32,
-    /// The number.
-    pub at: f32,
-}
-
-impl Slope {
-    /// The vector.
-    #[inline(always)]
-    pub fn xyz(self) -> Vec3 {
-        Vec3::new(self.x, self.y, self.z)
-    }
-}
-
-/// |n| g gᵀ over all attributes, and |n|: of a face, or the sums over the faces of a wedge.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-#[expect(missing_docs, reason = "the entries of a symmetric matrix")]
-pub struct AttributeSum {
-    pub xx: f32,
-    pub xy: f32,
-    pub xz: f32,
-    pub yy: f32,
-    pub yz: f32,
-    pub zz: f32,
-    /// |n|.
-    pub weight: f32,
-}
-
 /// What border edges e at a vertex add: Σ |e|²·I − e eᵀ, the squared distance to their lines times |e|².
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
@@ -375,17 +340,8 @@ macro_rules! matrix {
 }
 matrix!(VolumeSum);
 matrix!(BorderSum);
-matrix!(AttributeSum);
 matrix!(PlaneQuadric);
 matrix!(CellSum);
-
-impl AttributeSum {
-    /// Of these.
-    #[inline(always)]
-    pub fn new(Sym3 { xx, xy, xz, yy, yz, zz }: Sym3, weight: f32) -> Self {
-        Self { xx, xy, xz, yy, yz, zz, weight }
-    }
-}
 
 impl VolumeSum {
     /// The sum of n.
@@ -409,8 +365,6 @@ row!(Contraction { keep, gone: u32; x, y, z: f32; flags: u32 });
 row!(Normal { x, y, z, root: f32 });
 row!(Corners { cot_a, cot_b, cot_c, area_a, area_b, area_c: f32 });
 row!(VolumeSum { xx, xy, xz, yy, yz, zz, nx, ny, nz: f32 });
-row!(Slope { x, y, z, at: f32 });
-row!(AttributeSum { xx, xy, xz, yy, yz, zz, weight: f32 });
 row!(BorderSum { xx, xy, xz, yy, yz, zz: f32 });
 row!(PlaneQuadric { xx, xy, xz, yy, yz, zz, bx, by, bz, c, weight: f32 });
 row!(QuadricBound { weight, offset_sq: f32 });

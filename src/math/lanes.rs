@@ -89,35 +89,6 @@ pub fn compute<T: Lane, const WORDS: usize>(
     outputs.copy_from_slice(&block[..outputs.len()]);
 }
 
-/// A step of what is computed in several: from a row and what the steps before it left, to what it leaves. `pass` and all
-/// that it calls must be `inline(always)`, to be compiled for each instruction set.
-pub trait Pass {
-    /// What it reads.
-    type Row: Pod;
-    /// What the steps before left.
-    type State: Pod;
-    /// What is the same for all rows.
-    type Params: Copy;
-    /// What it leaves.
-    type Next: Pod;
-
-    /// The step.
-    fn pass(row: Self::Row, state: Self::State, params: Self::Params) -> Self::Next;
-}
-
-/// Takes a step in all lanes.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
-pub fn pass<P: Pass, const WORDS: usize, const STATE: usize, const NEXT: usize>(
-    rows: &Columns<P::Row, WORDS>,
-    states: &Columns<P::State, STATE>,
-    params: P::Params,
-    next: &mut Columns<P::Next, NEXT>,
-) {
-    for lane in 0..LANES {
-        next.set(lane, P::pass(rows.get(lane), states.get(lane), params));
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::exact::{LEAST, divide, flush, mul, root, sub};

@@ -1,0 +1,78 @@
+// What the attributes add to the sums of every vertex: how far their gradients over its faces spread. Twin:
+// src/kernel/attribute_spreads.rs
+//
+// Gathers the ring in ascending face order.
+
+// The wedge that a face has at a vertex.
+fn wedge_at(f: u32, vertex: u32) -> u32 {
+    let face = load_faces(f);
+    let corners = load_corners(f);
+    let at_b = select(corners.a, corners.b, face.b == vertex);
+    return select(at_b, corners.c, face.c == vertex);
+}
+
+// √|n| times the gradient of a number of a face.
+fn gradient_of(f: u32, j: u32) -> vec3f {
+    let x = 3u * f * params.costed + j;
+    let y = x + params.costed;
+    return vec3f(load_gradients(x), load_gradients(y), load_gradients(y + params.costed));
+}
+
+fn wedge_weight(start: u32, end: u32, vertex: u32, wedge: u32) -> f32 {
+    var weight = 0.0;
+    for (var i = start; i < end; i++) {
+        let f = load_ring_faces(i);
+        if wedge_at(f, vertex) == wedge {
+            let root = load_normals(f).root;
+            weight = add(weight, mul(root, root));
+        }
+    }
+    return weight;
+}
+
+// The spread of one number over the faces of a wedge.
+fn number_spread(start: u32, end: u32, vertex: u32, wedge: u32, inverse: f32, j: u32) -> Sym3 {
+    var mean = vec3f(0.0, 0.0, 0.0);
+    for (var i = start; i < end; i++) {
+        let f = load_ring_faces(i);
+        if wedge_at(f, vertex) == wedge {
+            mean = add3(mean, scale3(gradient_of(f, j), load_normals(f).root));
+        }
+    }
+    mean = flush3(scale3(mean, inverse), LEAST_FACTOR);
+    var sum = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    for (var i = start; i < end; i++) {
+        let f = load_ring_faces(i);
+        if wedge_at(f, vertex) == wedge {
+            let off = flush3(sub3(gradient_of(f, j), scale3(mean, load_normals(f).root)), LEAST_FACTOR);
+            sum = sym_add(sum, outer(off));
+        }
+    }
+    return sum;
+}
+
+fn run(i: u32) {
+    let start = load_ring_starts(i);
+    var end = load_ring_starts(i + 1u);
+    if (load_positions(i).flags & HUB) != 0u {
+        end = start;
+    }
+    var spread = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    let last = load_wedge_starts(i + 1u);
+    for (var wedge = load_wedge_starts(i); wedge < last; wedge++) {
+        let weight = wedge_weight(start, end, i, wedge);
+        var inverse = 0.0;
+        if weight > NO_AREA {
+            inverse = divide(1.0, weight);
+        }
+        for (var j = 0u; j < params.costed; j++) {
+            spread = sym_add(spread, number_spread(start, end, i, wedge, inverse, j));
+        }
+    }
+    let sum = load_sums(i);
+    let matrix = sym_add(volume_matrix(sum), sym_scale(spread, SPREAD_FACTOR));
+    store_sums(
+        i,
+        VolumeSum(matrix.xx, matrix.xy, matrix.xz, matrix.yy, matrix.yz, matrix.zz, sum.nx, sum.ny, sum.nz),
+    );
+}
