@@ -71,8 +71,8 @@ fn a_linear_texture_of_a_plane_stays_linear() {
             for (face, uv) in outcome.mesh.faces.iter().zip(rows(&outcome.mesh)) {
                 for (&v, uv) in face.iter().zip(uv) {
                     let expected = Vec2::from(map(outcome.mesh.positions[v as usize]).map(|x| x as f32));
-                    // Of a texture that is 19 wide: slivers on the way make a rounding error a larger one.
-                    assert!(uv.distance(expected) < 5e-4, "{metric:?} {placement:?}: {uv}, expected {expected}");
+                    // Of a texture that is 19 wide.
+                    assert!(uv.distance(expected) < 1e-4, "{metric:?} {placement:?}: {uv}, expected {expected}");
                 }
             }
         }
@@ -279,7 +279,7 @@ fn real_textures_follow_the_surface() {
             let diagonal = mesh.diagonal();
             let [max, rms] = [found.deviation.max, found.deviation.rms].map(|length| length / diagonal);
             println!("{name} {share}: {:?}, texture {max:.2e} {rms:.2e} on {:.3}", outcome.stop, found.covered);
-            assert!(rms < 2e-3 && found.covered > 0.96, "{name} {share}: {rms:.1e} {}", found.covered);
+            assert!(rms < 2e-3 && found.covered > 0.97, "{name} {share}: {rms:.1e} {}", found.covered);
         }
     }
 }

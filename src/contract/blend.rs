@@ -1,24 +1,20 @@
 //! The rows of new wedges: the best numbers at their place, or those of the nearest point of the surface before, and no
-//! face that turns over in the texture \[Wu12\].
+//! face that turns over in the texture.
 //!
-//! The faces of a side cover a region of the texture, whose rim is the polygon of the far edges of those that survive. The
-//! new wedge takes its best place there; where not all of the rim is seen from it, the nearest place from which it is. On a
-//! border or a seam the polygon is open: only edges of faces count. Faces without an area in the texture demand nothing but
-//! to get none of the other sign.
+//! In the texture the new wedge takes its best place, or the nearest from which no face turns over (`chart`). Faces without
+//! an area there demand nothing but to get none of the other sign.
 
-use crate::math::{DVec2, DVec3, Vec3};
+use crate::math::{DVec3, Vec3};
 use crate::spatial::triangle::closest_point;
 
+use super::chart::{Chart, NEAR, place, rounded};
 use super::filter::Rejection;
 use super::layout::{Kind, Layer, Origin};
 use super::patch::Patch;
 use super::side_sums::clamp_to;
 use super::sides::{CornerFace, ENDS, Side, Sides};
-use super::uv_kernel::{Kernel, orientation};
 use super::wedges::WedgeRows;
 
-/// How much of a kernel is left for a place that has to be moved into it.
-const SHRUNK: f64 = 0.95;
 /// How far past the numbers of a side's corners those of a new vertex off its faces may be, of their range. With none the
 /// texture of a truck with half of its faces moves by three times as much; without a bound it is lost where faces are thin.
 const PAST: f32 = 2.0;
@@ -32,7 +28,7 @@ pub struct Blend {
     nearest: Vec<f32>,
     /// For each side the first that has the same of a layer.
     leaders: Vec<usize>,
-    kernel: Kernel,
+    chart: Chart,
 }
 
 impl Blend {
@@ -154,8 +150,8 @@ impl Blend {
         }
     }
 
-    /// Moves the place in a texture of a side, and of those that it leads, to where no surviving face turns over; an end's
-    /// stays.
+    /// Moves the place in a texture of a side, and of those that it leads, to where no surviving face turns over, and a best
+    /// one back over the rim; an end's stays.
     fn unfold(
         &mut self,
         wedges: &WedgeRows<'_>,
@@ -164,53 +160,35 @@ impl Blend {
         layer: &Layer,
         (x, at_end): (DVec3, Option<usize>),
     ) -> Result<(), Rejection> {
+        let Self { rows, nearest, leaders, chart, .. } = self;
         let width = wedges.layout.width;
-        let leaders = &self.leaders;
         let members = || (side..leaders.len()).filter(|&member| leaders[member] == side);
-        let own_faces = || sides.faces.iter().filter(|face| members().any(|member| sides.sides[member].has(face)));
+        let side_of = |face: &CornerFace| members().find(|&member| sides.sides[member].has(face));
+        let own_faces = || sides.faces.iter().filter_map(|face| Some((side_of(face)?, face)));
         let stays = at_end.is_some_and(|end| members().any(|member| sides.sides[member].wedge(end).is_some()));
-        let place = |row: &[f32]| match layer.of(row) {
-            &[u, v, ..] => DVec2::new(f64::from(u), f64::from(v)),
-            _ => DVec2::ZERO,
-        };
-        let mapped = |face: &CornerFace| face.wedges.map(|wedge| place(wedges.row(wedge)));
-        let faces = || own_faces().map(|face| (face.dies, mapped(face)));
-        let area = |[a, b, c]: [DVec2; 3]| orientation(a, b, c);
-        let has = |sign: f64| faces().any(|(_, uv)| area(uv) * sign > 0.0);
-        let sign = match (has(1.0), has(-1.0)) {
-            (true, true) => return Err(Rejection::Texture),
-            (false, true) => -1.0,
-            _ => 1.0,
-        };
-        let holds = |at: DVec2| {
-            faces().filter(|(dies, _)| !dies).all(|(_, uv)| {
-                let after = sign * orientation(at, uv[1], uv[2]);
-                after > 0.0 || (after >= 0.0 && area(uv) == 0.0)
-            })
-        };
-        let best = place(&self.rows[side * width..]);
-        if faces().all(|(_, uv)| area(uv) == 0.0) || holds(best) {
+        chart.gather(wedges, layer, sides.sides.len(), own_faces())?;
+        if chart.is_flat() {
             return Ok(());
         }
-        if stays {
+        let best = place(layer, &rows[side * width..]);
+        // Where seams yield, vertices go far off their facets, which are stretched less by a place as far past the rim.
+        let is_best = stays || sides.yields || sides.apart || layer.first >= wedges.layout.costed;
+        let at = if is_best { best } else { rounded(chart.back(best, f64::from(layer.scale))) };
+        let found = if chart.keeps(at) {
+            at
+        } else if stays {
             return Err(Rejection::Texture);
-        }
-        nearest_row(wedges, own_faces(), x, &mut self.nearest);
-        let nearest = place(&self.nearest);
-        let found = if holds(nearest) {
-            nearest
         } else {
-            let corners = || faces().flat_map(|(_, uv)| uv);
-            let low = corners().fold(DVec2::INFINITY, DVec2::min);
-            let high = corners().fold(DVec2::NEG_INFINITY, DVec2::max);
-            self.kernel.start(low, high);
-            for [_, a, b] in faces().filter(|(dies, _)| !dies).map(|(_, uv)| uv) {
-                if sign > 0.0 { self.kernel.clip(a, b) } else { self.kernel.clip(b, a) }
-            }
-            self.kernel.nearest(best, SHRUNK).map(rounded).filter(|&at| holds(at)).ok_or(Rejection::Texture)?
+            nearest_row(wedges, own_faces().map(|(_, face)| face), x, nearest);
+            Some(place(layer, nearest))
+                .filter(|&at| chart.keeps(at))
+                .or_else(|| chart.nearest(at))
+                .ok_or(Rejection::Texture)?
         };
-        for member in members() {
-            layer.of_mut(&mut self.rows[member * width..][..width]).copy_from_slice(&found.as_vec2().to_array());
+        if found != best {
+            for member in members() {
+                layer.of_mut(&mut rows[member * width..][..width]).copy_from_slice(&found.as_vec2().to_array());
+            }
         }
         Ok(())
     }
@@ -219,14 +197,16 @@ impl Blend {
 /// Keeps the numbers that decide within those of the side's corners: past a thin face a linear function may be anything.
 /// Those of one end alone have to reach out to the new vertex.
 fn stay_near(wedges: &WedgeRows<'_>, sides: &Sides, side: usize, row: &mut [f32]) {
-    let past = if sides.sides[side].is_alone() { PAST } else { 0.0 };
+    let (layout, is_alone) = (wedges.layout, sides.sides[side].is_alone());
+    let in_texture =
+        |i: usize| layout.of_kind(Kind::Texcoords).any(|layer| (layer.first..layer.first + 2).contains(&i));
+    let past = |i: usize| match is_alone {
+        true => PAST,
+        false if !sides.yields && in_texture(i) => NEAR as f32,
+        false => 0.0,
+    };
     let starts = of_side(sides, side).flat_map(|face| face.wedges).map(|wedge| wedges.start(wedge));
-    clamp_to(starts, wedges.all(), &mut row[..wedges.layout.costed], past);
-}
-
-/// A place as rows hold it.
-fn rounded(at: DVec2) -> DVec2 {
-    at.as_vec2().as_dvec2()
+    clamp_to(starts, wedges.all(), &mut row[..layout.costed], past);
 }
 
 /// The faces of a side.

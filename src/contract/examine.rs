@@ -25,6 +25,10 @@ const OUTDATED: f64 = 2.0;
 /// What distances to seams that yield count, as those to a border do. With 4, the factor of borders, images of a truck with
 /// a tenth of its faces are 15 % farther off; with none the panes of its windows go first.
 const SEAM_WEIGHT: f64 = 1.2;
+/// The same of seams that hold, for where the vertex goes on them and not for what it costs, which nobody knew as the round
+/// began. Without it seams wander over smooth surfaces, and textures retreat from their rims; with more, or among the costs,
+/// the surface is farther off.
+const HELD_SEAM_WEIGHT: f64 = 0.25;
 /// Costs, in the normalized frame, that are not worth waiting for: what rounding leaves on a flat.
 const NEGLIGIBLE: f64 = 1e-12;
 
@@ -146,12 +150,19 @@ impl Examiner {
             self.sides.add_seams(rows, [u, w], &mut with_means, SEAM_WEIGHT);
         }
         let with_least = self.sides.with_least(&with_means);
+        let mut placing = with_least;
+        if pu.flags & pw.flags & SEAM != 0
+            && !self.sides.yields
+            && let Some(rows) = patch.wedges().filter(|rows| rows.layout.costed > 0)
+        {
+            self.sides.add_seams(rows, [u, w], &mut placing, HELD_SEAM_WEIGHT);
+        }
         let at_end = |end: usize| with_means.value(if end == 0 { -h } else { h }) + self.sides.at_end(end, h);
         let placement = if self.sides.at_an_end { Placement::Endpoint } else { self.rules.placement };
         let x = match ([pu.flags & LOCKED, pw.flags & LOCKED], self.sides.fixed, placement) {
-            ([0, 0], None, Placement::Optimal) => with_least.least(h, self.rules.regularization),
-            ([0, 0], None, Placement::Segment) => with_least.least_between(h),
-            ([0, 0], None, Placement::EndpointOrMiddle) => with_least.least_of(&[-h, h, DVec3::ZERO]),
+            ([0, 0], None, Placement::Optimal) => placing.least(h, self.rules.regularization),
+            ([0, 0], None, Placement::Segment) => placing.least_between(h),
+            ([0, 0], None, Placement::EndpointOrMiddle) => placing.least_of(&[-h, h, DVec3::ZERO]),
             ([0, 0], None, Placement::Endpoint) if at_end(1) < at_end(0) => h,
             ([0, 0], None, Placement::Endpoint) => -h,
             ([0, _], None, _) | (_, Some(1), _) => h,

@@ -16,6 +16,7 @@ mod attribute_rows;
 mod attributes;
 mod blend;
 mod carry;
+mod chart;
 mod commit;
 mod compact;
 mod deal;

@@ -204,8 +204,13 @@ fn add_means(terms: &Terms, weight: f64, sums: &mut QuadricLanes) {
     }
 }
 
-/// Keeps numbers within those of the rows that start there, or no farther off than `past` times their range.
-pub fn clamp_to(starts: impl Iterator<Item = usize> + Clone, rows: &[f32], numbers: &mut [f32], past: f32) {
+/// Keeps numbers within those of the rows that start there, or no farther off than `past` of each times their range.
+pub fn clamp_to(
+    starts: impl Iterator<Item = usize> + Clone,
+    rows: &[f32],
+    numbers: &mut [f32],
+    past: impl Fn(usize) -> f32,
+) {
     for (block, own) in numbers.chunks_mut(LANES).enumerate() {
         let first = block * LANES;
         let (mut low, mut high) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
@@ -218,7 +223,7 @@ pub fn clamp_to(starts: impl Iterator<Item = usize> + Clone, rows: &[f32], numbe
         }
         for (lane, number) in own.iter_mut().enumerate() {
             if low[lane] <= high[lane] {
-                let past = (high[lane] - low[lane]) * past;
+                let past = (high[lane] - low[lane]) * past(first + lane);
                 *number = number.clamp(low[lane] - past, high[lane] + past);
             }
         }
@@ -289,11 +294,11 @@ mod tests {
         let rows: Vec<f32> = (0..3).flat_map(|r| (0..12).map(move |i| (i * (r + 1)) as f32)).collect();
         let mut row = vec![100.0; 12];
         row[0] = -1.0;
-        clamp_to([0, 12, 24].into_iter(), &rows, &mut row[..11], 0.0);
+        clamp_to([0, 12, 24].into_iter(), &rows, &mut row[..11], |_| 0.0);
         let expected: Vec<f32> = (0..11).map(|i| (3 * i) as f32).chain([100.0]).collect();
         assert_eq!(row, expected);
         // And within half of their range beside them.
-        clamp_to([12, 24].into_iter(), &rows, &mut row[8..], 0.5);
+        clamp_to([12, 24].into_iter(), &rows, &mut row[8..], |i| if i < 4 { 0.5 } else { 0.0 });
         assert_eq!(row[8..], [0.0, 3.5, 7.0, 10.5]);
     }
 }

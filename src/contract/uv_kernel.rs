@@ -13,6 +13,14 @@ pub fn orientation(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
+/// The point nearest to `p` of the edge from `a` to `b`.
+pub fn nearest_on(a: DVec2, b: DVec2, p: DVec2) -> DVec2 {
+    let along = b - a;
+    let t = (p - a).dot(along) / along.length_squared();
+    // Not a number for an edge without length: then it is its start.
+    if t > 0.0 { a + along * t.min(1.0) } else { a }
+}
+
 /// A convex region, clipped edge by edge.
 #[derive(Debug, Default)]
 pub struct Kernel {
@@ -81,13 +89,9 @@ impl Kernel {
         if edges().all(|(a, b)| orientation(a, b, p) >= 0.0) {
             return Some(p);
         }
-        let on_edge = |(a, b): (DVec2, DVec2)| {
-            let along = b - a;
-            let t = (p - a).dot(along) / along.length_squared();
-            // Not a number for an edge without length: then it is its start.
-            if t > 0.0 { a + along * t.min(1.0) } else { a }
-        };
-        edges().map(on_edge).min_by(|a, b| p.distance_squared(*a).total_cmp(&p.distance_squared(*b)))
+        edges()
+            .map(|(a, b)| nearest_on(a, b, p))
+            .min_by(|a, b| p.distance_squared(*a).total_cmp(&p.distance_squared(*b)))
     }
 }
 

@@ -1,0 +1,192 @@
+//! The faces in a texture around a pair, and where the new vertex may be among them \[Wu12\].
+//!
+//! They cover a region of the texture, whose rim is the polygon of the far edges of those that survive. No face turns over
+//! where all of the rim is seen from the new place. On a border or a seam the polygon is open: only edges of faces count,
+//! and a place past it is one of another part of the picture. Sides that share a place may be each other's mirror images:
+//! every side keeps the sign of its own.
+
+use crate::math::DVec2;
+
+use super::filter::Rejection;
+use super::layout::Layer;
+use super::sides::CornerFace;
+use super::uv_kernel::{Kernel, nearest_on, orientation};
+use super::wedges::WedgeRows;
+
+/// How much of a kernel is left for a place that has to be moved into it.
+const SHRUNK: f64 = 0.95;
+/// What a place keeps of the way past the rim. With all of it parts of a helmet that share texels reach into each other's, and
+/// the texture moves three times as far; with nothing the texture is squeezed at rims and 1 % of it lost.
+const PAST_RIM: f64 = 0.5;
+/// How far past the rim a place may be before that, of the size of its faces: vertices are off the rim by rounding.
+pub const NEAR: f64 = 1.0 / 1024.0;
+
+/// A face at one of the ends.
+#[derive(Debug, Clone, Copy)]
+struct ChartFace {
+    side: usize,
+    dies: bool,
+    uv: [DVec2; 3],
+    /// Twice its area in the texture.
+    area: f64,
+}
+
+impl ChartFace {
+    fn holds(&self, at: DVec2) -> bool {
+        let [a, b, c] = self.uv;
+        self.area != 0.0 && [[a, b], [b, c], [c, a]].iter().all(|&[a, b]| orientation(a, b, at) * self.area >= 0.0)
+    }
+}
+
+/// The faces of the sides that have one place in a texture.
+#[derive(Debug, Default)]
+pub struct Chart {
+    faces: Vec<ChartFace>,
+    /// The sign of the areas of each side.
+    signs: Vec<f64>,
+    low: DVec2,
+    high: DVec2,
+    kernel: Kernel,
+}
+
+impl Chart {
+    /// Gathers faces with the numbers of their sides, of which there are so many.
+    ///
+    /// # Errors
+    /// [`Rejection::Texture`] where those of a side do not agree in the sign of their areas.
+    pub fn gather<'a>(
+        &mut self,
+        wedges: &WedgeRows<'_>,
+        layer: &Layer,
+        sides: usize,
+        faces: impl Iterator<Item = (usize, &'a CornerFace)>,
+    ) -> Result<(), Rejection> {
+        self.faces.clear();
+        self.signs.clear();
+        self.signs.resize(sides, 0.0);
+        (self.low, self.high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for (side, face) in faces {
+            let uv = face.wedges.map(|wedge| place(layer, wedges.row(wedge)));
+            let area = orientation(uv[0], uv[1], uv[2]);
+            if area * self.signs[side] < 0.0 {
+                return Err(Rejection::Texture);
+            }
+            if area != 0.0 {
+                self.signs[side] = area.signum();
+            }
+            uv.iter().for_each(|&corner| (self.low, self.high) = (self.low.min(corner), self.high.max(corner)));
+            self.faces.push(ChartFace { side, dies: face.dies, uv, area });
+        }
+        self.give_signs();
+        Ok(())
+    }
+
+    /// Sides without an area have the sign of the others, if these agree.
+    fn give_signs(&mut self) {
+        let has = |sign: f64| self.signs.contains(&sign);
+        let common = match (has(1.0), has(-1.0)) {
+            (true, true) => 0.0,
+            (false, true) => -1.0,
+            _ => 1.0,
+        };
+        self.signs.iter_mut().filter(|sign| **sign == 0.0).for_each(|sign| *sign = common);
+    }
+
+    /// Whether no face has an area: none can turn over.
+    pub fn is_flat(&self) -> bool {
+        self.faces.iter().all(|face| face.area == 0.0)
+    }
+
+    /// Where a place past the rim goes: back towards the nearest point of the faces, and into the repeats of the picture that
+    /// they lie in, of this size.
+    pub fn back(&self, at: DVec2, repeat: f64) -> DVec2 {
+        if self.faces.iter().any(|face| face.holds(at)) {
+            return at;
+        }
+        let edges = self.faces.iter().flat_map(|ChartFace { uv: [a, b, c], .. }| [[a, b], [b, c], [c, a]]);
+        let points = edges.map(|[&a, &b]| nearest_on(a, b, at));
+        let found = points.min_by(|a, b| at.distance_squared(*a).total_cmp(&at.distance_squared(*b)));
+        let Some(nearest) = found else { return at };
+        let (past, near) = (at - nearest, NEAR * (self.high - self.low).max_element());
+        let length = past.length();
+        let kept = if length > near { (near + (length - near) * PAST_RIM) / length } else { 1.0 };
+        let (low, high) = ((self.low / repeat).floor() * repeat, (self.high / repeat).ceil() * repeat);
+        (nearest + past * kept).clamp(low, high)
+    }
+
+    /// Whether all faces that survive keep their side with the new vertex there.
+    pub fn keeps(&self, at: DVec2) -> bool {
+        self.survivors().all(|face| {
+            let after = orientation(at, face.uv[1], face.uv[2]) * self.signs[face.side];
+            after > 0.0 || (after >= 0.0 && face.area == 0.0)
+        })
+    }
+
+    /// The place nearest to `best` where they do; `None` where there is none.
+    pub fn nearest(&mut self, best: DVec2) -> Option<DVec2> {
+        self.kernel.start(self.low, self.high);
+        for face in self.faces.iter().filter(|face| !face.dies) {
+            let [_, a, b] = face.uv;
+            if self.signs[face.side] >= 0.0 { self.kernel.clip(a, b) } else { self.kernel.clip(b, a) }
+        }
+        self.kernel.nearest(best, SHRUNK).map(rounded).filter(|&at| self.keeps(at))
+    }
+
+    fn survivors(&self) -> impl Iterator<Item = &ChartFace> {
+        self.faces.iter().filter(|face| !face.dies)
+    }
+}
+
+/// A place as rows hold it.
+pub fn rounded(at: DVec2) -> DVec2 {
+    at.as_vec2().as_dvec2()
+}
+
+/// The place in a texture that a row tells.
+pub fn place(layer: &Layer, row: &[f32]) -> DVec2 {
+    match layer.of(row) {
+        &[u, v, ..] => DVec2::new(f64::from(u), f64::from(v)),
+        _ => DVec2::ZERO,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Triangles by the numbers of their sides.
+    fn chart(faces: &[(usize, [[f64; 2]; 3])]) -> Chart {
+        let (low, high) = (DVec2::ZERO, DVec2::splat(0.75));
+        let mut chart = Chart { signs: vec![0.0; faces.len()], low, high, ..Chart::default() };
+        for &(side, uv) in faces {
+            let uv = uv.map(DVec2::from);
+            let area = orientation(uv[0], uv[1], uv[2]);
+            chart.signs[side] = area.signum();
+            chart.faces.push(ChartFace { side, dies: false, uv, area });
+        }
+        chart
+    }
+
+    #[test]
+    fn mirror_images_keep_a_sign_each() {
+        let mut both =
+            chart(&[(0, [[0.0, 0.0], [0.75, 0.0], [0.75, 0.75]]), (1, [[0.0, 0.0], [0.75, 0.75], [0.75, 0.0]])]);
+        assert!(both.keeps(DVec2::new(0.5, 0.25)) && !both.keeps(DVec2::new(1.5, 0.25)));
+        assert!(both.nearest(DVec2::new(1.5, 0.25)).is_some_and(|at| both.keeps(at)));
+    }
+
+    #[test]
+    fn places_past_the_rim_come_half_of_the_way_back() {
+        let one = chart(&[(0, [[0.0, 0.0], [0.75, 0.0], [0.0, 0.75]])]);
+        let inside = DVec2::new(0.25, 0.25);
+        assert_eq!(one.back(inside, 1.0), inside);
+        // By rounding alone past the slope, and by much.
+        let near = DVec2::splat(0.375 + 1e-4);
+        assert!((one.back(near, 1.0) - near).length() < 1e-12);
+        let far = one.back(DVec2::splat(0.575), 1.0);
+        assert!((far - DVec2::splat(0.475)).length() < 1e-3, "{far}");
+        // At 0 the picture ends.
+        let held = one.back(DVec2::new(0.25, -1e-4), 1.0);
+        assert!(held.y == 0.0 && (held.x - 0.25).abs() < 1e-12, "{held}");
+    }
+}
