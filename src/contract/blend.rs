@@ -59,7 +59,7 @@ impl Blend {
                 continue;
             }
             side.own(ENDS).take(1).for_each(|wedge| row.copy_from_slice(wedges.row(wedge)));
-            if sides.apart || layout.width > layout.costed {
+            if sides.apart || layout.has_others {
                 nearest_row(wedges, of_side(sides, number), x, row);
             }
             if !sides.apart {
@@ -206,7 +206,7 @@ fn stay_near(wedges: &WedgeRows<'_>, sides: &Sides, side: usize, row: &mut [f32]
         false => 0.0,
     };
     let starts = of_side(sides, side).flat_map(|face| face.wedges).map(|wedge| wedges.start(wedge));
-    clamp_to(starts, wedges.all(), &mut row[..layout.costed], past);
+    clamp_to(starts, wedges.all(), &mut row[..layout.summed], past);
 }
 
 /// The faces of a side.

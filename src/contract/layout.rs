@@ -10,6 +10,7 @@ use crate::mesh::{ChannelKind, Mesh, Normals};
 
 use super::Metric;
 use super::attributes::{Attributes, ColorSpace};
+use super::side_sums::LANES;
 use super::yielding::Yields;
 
 /// What a difference of 1 in a normal counts as, of the diagonal, times its weight.
@@ -90,6 +91,10 @@ pub struct Layout {
     pub layers: Vec<Layer>,
     /// Numbers of a row that decide.
     pub costed: usize,
+    /// These and those after them whose means over faces cost nothing more: they fill up the last vector.
+    pub summed: usize,
+    /// Whether there are others.
+    pub has_others: bool,
     /// Numbers of a row.
     pub width: usize,
     /// Whether borders between materials are seams.
@@ -169,8 +174,17 @@ impl Layout {
                 carried.push(Layer { scale: 1.0, ..layer });
             }
         }
-        (layout.costed, layout.width) = (used, used);
+        (layout.costed, layout.summed, layout.width) = (used, used, used);
         for layer in carried {
+            let numbers = match layer.kind {
+                Kind::Joints => usize::MAX,
+                // But for its sign.
+                Kind::Tangent => 3,
+                _ => layer.width,
+            };
+            let fits = layout.summed == layout.width && numbers <= used.next_multiple_of(LANES) - used;
+            (layout.summed, used) = if fits { (used + numbers, used + numbers) } else { (layout.summed, used) };
+            layout.has_others |= !fits;
             layout.layers.push(Layer { first: layout.width, ..layer });
             layout.width += layer.width;
         }
@@ -233,6 +247,24 @@ impl Layout {
 mod tests {
     use super::*;
     use crate::mesh::shapes;
+
+    #[test]
+    fn what_is_carried_fills_up_the_last_vector() {
+        let layer = |kind, width| Layer { origin: Origin::Normals, kind, first: 0, width, scale: 1.0 };
+        let decide = [(layer(Kind::Normal, 3), true), (layer(Kind::Texcoords, 2), true)];
+        let counts = |carried: &[(Kind, usize)]| {
+            let carried = carried.iter().map(|&(kind, width)| (layer(kind, width), false));
+            let layout = Layout::arranged(decide.into_iter().chain(carried).collect(), false);
+            (layout.costed, layout.summed, layout.width, layout.has_others)
+        };
+        assert_eq!(counts(&[]), (5, 5, 5, false));
+        assert_eq!(counts(&[(Kind::Tangent, 4)]), (5, 8, 9, false));
+        assert_eq!(counts(&[(Kind::Linear, 2), (Kind::Linear, 1), (Kind::Linear, 1)]), (5, 8, 9, true));
+        assert_eq!(counts(&[(Kind::Joints, 2), (Kind::Linear, 1)]), (5, 5, 8, true));
+        // Where nothing decides, nothing is summed.
+        let plane = Layout::arranged(vec![(layer(Kind::Linear, 1), false)], false);
+        assert_eq!((plane.summed, plane.has_others), (0, true));
+    }
 
     #[test]
     fn numbers_that_decide_come_first_and_stay_finite() {

@@ -9,7 +9,7 @@ use crate::kernel::rows::{LOCKED, SEAM};
 use crate::math::DVec3;
 
 use super::filter::Rejection;
-use super::layout::Kind;
+use super::layout::{Kind, Layout};
 use super::patch::Patch;
 use super::placement::Quadric;
 use super::side_sums::{FaceTerm, SideSums};
@@ -56,7 +56,7 @@ pub struct Side {
 impl Side {
     /// Of these wedges, the first two of which are a pair's.
     fn between(wedges: [u32; ENDS], rows: &WedgeRows<'_>) -> Self {
-        let [first, second] = [0, 1].map(|end| &rows.row(wedges[end])[..rows.layout.costed]);
+        let [first, second] = [0, 1].map(|end| &rows.row(wedges[end])[..rows.layout.summed]);
         Self { wedges, sums: SideSums::between(first, second) }
     }
 
@@ -69,7 +69,7 @@ impl Side {
     pub fn alone(end: usize, wedge: u32, rows: &WedgeRows<'_>) -> Self {
         let mut wedges = [NO_WEDGE; ENDS];
         wedges[end] = wedge;
-        let row = &rows.row(wedge)[..rows.layout.costed];
+        let row = &rows.row(wedge)[..rows.layout.summed];
         Self { wedges, sums: SideSums::between(row, row) }
     }
 
@@ -105,6 +105,7 @@ pub struct Sides {
     /// Whether seams give way: some sides may have a wedge of one end alone.
     pub yields: bool,
     costed: usize,
+    summed: usize,
     /// Those of the faces of a side.
     terms: Vec<FaceTerm>,
     /// The terms that the least numbers save.
@@ -113,18 +114,18 @@ pub struct Sides {
 
 impl Sides {
     /// Forgets what was gathered before.
-    fn clear(&mut self, costed: usize) {
+    fn clear(&mut self, layout: &Layout) {
         self.faces.clear();
         self.sides.clear();
         (self.fixed, self.tears, self.apart) = (None, false, false);
         (self.at_an_end, self.yields) = (false, false);
-        self.costed = costed;
+        (self.costed, self.summed) = (layout.costed, layout.summed);
     }
 
     /// Gathers the faces of the star of a pair.
     pub fn gather_pair(&mut self, patch: &Patch<'_>, pair: [u32; 2], star: &Star) {
         let Some(rows) = patch.wedges() else { return };
-        self.clear(rows.layout.costed);
+        self.clear(rows.layout);
         let parts =
             [(0, -star.h, &star.first, false), (0, -star.h, &star.shared, true), (1, star.h, &star.second, false)];
         for (end, at, faces, dies) in parts {
@@ -140,7 +141,7 @@ impl Sides {
     /// Gathers the live faces of the corners of a triangle, which are free: all of them lie in the patch.
     pub fn gather(&mut self, patch: &Patch<'_>, ends: [u32; ENDS], middle: DVec3) {
         let Some(rows) = patch.wedges() else { return };
-        self.clear(rows.layout.costed);
+        self.clear(rows.layout);
         for (end, &vertex) in ends.iter().enumerate() {
             for &f in patch.connectivity.ring(vertex) {
                 let corners = patch.connectivity.faces[f as usize].corners();
@@ -306,7 +307,7 @@ impl Sides {
 
     /// The best numbers of a side at a place.
     pub fn least(&self, side: usize, x: DVec3) -> impl Iterator<Item = f32> {
-        self.sides[side].sums.least(self.costed, x)
+        self.sides[side].sums.least(self.summed, x)
     }
 
     /// The share of a side in the area around a pair.
