@@ -6,11 +6,13 @@ mod support;
 use std::collections::{BTreeMap, BTreeSet};
 
 use coarsen::backend::GpuOptions;
+use coarsen::math::DVec3;
 use coarsen::mesh::sample;
 use coarsen::metrics::{self, deviation};
 use coarsen::papers::light::{PAIRS, curves, superfaces};
 use coarsen::partition::superface::{self, Criterion};
 use coarsen::partition::{By, Flatness, Options, Superfaces};
+use coarsen::simplify::MOVED;
 use coarsen::{Budget, Device, Mesh, Method, Outcome, StopReason, simplify};
 use support::engine::{assert_kept, bytes, cpu, gpu};
 use support::independent::topology;
@@ -29,6 +31,104 @@ fn fitted_colors_are_nearer_on_average() {
         let [kept, fitted] = [false, true].map(mean);
         println!("{name}: {kept:.3} of 255 as they are, {fitted:.3} fitted");
         assert!(fitted < 0.95 * kept, "{name}: {fitted} of {kept}");
+    }
+}
+
+/// With the defaults but for δ and whether vertices slide.
+fn run_default(device: &Device, scene: &Mesh, border_color: f64, slides: bool) -> Outcome {
+    let options = Options::superfaces(Superfaces { border_color, slides, ..Superfaces::default() });
+    simplify(scene, &Method::Partition(options), &Budget::default(), device, None).expect("a scene with light")
+}
+
+/// Differences fall as faces rise: by so much the light is nearer with as many.
+fn at_as_many_faces(kept: (f64, usize), slid: (f64, usize)) -> f64 {
+    slid.0 * slid.1 as f64 / (kept.0 * kept.1 as f64)
+}
+
+/// Sliding brings the light nearer, with no more faces, and neither changes the shape nor lays faces on each other.
+#[test]
+fn sliding_vertices_bring_the_light_nearer() {
+    for (name, border_color) in SCENES.into_iter().flat_map(|name| [0.5, 4.0].map(|delta| (name, delta))) {
+        let scene = scene(name, FACES);
+        let [kept, slid] = [false, true].map(|slides| run_default(&cpu(2), &scene, border_color, slides));
+        let [were, are] = [&kept, &slid].map(|outcome| outcome.mesh.faces.len());
+        assert!(are <= were, "{name}: {are} faces of {were}");
+        assert_kept(name, &scene, &slid);
+        let mean = |outcome: &Outcome| {
+            let measured = deviation(&scene, &outcome.mesh, &metrics::Options::default(), &cpu(2)).expect("a measure");
+            assert!(measured.symmetric().max < 1e-9 * measured.diagonal, "{name}: the walls stay where they are");
+            255.0 * measured.forward.colors.expect("colors").rgb.mean
+        };
+        let [before, after] = [mean(&kept), mean(&slid)];
+        let moved = slid.vertex_origin.iter().filter(|&&origin| origin == MOVED).count();
+        let share = at_as_many_faces((before, were), (after, are));
+        println!(
+            "{name} at {border_color}: {before:.3} in {were} faces, {after:.3} in {are}: {share:.3}, {moved} moved"
+        );
+        assert!(share < 0.92 && moved * 3 > slid.mesh.positions.len(), "{name}: {share}, {moved}");
+        let (is, was) = (slid.mesh.area(), scene.area());
+        assert!((is / was - 1.0).abs() < 1e-9, "{name}: area {is} of {was}: faces lie on each other");
+        for (v, &origin) in slid.vertex_origin.iter().enumerate().filter(|(_, origin)| **origin != MOVED) {
+            assert_eq!(slid.mesh.positions[v], scene.positions[origin as usize], "{name}: the place of {origin}");
+        }
+    }
+}
+
+/// A color is no farther from the light where its vertex came to stand than colors may be moved.
+#[test]
+fn slid_colors_are_near_the_light_at_their_places() {
+    let (scene, delta) = (scene("room", 5000), 2.0);
+    let slid = run_default(&cpu(2), &scene, delta, true);
+    let (rows, light) = (slid.mesh.colors.expect("colors"), scene.colors.as_ref().expect("light"));
+    let most = delta / 255.0 + 1e-6;
+    for (p, row) in slid.mesh.positions.iter().zip(&rows) {
+        let is_near = |face: &[u32; 3]| {
+            let [a, b, c] = face.map(|v| scene.positions[v as usize]);
+            let normal = (b - a).cross(c - a);
+            let share = |from: DVec3, to: DVec3| (to - from).cross(*p - from).dot(normal) / normal.length_squared();
+            let shares = [share(b, c), share(c, a), share(a, b)];
+            let is_on =
+                (*p - a).dot(normal).abs() < 1e-7 * normal.length() && shares.iter().all(|&share| share > -1e-7);
+            let colors = face.map(|v| light[v as usize]);
+            let there = |k: usize| (0..3).map(|i| shares[i] * f64::from(colors[i][k])).sum::<f64>();
+            is_on && (0..3).all(|k| (f64::from(row[k]) - there(k)).abs() <= most)
+        };
+        assert!(scene.faces.iter().any(is_near), "{p} has {row:?}");
+    }
+}
+
+/// The edge of a shadow across a plane, aslant and between its vertices: those of the result come to it.
+#[test]
+fn vertices_slide_to_the_edge_of_a_shadow() {
+    let mut plane = support::shapes::grid(24, 24);
+    let (low, high) = plane.bounds();
+    let light = |p: &DVec3| {
+        let at = (*p - low) / (high - low).max(DVec3::splat(f64::MIN_POSITIVE));
+        let depth = (at.x + 0.37 * at.y - 0.63).clamp(0.0, 0.3);
+        [0.2 + 2.0 * depth as f32, 0.5, 0.5, 1.0]
+    };
+    plane.colors = Some(plane.positions.iter().map(light).collect());
+    let mean = |slides| {
+        let outcome = run_default(&cpu(1), &plane, 2.0, slides);
+        let measured = deviation(&plane, &outcome.mesh, &metrics::Options::default(), &cpu(1)).expect("a measure");
+        (255.0 * measured.forward.colors.expect("colors").rgb.mean, outcome.mesh.faces.len())
+    };
+    let [kept, slid] = [false, true].map(mean);
+    println!("{kept:.3?} of 255 and faces with the input's vertices, {slid:.3?} with those that slid");
+    assert!(at_as_many_faces(kept, slid) < 0.8 && slid.1 < kept.1, "{slid:?} of {kept:?}");
+}
+
+#[test]
+fn slid_vertices_are_the_same_everywhere() {
+    let on_gpu = gpu(&GpuOptions::default());
+    for name in SCENES {
+        let scene = scene(name, FACES);
+        let known = bytes(&run_default(&cpu(1), &scene, 1.0, true).mesh);
+        for device in [cpu(2), cpu(3)].iter().chain(&on_gpu) {
+            let outcome = run_default(device, &scene, 1.0, true);
+            assert!(bytes(&outcome.mesh) == known, "{name} by {}", device.description());
+        }
+        assert!(bytes(&run_default(&cpu(2), &scene, 1.0, false).mesh) != known, "{name}: nothing slid");
     }
 }
 

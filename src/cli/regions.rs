@@ -75,7 +75,15 @@ fn variational(args: &args::Regions, by_error: bool) -> anyhow::Result<By> {
 
 fn superfaces(args: &args::Regions) -> anyhow::Result<By> {
     let &args::Regions {
-        flat_angle, light_step, light_range, area_unit, border_color, keep_colors, triangulation, ..
+        flat_angle,
+        light_step,
+        light_range,
+        area_unit,
+        border_color,
+        keep_colors,
+        keep_vertices,
+        triangulation,
+        ..
     } = args;
     let taken = args::Regions {
         flat_angle,
@@ -84,12 +92,13 @@ fn superfaces(args: &args::Regions) -> anyhow::Result<By> {
         area_unit,
         border_color,
         keep_colors,
+        keep_vertices,
         triangulation,
         ..NONE
     };
     if *args != taken {
         let message = "--method superface takes --flat-angle, --light-step, --light-range, --area-unit, --border-color, \
-                       --keep-colors and --triangulation of the options of regions: leave the others away";
+                       --keep-colors, --keep-vertices and --triangulation of the options of regions: leave the others away";
         return Err(refuse(Exit::Usage, message));
     }
     let mut found = Superfaces::default();
@@ -103,6 +112,7 @@ fn superfaces(args: &args::Regions) -> anyhow::Result<By> {
     found.regions.guard.angle_rad = flat_angle.unwrap_or(found.regions.guard.angle_rad);
     found.border_color = border_color.unwrap_or(found.border_color);
     found.fits_light = !keep_colors;
+    found.slides = !keep_vertices;
     Ok(By::Superfaces(found))
 }
 
@@ -144,6 +154,7 @@ const NONE: args::Regions = args::Regions {
     area_unit: None,
     border_color: None,
     keep_colors: false,
+    keep_vertices: false,
     triangulation: None,
 };
 
@@ -342,6 +353,7 @@ mod tests {
         assert_eq!(superfaces("").0, Superfaces::default());
         assert_eq!(superfaces("--flat-angle 1 --light-range 100%").0, Superfaces::default());
         assert!(!superfaces("--keep-colors").0.fits_light);
+        assert_eq!(superfaces("--keep-vertices").0, Superfaces { slides: false, ..Superfaces::default() });
     }
 
     #[test]

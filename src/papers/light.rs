@@ -29,10 +29,15 @@ pub const DUELS: [f64; 5] = [0.12, 0.27, 0.6, 1.3, 4.0];
 /// How far a curve may rise above where it has been.
 pub const MOST_RISE: f64 = 0.02;
 
-/// Superfaces at a pair.
+/// Superfaces at a pair, their vertices the input's as in the paper.
 pub fn superfaces([epsilon, delta]: [f64; 2]) -> Method {
     let regions = Regions { criterion: Criterion::Contrast { epsilon, range_cap: RANGE_CAP }, ..Regions::default() };
-    Method::Partition(Options::superfaces(Superfaces { regions, border_color: delta, ..Superfaces::default() }))
+    Method::Partition(Options::superfaces(Superfaces {
+        regions,
+        border_color: delta,
+        slides: false,
+        ..Superfaces::default()
+    }))
 }
 
 /// What superfaces are compared with, by name.

@@ -16,6 +16,7 @@ use super::fit::fit;
 use super::queues::{OnDevice, Queues};
 use super::rebuild::{Light, Rebuilt, Recipe, rebuild};
 use super::restore::{Carried, Restored, VertexLight, restore};
+use super::slide::{Bounds, Scene, Slid, slide};
 use super::surface::Surface;
 use super::{By, Options};
 
@@ -48,9 +49,10 @@ pub fn run(
     let mut parts = Parts::new(std::mem::take(&mut found.partition));
     let rebuilt = run.rebuild(&surface, &found, &mut parts, options, &mut report)?;
     let cancelled = rebuilt.is_none();
-    let rebuilt = rebuilt.unwrap_or_else(|| Rebuilt::nothing(&surface, &parts.partition));
+    let (rebuilt, settled) = rebuilt.unwrap_or_else(|| (Rebuilt::nothing(&surface, &parts.partition), None));
     let error_estimate = surface.frame.length_to_model(rebuilt.deviation);
-    let Restored { mesh, vertex_origin, mut regions } = restore_found(mesh, &surface, &parts, rebuilt, &found);
+    let Restored { mesh, vertex_origin, mut regions } =
+        restore_found(mesh, &surface, &parts, rebuilt, &found, settled.as_ref());
     regions.proxies = found.proxies.iter().map(|proxy| proxy.in_model(&surface)).collect();
     regions.energies = found.energies;
     run.seconds.apply += run.lapped();
@@ -93,16 +95,40 @@ fn warnings(mesh: &Mesh, surface: &mut Surface, by: &By) -> Vec<String> {
 }
 
 /// [`restore`] with what corners carry, or with the light that was found, moved where it may be.
-fn restore_found(mesh: &Mesh, surface: &Surface, parts: &Parts, rebuilt: Rebuilt, found: &Found) -> Restored {
-    let Some(SurfaceLight { colors, most_moved, .. }) = &found.light else {
+fn restore_found(
+    mesh: &Mesh,
+    surface: &Surface,
+    parts: &Parts,
+    rebuilt: Rebuilt,
+    found: &Found,
+    settled: Option<&Settled>,
+) -> Restored {
+    let Some(SurfaceLight { colors, .. }) = &found.light else {
         let carried = if found.keeps_corners { Carried::Corners } else { Carried::Vertices };
-        return restore(mesh, surface, parts, rebuilt, carried);
+        return restore(mesh, surface, parts, rebuilt, carried, &[]);
     };
-    // What was not rebuilt has none.
-    let most_moved = most_moved.filter(|_| !rebuilt.samples.is_empty());
-    let fitted = most_moved.map(|most| fit(surface, colors, &rebuilt.faces, &rebuilt.samples, most));
-    let light = fitted.as_deref().map_or(VertexLight::Own(colors), VertexLight::Fitted);
-    restore(mesh, surface, parts, rebuilt, Carried::Light(light))
+    match settled {
+        Some(Settled { colors, slid }) => {
+            restore(mesh, surface, parts, rebuilt, Carried::Light(VertexLight::Fitted(colors)), &slid.moved)
+        }
+        None => restore(mesh, surface, parts, rebuilt, Carried::Light(VertexLight::Own(colors)), &[]),
+    }
+}
+
+/// Colors that were moved, and where vertices are that slid.
+struct Settled {
+    colors: Vec<[f32; 4]>,
+    slid: Slid,
+}
+
+/// Fits the colors of what was rebuilt, and slides its vertices, where that may be.
+fn settle(scene: Scene<'_>, light: &SurfaceLight) -> Option<Settled> {
+    // What was not rebuilt has no samples.
+    let most_moved = light.most_moved.filter(|_| !scene.rebuilt.samples.is_empty())?;
+    let mut colors = fit(scene.surface, &light.colors, &scene.rebuilt.faces, &scene.rebuilt.samples, most_moved);
+    let bounds = Bounds { most_moved, most: light.limits.most, worth: light.limits.worth };
+    let slid = light.slides.then(|| slide(scene, &mut colors, bounds));
+    Some(Settled { colors, slid: slid.unwrap_or_default() })
 }
 
 /// Where a run is done, what it tells, and how long it takes.
@@ -130,7 +156,7 @@ impl Run {
         parts: &mut Parts,
         options: &Options,
         report: &mut Report<'_>,
-    ) -> Result<Option<Rebuilt>> {
+    ) -> Result<Option<(Rebuilt, Option<Settled>)>> {
         if found.is_cancelled {
             return Ok(None);
         }
@@ -151,11 +177,29 @@ impl Run {
                 fills_in_space,
                 light: found.light.as_ref().map(|light| Light { colors: &light.colors, limits: light.limits }),
             };
-            let rebuilt = rebuild(surface, &parts.partition, &boundary, &mut chains, recipe);
+            let mut rebuilt = rebuild(surface, &parts.partition, &boundary, &mut chains, recipe);
             self.seconds.apply += self.lapped();
             if rebuilt.undrawn.is_empty() || fills_in_space {
                 self.tell_of(&rebuilt);
-                return Ok(Some(rebuilt));
+                let planes = recipe.planes;
+                let partition = &parts.partition;
+                let mut settled = found.light.as_ref().and_then(|light| {
+                    let scene = Scene {
+                        surface,
+                        partition,
+                        boundary: &boundary,
+                        chains: &chains,
+                        planes,
+                        rebuilt: &rebuilt,
+                        light: &light.colors,
+                    };
+                    settle(scene, light)
+                });
+                if let Some(Settled { slid, .. }) = &mut settled {
+                    rebuilt.replace(std::mem::take(&mut slid.regions));
+                }
+                self.seconds.apply += self.lapped();
+                return Ok(Some((rebuilt, settled)));
             }
             // What cannot be cut any more is filled in space at last.
             cuts += 1;

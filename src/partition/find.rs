@@ -51,6 +51,8 @@ pub struct SurfaceLight {
     pub limits: Limits,
     /// How far colors may be moved; nothing where they stay.
     pub most_moved: Option<f64>,
+    /// Whether vertices slide with them.
+    pub slides: bool,
 }
 
 /// Light may be off inside a region by this many times as much as at a vertex of its border: there it is only the few vertices
@@ -157,7 +159,7 @@ impl Partitioner<'_> {
         let most_moved = superfaces.fits_light.then_some(most / INNER);
         Ok(Found {
             planes: Some(found.planes),
-            light: Some(SurfaceLight { colors, limits, most_moved }),
+            light: Some(SurfaceLight { colors, limits, most_moved, slides: superfaces.slides }),
             is_cancelled: (self.report)().is_break(),
             ..Found::new(found.partition, tolerances)
         })

@@ -11,7 +11,7 @@ const ROUNDS: usize = 3;
 /// Sweeps over the vertices a round. Every vertex is held by its own color, so that few do.
 const SWEEPS: usize = 10;
 /// What is less off than this share of the tolerance counts as that.
-const FLOOR: f64 = 0.1;
+pub const FLOOR: f64 = 0.1;
 /// Light at the vertices of a face beside that in its middle: together the areas that they stand for make the integral of what
 /// is quadratic exact.
 pub const AT_VERTICES: f64 = 0.25;

@@ -1,8 +1,8 @@
 //! Simplification by partition: faces into regions, the borders between regions simplified once for both sides, every region
-//! triangulated anew. Vertices of the result are vertices of the input.
+//! triangulated anew. Vertices of the result are vertices of the input, but for those that slide to where light bends.
 //!
 //! The flow is in `driver`: the `surface`, its regions ([`By`]), their `boundary` as loops and chains, the `chains` simplified,
-//! regions triangulated by `rebuild`, and the mesh `restore`d.
+//! regions triangulated by `rebuild`, vertices that carry light `slide` and colors `fit`, and the mesh is `restore`d.
 //!
 //! # Invariants
 //! - A [`Partition`] puts every face into one region, and the faces of a region are connected across edges
@@ -29,6 +29,7 @@ mod polygons;
 mod queues;
 mod rebuild;
 mod restore;
+mod slide;
 pub mod superface;
 mod surface;
 mod triangulate;
@@ -72,12 +73,15 @@ pub struct Superfaces {
     pub inner_color: Option<f64>,
     /// Whether colors of vertices are moved, by a quarter of that at most, so that the light between them is right on average.
     pub fits_light: bool,
+    /// Whether vertices slide to where the light bends, within flat regions and along their straight borders: the shape stays, but
+    /// they are the input's no more. Their colors go with them, so that it takes `fits_light` too.
+    pub slides: bool,
 }
 
 impl Default for Superfaces {
     fn default() -> Self {
         let regions = superface::Options::default();
-        Self { regions, border_color: 2.0, border_distance: 1e-3, inner_color: None, fits_light: true }
+        Self { regions, border_color: 2.0, border_distance: 1e-3, inner_color: None, fits_light: true, slides: true }
     }
 }
 

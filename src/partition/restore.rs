@@ -4,12 +4,14 @@ use super::cut::Parts;
 use super::named::Named;
 use super::polygons::polygons;
 use super::rebuild::Rebuilt;
+use super::slide::Stand;
 use super::surface::Surface;
 use super::vsa::Proxy;
 use crate::math::{DVec3, Vec3};
 use crate::mesh::orient::TURNED;
 use crate::mesh::weld::joined_attributes;
 use crate::mesh::{Channel, Materials, Mesh, Polygons, take};
+use crate::simplify::MOVED;
 
 /// The region of a face that the input's preparation dropped.
 pub const NO_REGION: u32 = u32::MAX;
@@ -72,14 +74,23 @@ pub enum VertexLight<'a> {
 }
 
 /// Names vertices in the order of the input and turns regions back over that were turned to agree with others.
-pub fn restore(input: &Mesh, surface: &Surface, parts: &Parts, rebuilt: Rebuilt, carried: Carried<'_>) -> Restored {
+///
+/// The vertices of the surface in `moved`, ascending, stand elsewhere on it.
+pub fn restore(
+    input: &Mesh,
+    surface: &Surface,
+    parts: &Parts,
+    rebuilt: Rebuilt,
+    carried: Carried<'_>,
+    moved: &[(u32, Stand)],
+) -> Restored {
     let whole = |part: u32| parts.whole[part as usize];
     let named = match carried {
         Carried::Corners => Named::with_corners(input, surface, parts, &rebuilt),
         Carried::Vertices | Carried::Light(_) => Named::whole(surface, &rebuilt.faces),
     };
     let Rebuilt { faces, region_starts, is_whole, undrawn, spatial, .. } = rebuilt;
-    let vertex_origin = named.origins(input, surface);
+    let mut vertex_origin = named.origins(input, surface);
 
     let is_turned = turned_regions(surface, parts);
     let mut face_labels = Vec::with_capacity(faces.len());
@@ -99,8 +110,15 @@ pub fn restore(input: &Mesh, surface: &Surface, parts: &Parts, rebuilt: Rebuilt,
         of_face: by_part(part_materials(surface, parts, materials)),
         names: materials.names.clone(),
     });
+    let mut positions: Vec<DVec3> = named.vertices.iter().map(|vertex| at(input, surface, vertex.at)).collect();
+    for (new, vertex) in named.vertices.iter().enumerate().filter(|_| !moved.is_empty()) {
+        if let Ok(found) = moved.binary_search_by_key(&vertex.at, |&(v, _)| v) {
+            positions[new] = moved[found].1.mix(|v| at(input, surface, v));
+            vertex_origin[new] = MOVED;
+        }
+    }
     let mut mesh = Mesh {
-        positions: named.vertices.iter().map(|vertex| at(input, surface, vertex.at)).collect(),
+        positions,
         faces: named.faces,
         normals,
         colors,

@@ -12,7 +12,8 @@ mod drawing;
 mod grid;
 mod thin;
 
-pub use thin::thin;
+pub use grid::Grid;
+pub use thin::{thin, thin_again};
 
 /// Edges that stay, the lower end first.
 pub type KeptEdges = FxHashSet<[u32; 2]>;
@@ -29,6 +30,10 @@ pub struct Places<'a> {
     pub areas: &'a [f64],
     /// How many of the first may be corners.
     pub vertex_count: u32,
+    /// How many of the first may not be off by any amount.
+    pub bound_count: u32,
+    /// Whether vertices lie on the outline, where no new edge may join two of them; of none it is not asked.
+    pub is_outer: &'a [bool],
 }
 
 /// What may be lost.
@@ -58,6 +63,11 @@ impl Shade {
             DVec2::new(along * ac.y - across * ab.y, across * ab.x - along * ac.x) / area
         };
         Self { origin: a, color, slopes: [0, 1, 2].map(slope) }
+    }
+
+    /// How each channel rises over the plane.
+    pub fn slopes(&self) -> [DVec2; 3] {
+        self.slopes
     }
 
     /// The difference to a color at a point, by channel.

@@ -31,27 +31,24 @@ pub fn thin(
     kept: &KeptEdges,
     limits: Limits,
 ) -> (Vec<[u32; 3]>, Vec<Vec<u32>>) {
-    let mut thinning = Thinning {
-        drawing: Drawing::new(places.points, triangles, kept),
-        places,
-        limits,
-        losses: Vec::new(),
-        triangle_of: vec![NONE; places.vertex_count as usize],
-        star: Star::default(),
-        spots: Vec::new(),
-        shades: Vec::new(),
-    };
+    let mut thinning = Thinning::new(places, Drawing::new(places.points, triangles, kept), limits);
     thinning.place();
     thinning.fill();
-    thinning.measure();
-    // What could not go may be able to once others have gone, or edges have turned.
-    for _ in 0..MOST_PASSES {
-        thinning.turn_edges();
-        if !thinning.pass() {
-            break;
-        }
-    }
-    thinning.drawing.into_parts()
+    thinning.take_out()
+}
+
+/// The same of triangles that have their vertices: those inside that `limits` let go now go, and edges turn. The places in each
+/// triangle are given.
+pub fn thin_again(
+    places: Places<'_>,
+    triangles: Vec<[u32; 3]>,
+    members: impl Iterator<Item = (u32, u32)>,
+    limits: Limits,
+) -> (Vec<[u32; 3]>, Vec<Vec<u32>>) {
+    let kept = KeptEdges::default();
+    let mut drawing = Drawing::new(places.points, triangles, &kept);
+    members.for_each(|(t, point)| drawing.add(t, point));
+    Thinning::new(places, drawing, limits).take_out()
 }
 
 struct Thinning<'a> {
@@ -89,7 +86,39 @@ impl Spot {
     }
 }
 
-impl Thinning<'_> {
+impl<'a> Thinning<'a> {
+    fn new(places: Places<'a>, drawing: Drawing<'a>, limits: Limits) -> Self {
+        Self {
+            drawing,
+            places,
+            limits,
+            losses: Vec::new(),
+            triangle_of: vec![NONE; places.vertex_count as usize],
+            star: Star::default(),
+            spots: Vec::new(),
+            shades: Vec::new(),
+        }
+    }
+
+    /// Takes out what is not missed.
+    fn take_out(mut self) -> (Vec<[u32; 3]>, Vec<Vec<u32>>) {
+        self.measure();
+        // What could not go may be able to once others have gone, or edges have turned.
+        for _ in 0..MOST_PASSES {
+            self.turn_edges();
+            if !self.pass() {
+                break;
+            }
+        }
+        self.drawing.into_parts()
+    }
+
+    /// Whether a new edge may join two vertices.
+    fn may_join(&self, a: u32, b: u32) -> bool {
+        let is_outer = |v: u32| self.places.is_outer.get(v as usize).copied().unwrap_or(false);
+        !(is_outer(a) && is_outer(b))
+    }
+
     /// Finds the first triangle that holds each point.
     fn place(&mut self) {
         let mut is_known = vec![false; self.places.points.len()];
@@ -167,7 +196,7 @@ impl Thinning<'_> {
         }
         let Some([a, b, c, d]) = self.drawing.diamond(t, k) else { return false };
         let sides = [[a, d, c], [d, b, c]];
-        if sides.iter().any(|&side| !self.is_round(side)) {
+        if !self.may_join(c, d) || sides.iter().any(|&side| !self.is_round(side)) {
             return false;
         }
         let shades = sides.map(|side| self.shade(side));
@@ -246,6 +275,9 @@ impl Thinning<'_> {
         if turn(first[0], first[1], last[2]) < 0.0 || !(1..=count).all(|i| self.is_round(corners(i))) {
             return None;
         }
+        if !(2..=count).all(|i| self.may_join(ring[apex], at(i))) {
+            return None;
+        }
         let mut shades = std::mem::take(&mut self.shades);
         shades.clear();
         shades.extend((1..=count).map(|i| self.shade(corners(i))));
@@ -277,9 +309,9 @@ impl Thinning<'_> {
 
     /// A place; only at a vertex light may not be off by any amount.
     fn spot(&self, point: u32) -> Spot {
-        let Places { points, colors, areas, vertex_count } = self.places;
+        let Places { points, colors, areas, bound_count, .. } = self.places;
         let at = point as usize;
-        let most = if point < vertex_count { self.limits.most } else { f64::INFINITY };
+        let most = if point < bound_count { self.limits.most } else { f64::INFINITY };
         Spot { at: points[at], color: colors[at], area: areas[at], most }
     }
 
@@ -314,7 +346,14 @@ mod tests {
         let colors: Vec<[f64; 3]> = points.iter().map(|&p| [light(p); 3]).collect();
         let kept = KeptEdges::from_iter([[0, 1], [1, 2], [2, 3], [0, 3]]);
         let areas = vec![1.0; points.len()];
-        let places = Places { points: &points, colors: &colors, areas: &areas, vertex_count: points.len() as u32 };
+        let places = Places {
+            points: &points,
+            colors: &colors,
+            areas: &areas,
+            vertex_count: points.len() as u32,
+            bound_count: points.len() as u32,
+            is_outer: &[],
+        };
         let (triangles, members) = thin(places, vec![[0, 1, 2], [0, 2, 3]], &kept, limits);
         let area: f64 = triangles
             .iter()

@@ -108,6 +108,25 @@ pub struct Rebuilt {
 }
 
 impl Rebuilt {
+    /// Gives regions other triangles, which are as many polygons; `faces` are ascending by region, and tell whether vertices lie
+    /// inside.
+    pub fn replace(&mut self, regions: Vec<Refilled>) {
+        let mut regions = regions.into_iter().peekable();
+        let (before, starts) = (std::mem::take(&mut self.faces), std::mem::replace(&mut self.region_starts, vec![0]));
+        for (region, ends) in (0..).zip(starts.windows(2)) {
+            match regions.next_if(|refilled| refilled.region == region) {
+                Some(Refilled { faces, is_whole, .. }) => {
+                    self.faces.extend(faces);
+                    self.is_whole[region as usize] |= is_whole;
+                }
+                None => self.faces.extend_from_slice(&before[ends[0] as usize..ends[1] as usize]),
+            }
+            self.region_starts.push(self.faces.len() as u32);
+        }
+        // They were of other faces.
+        self.samples.clear();
+    }
+
     /// Every region as it is.
     pub fn nothing(surface: &Surface, partition: &Partition) -> Self {
         let (region_starts, faces) = partition.faces_by_region();
@@ -121,6 +140,16 @@ impl Rebuilt {
             samples: Vec::new(),
         }
     }
+}
+
+/// Other triangles of a region.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Refilled {
+    pub region: u32,
+    /// Of the surface's vertices.
+    pub faces: Vec<[u32; 3]>,
+    /// Whether none of them lies inside.
+    pub is_whole: bool,
 }
 
 /// Rebuilds every region of `partition` between `chains`, which get more vertices where needed.

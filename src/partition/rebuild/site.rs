@@ -69,7 +69,9 @@ impl Flat {
             colors.push(color);
             areas.push(area);
         }
-        let places = Places { points: &points, colors: &colors, areas: &areas, vertex_count };
+        let bound_count = vertex_count;
+        let places =
+            Places { points: &points, colors: &colors, areas: &areas, vertex_count, bound_count, is_outer: &[] };
         let kept: KeptEdges = (0..).zip(self.outline.successors()).map(|(a, b)| [a.min(b), a.max(b)]).collect();
         let (triangles, members) = thin(places, std::mem::take(&mut self.triangles), &kept, light.limits);
         let mut samples = Vec::with_capacity(members.iter().map(Vec::len).sum());

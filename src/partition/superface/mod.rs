@@ -4,7 +4,8 @@
 //! \[Liu99\]: seeds in the order of how little the light changes around them, grown across edges while the criterion holds.
 //! Departs: the criterion measures contrast by default, which needs no unit of area, and may cap the range of light within a
 //! superface; what is not flat is kept apart, which the paper takes for granted. By default any light joins, for vertices come
-//! back inside where it would be missed (`partition::interior`), and colors are fitted to what lies between them (`partition::fit`).
+//! back inside where it would be missed (`partition::interior`), colors are fitted to what lies between them (`partition::fit`), and
+//! vertices slide to where the light bends (`partition::slide`).
 //!
 //! # Invariants
 //! - The regions are a [`Partition`]: every face is in one, and each hangs together across edges.
