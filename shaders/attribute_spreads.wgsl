@@ -3,12 +3,10 @@
 //
 // Gathers the ring in ascending face order.
 
-// The wedge that a face has at a vertex.
-fn wedge_at(f: u32, vertex: u32) -> u32 {
-    let face = load_faces(f);
+// Whether a face is one of a wedge's.
+fn has_wedge(f: u32, wedge: u32) -> bool {
     let corners = load_corners(f);
-    let at_b = select(corners.a, corners.b, face.b == vertex);
-    return select(at_b, corners.c, face.c == vertex);
+    return corners.a == wedge || corners.b == wedge || corners.c == wedge;
 }
 
 // √|n| times the gradient of a number of a face.
@@ -18,11 +16,11 @@ fn gradient_of(f: u32, j: u32) -> vec3f {
     return vec3f(load_gradients(x), load_gradients(y), load_gradients(y + params.costed));
 }
 
-fn wedge_weight(start: u32, end: u32, vertex: u32, wedge: u32) -> f32 {
+fn wedge_weight(start: u32, end: u32, wedge: u32) -> f32 {
     var weight = 0.0;
     for (var i = start; i < end; i++) {
         let f = load_ring_faces(i);
-        if wedge_at(f, vertex) == wedge {
+        if has_wedge(f, wedge) {
             let root = load_normals(f).root;
             weight = add(weight, mul(root, root));
         }
@@ -31,11 +29,11 @@ fn wedge_weight(start: u32, end: u32, vertex: u32, wedge: u32) -> f32 {
 }
 
 // The spread of one number over the faces of a wedge.
-fn number_spread(start: u32, end: u32, vertex: u32, wedge: u32, inverse: f32, j: u32) -> Sym3 {
+fn number_spread(start: u32, end: u32, wedge: u32, inverse: f32, j: u32) -> Sym3 {
     var mean = vec3f(0.0, 0.0, 0.0);
     for (var i = start; i < end; i++) {
         let f = load_ring_faces(i);
-        if wedge_at(f, vertex) == wedge {
+        if has_wedge(f, wedge) {
             mean = add3(mean, scale3(gradient_of(f, j), load_normals(f).root));
         }
     }
@@ -43,7 +41,7 @@ fn number_spread(start: u32, end: u32, vertex: u32, wedge: u32, inverse: f32, j:
     var sum = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     for (var i = start; i < end; i++) {
         let f = load_ring_faces(i);
-        if wedge_at(f, vertex) == wedge {
+        if has_wedge(f, wedge) {
             let off = flush3(sub3(gradient_of(f, j), scale3(mean, load_normals(f).root)), LEAST_FACTOR);
             sum = sym_add(sum, outer(off));
         }
@@ -54,19 +52,19 @@ fn number_spread(start: u32, end: u32, vertex: u32, wedge: u32, inverse: f32, j:
 fn run(i: u32) {
     let start = load_ring_starts(i);
     var end = load_ring_starts(i + 1u);
-    if (load_positions(i).flags & HUB) != 0u {
+    if end - start > HUB_FACES {
         end = start;
     }
     var spread = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     let last = load_wedge_starts(i + 1u);
     for (var wedge = load_wedge_starts(i); wedge < last; wedge++) {
-        let weight = wedge_weight(start, end, i, wedge);
+        let weight = wedge_weight(start, end, wedge);
         var inverse = 0.0;
         if weight > NO_AREA {
             inverse = divide(1.0, weight);
         }
         for (var j = 0u; j < params.costed; j++) {
-            spread = sym_add(spread, number_spread(start, end, i, wedge, inverse, j));
+            spread = sym_add(spread, number_spread(start, end, wedge, inverse, j));
         }
     }
     let sum = load_sums(i);

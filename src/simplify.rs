@@ -24,7 +24,7 @@ pub enum Method {
     /// Vertex removal with retriangulation: the result's vertices are vertices of the input.
     Removal(removal::Options),
     /// Regions of faces, each triangulated anew between borders simplified once for both sides: the result's vertices are
-    /// vertices of the input.
+    /// vertices of the input, but for those of superfaces that slide to where the light bends.
     Partition(partition::Options),
 }
 

@@ -65,8 +65,6 @@ impl AttributeBuffers {
         let costed = self.costed as u32;
         queue.run(FaceGradients { positions, faces, normals, corners, values, face_count, costed, gradients })?;
         queue.run(AttributeSpreads {
-            positions,
-            faces,
             normals,
             ring_starts,
             ring_faces,

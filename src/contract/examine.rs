@@ -107,7 +107,7 @@ impl Examiner {
     /// What a pair that cost `cost` as the round began may cost now. Seams that yield cost what nobody knew then: such a pair
     /// may cost what others of the round do.
     fn most_waiting(&self, cost: f32) -> f64 {
-        let most = OUTDATED * f64::from(cost) + NEGLIGIBLE;
+        let most = OUTDATED * f64::from(cost) + NEGLIGIBLE + self.sides.rounding();
         if self.sides.yields { most.max(f64::from(self.dearest)) } else { most }
     }
 

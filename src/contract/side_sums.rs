@@ -17,6 +17,9 @@ const BLOCKS: usize = MOST_COSTED / LANES;
 
 type Lanes = [f64; LANES];
 
+/// How far a number of a row may be off where it is put together from others, of itself: some units in the last place.
+const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
+
 /// A face of a side about the middle: what its numbers change by along two of its edges is multiplied by c1 and c2 to be
 /// their gradient.
 #[derive(Debug, Clone, Copy)]
@@ -155,6 +158,12 @@ impl SideSums {
     pub fn at_best(&self, costed: usize, x: DVec3) -> f64 {
         let inverse = if self.weight > 0.0 { 1.0 / self.weight } else { 0.0 };
         self.numbers(costed).map(|(_, _, g, e)| -(g.dot(x) + e) * (g.dot(x) + e) * inverse).sum()
+    }
+
+    /// What the rounding of rows may cost: nothing that is linear is so to the last bit.
+    pub fn rounding(&self, costed: usize) -> f64 {
+        let square = |(half, mean, ..): (f64, f64, DVec3, f64)| half * half + mean * mean;
+        ROUNDING * ROUNDING * self.weight * self.numbers(costed).map(square).sum::<f64>()
     }
 
     /// The best numbers at a place.

@@ -305,6 +305,11 @@ impl Sides {
         self.sides.iter().map(value).sum()
     }
 
+    /// What the rounding of numbers may cost.
+    pub fn rounding(&self) -> f64 {
+        self.sides.iter().map(|side| side.sums.rounding(self.costed)).sum()
+    }
+
     /// The best numbers of a side at a place.
     pub fn least(&self, side: usize, x: DVec3) -> impl Iterator<Item = f32> {
         self.sides[side].sums.least(self.summed, x)

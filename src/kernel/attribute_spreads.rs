@@ -14,9 +14,8 @@ use multiversion::multiversion;
 use rayon::prelude::*;
 
 use super::pair_quadric::NO_AREA;
-use super::rows::{Face, HUB, Normal, Position, VolumeSum};
+use super::rows::{Face, HUB_FACES, Normal, VolumeSum};
 use super::split::CHUNK;
-use super::stars::{Stars, spoke};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::exact::{LEAST_FACTOR, Sym3, add, divide, flush, mul, sub, sym_add, sym_scale};
 
@@ -25,10 +24,6 @@ const SPREAD_FACTOR: f32 = 1.5;
 
 /// One invocation a vertex.
 pub struct AttributeSpreads<'a> {
-    /// V positions.
-    pub positions: &'a Buffer<Position>,
-    /// F faces.
-    pub faces: &'a Buffer<Face>,
     /// F normals.
     pub normals: &'a Buffer<Normal>,
     /// V + 1 starts into `ring_faces`.
@@ -66,6 +61,20 @@ struct Rows<'a> {
     normals: &'a [Normal],
     gradients: &'a [f32],
     costed: usize,
+}
+
+/// The faces around vertices, on the host.
+#[derive(Clone, Copy)]
+struct Rings<'a> {
+    starts: &'a [u32],
+    faces: &'a [u32],
+}
+
+/// The wedges of vertices and of corners, on the host.
+#[derive(Clone, Copy)]
+struct Wedges<'a> {
+    starts: &'a [u32],
+    corners: &'a [Face],
 }
 
 /// √|n| times the gradients of a face, of the numbers from `first` on: x, y and z, where they stand or, at the end of the
@@ -163,27 +172,19 @@ fn with_spread(sum: VolumeSum, spread: Sym3) -> VolumeSum {
 
 /// Adds to the sums of the vertices from `first` on.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
-fn add_spreads(
-    first: usize,
-    stars: Stars<'_>,
-    corners: &[Face],
-    starts: &[u32],
-    rows: Rows<'_>,
-    sums: &mut [VolumeSum],
-) {
+fn add_spreads(first: usize, rings: Rings<'_>, wedges: Wedges<'_>, rows: Rows<'_>, sums: &mut [VolumeSum]) {
     let mut own = Vec::new();
-    for (i, sum) in sums.iter_mut().enumerate() {
-        let vertex = (first + i) as u32;
-        let is_hub = stars.positions[vertex as usize].flags & HUB != 0;
-        let ring = if is_hub { &[] } else { stars.ring(vertex) };
-        let wedges = starts[vertex as usize]..starts[vertex as usize + 1];
+    for (vertex, sum) in (first..).zip(sums) {
+        let ring = &rings.faces[rings.starts[vertex] as usize..rings.starts[vertex + 1] as usize];
+        let ring = if ring.len() > HUB_FACES as usize { &[] } else { ring };
+        let all = wedges.starts[vertex]..wedges.starts[vertex + 1];
         let mut spread = Sym3::default();
-        if wedges.len() == 1 {
+        if all.len() == 1 {
             spread = add_wedge(spread, ring, rows);
         } else {
-            for wedge in wedges {
+            for wedge in all {
                 own.clear();
-                own.extend(ring.iter().filter(|&&f| wedge_at(f, vertex, stars.faces, corners) == wedge));
+                own.extend(ring.iter().filter(|&&f| has_wedge(wedges.corners[f as usize], wedge)));
                 spread = add_wedge(spread, &own, rows);
             }
         }
@@ -191,10 +192,10 @@ fn add_spreads(
     }
 }
 
-/// The wedge that a face has at a vertex.
+/// Whether a face is one of a wedge's.
 #[inline(always)]
-fn wedge_at(f: u32, vertex: u32, faces: &[Face], corners: &[Face]) -> u32 {
-    corners[f as usize].corners()[spoke(faces[f as usize], vertex).corner as usize]
+fn has_wedge(Face { a, b, c }: Face, wedge: u32) -> bool {
+    (a == wedge) | (b == wedge) | (c == wedge)
 }
 
 impl Kernel for AttributeSpreads<'_> {
@@ -203,7 +204,7 @@ impl Kernel for AttributeSpreads<'_> {
     type Params = Params;
     const PARAMS: &'static [(&'static str, &'static str)] = Params::FIELDS;
     const CONSTANTS: &'static [(&'static str, Constant)] = &[
-        ("HUB", Constant::U32(HUB)),
+        ("HUB_FACES", Constant::U32(HUB_FACES)),
         ("NO_AREA", Constant::F32(NO_AREA)),
         ("SPREAD_FACTOR", Constant::F32(SPREAD_FACTOR)),
     ];
@@ -214,8 +215,6 @@ impl Kernel for AttributeSpreads<'_> {
 
     fn bindings(&self) -> Vec<Binding<'_>> {
         vec![
-            Binding::new("positions", Access::Read, self.positions),
-            Binding::new("faces", Access::Read, self.faces),
             Binding::new("normals", Access::Read, self.normals),
             Binding::new("ring_starts", Access::Read, self.ring_starts),
             Binding::new("ring_faces", Access::Read, self.ring_faces),
@@ -231,12 +230,12 @@ impl Kernel for AttributeSpreads<'_> {
     }
 
     fn run_cpu(&mut self) {
-        let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
-        let (corners, starts) = (self.corners.host(), self.wedge_starts.host());
+        let rings = Rings { starts: self.ring_starts.host(), faces: self.ring_faces.host() };
+        let wedges = Wedges { starts: self.wedge_starts.host(), corners: self.corners.host() };
         let (normals, gradients) = (self.normals.host(), self.gradients.host());
         let rows = Rows { normals, gradients, costed: self.costed as usize };
         let sums = self.sums.host_mut()[..self.vertex_count as usize].par_chunks_mut(CHUNK).enumerate();
-        sums.for_each(|(chunk, sums)| add_spreads(chunk * CHUNK, stars, corners, starts, rows, sums));
+        sums.for_each(|(chunk, sums)| add_spreads(chunk * CHUNK, rings, wedges, rows, sums));
     }
 }
 

@@ -16,6 +16,7 @@ use coarsen::contract::{
 };
 use coarsen::math::DVec3;
 use coarsen::mesh::{shapes, weld};
+use coarsen::partition::{By, Superfaces};
 use coarsen::polish::{Flips, Objective};
 use coarsen::simplify::MOVED;
 use coarsen::{Budget, Device, Error, Mesh, Method, Outcome, StopReason, cluster, removal, simplify};
@@ -163,7 +164,11 @@ fn outcome(mesh: &Mesh, method: Method, budget: Budget, device: &Device) -> Opti
     outcome.mesh.check().unwrap_or_else(|error| panic!("{error}"));
     assert!(outcome.error_estimate >= 0.0 && !outcome.error_estimate.is_nan(), "estimate {}", outcome.error_estimate);
     assert_eq!(outcome.mesh.positions.len(), outcome.vertex_origin.len());
-    let moves = matches!(method, Method::Contract(_) | Method::Cluster(_));
+    let moves = match &method {
+        Method::Contract(_) | Method::Cluster(_) => true,
+        Method::Partition(options) => matches!(options.by, By::Superfaces(Superfaces { slides: true, .. })),
+        _ => false,
+    };
     for (p, &origin) in outcome.mesh.positions.iter().zip(&outcome.vertex_origin) {
         let stands = (moves && origin == MOVED) || mesh.positions.get(origin as usize) == Some(p);
         assert!(stands, "{p} does not come from {origin}");

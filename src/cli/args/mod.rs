@@ -189,7 +189,7 @@ mod tests {
         let command = command();
         let simplify = command.find_subcommand("simplify").expect("the verb");
         let flags = simplify.get_arguments().filter(|arg| matches!(arg.get_action(), ArgAction::SetTrue)).count();
-        assert_eq!(flags, 11);
+        assert_eq!(flags, 12);
     }
 
     #[test]

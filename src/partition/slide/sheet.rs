@@ -163,7 +163,7 @@ impl Sheet {
     }
 
     /// A triangle's corners from one of them on.
-    fn from_corner(&self, triangle: u32, vertex: u32) -> [u32; 3] {
+    fn turned_to(&self, triangle: u32, vertex: u32) -> [u32; 3] {
         let [a, b, c] = self.triangles[triangle as usize];
         if a == vertex {
             [a, b, c]
@@ -201,7 +201,7 @@ impl Sheet {
             if spots.is_empty() {
                 continue;
             }
-            let corners = self.from_corner(t, vertex);
+            let corners = self.turned_to(t, vertex);
             let points = corners.map(|v| self.points[v as usize]);
             let shade = Shade::new(points, corners.map(|v| self.colors[v as usize]));
             let slopes = shade.slopes().map(|slope| DVec2::new(slope.dot(ways[0]), slope.dot(ways[1])));
@@ -218,7 +218,7 @@ impl Sheet {
     fn blades(&self, vertex: u32, at: DVec2, color: Color) -> Option<Vec<Blade>> {
         let is_here = at == self.points[vertex as usize];
         let blade = |&triangle: &u32| {
-            let corners = self.from_corner(triangle, vertex);
+            let corners = self.turned_to(triangle, vertex);
             let before = corners.map(|v| self.points[v as usize]);
             let points = [at, before[1], before[2]];
             if !is_here && height(points) < LEAST_HEIGHT.min(height(before)) {

@@ -90,8 +90,6 @@ fn attribute_spreads(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Res
             flip(&mut rows[0], perturbed);
             let sums = &mut queue.buffer_from(round.volume_sums.clone())?;
             let kernel = AttributeSpreads {
-                positions: &queue.buffer_from(round.positions.clone())?,
-                faces: &queue.buffer_from(round.faces.clone())?,
                 normals: &queue.buffer_from(round.normals.clone())?,
                 ring_starts: &queue.buffer_from(round.ring_starts.clone())?,
                 ring_faces: &queue.buffer_from(round.ring_faces.clone())?,
