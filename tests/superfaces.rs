@@ -65,7 +65,9 @@ fn sliding_vertices_bring_the_light_nearer() {
         println!(
             "{name} at {border_color}: {before:.3} in {were} faces, {after:.3} in {are}: {share:.3}, {moved} moved"
         );
-        assert!(share < 0.95 && moved * 3 > slid.mesh.positions.len(), "{name}: {share}, {moved}");
+        // Where few vertices are left there is most to gain.
+        let most = if border_color < 1.0 { 0.93 } else { 0.85 };
+        assert!(share < most && moved * 3 > slid.mesh.positions.len(), "{name}: {share}, {moved}");
         let (is, was) = (slid.mesh.area(), scene.area());
         assert!((is / was - 1.0).abs() < 1e-9, "{name}: area {is} of {was}: faces lie on each other");
         for (v, &origin) in slid.vertex_origin.iter().enumerate().filter(|(_, origin)| **origin != MOVED) {

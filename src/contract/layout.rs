@@ -176,15 +176,17 @@ impl Layout {
         }
         (layout.costed, layout.summed, layout.width) = (used, used, used);
         for layer in carried {
-            let numbers = match layer.kind {
-                Kind::Joints => usize::MAX,
+            let averaged = match layer.kind {
+                Kind::Joints => None,
                 // But for its sign.
-                Kind::Tangent => 3,
-                _ => layer.width,
+                Kind::Tangent => Some(3),
+                _ => Some(layer.width),
             };
-            let fits = layout.summed == layout.width && numbers <= used.next_multiple_of(LANES) - used;
-            (layout.summed, used) = if fits { (used + numbers, used + numbers) } else { (layout.summed, used) };
-            layout.has_others |= !fits;
+            let room = used.next_multiple_of(LANES) - layout.summed;
+            match averaged.filter(|&numbers| layout.summed == layout.width && numbers <= room) {
+                Some(numbers) => layout.summed += numbers,
+                None => layout.has_others = true,
+            }
             layout.layers.push(Layer { first: layout.width, ..layer });
             layout.width += layer.width;
         }

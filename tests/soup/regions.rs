@@ -62,6 +62,9 @@ fn options(random: &mut Random) -> Options {
     options.dropped.materials = below(random, 4) == 0;
     options.dropped.texcoords = below(random, 4) == 0;
     options.normals = pick(random, &[Normals::Keep, Normals::Keep, Normals::Recompute]);
+    if let By::Superfaces(superfaces) = &mut options.by {
+        superfaces.slides = below(random, 2) == 0;
+    }
     options
 }
 

@@ -83,8 +83,8 @@ pub struct Regions {
 
     /// Keep the colors of vertices as they are
     ///
-    /// With --method superface: vertices keep the input's colors, and so their places. Without the option they are moved, by at most --border-color,
-    /// so that the light between them is right on average.
+    /// With --method superface: vertices keep the input's colors, and so their places. Without the option they are moved, by at
+    /// most --border-color, so that the light between them is right on average.
     #[arg(long)]
     pub keep_colors: bool,
 

@@ -9,7 +9,7 @@ use coarsen::kernel::pair_quadric::{ANYWHERE, AT_ENDS, AT_THREE};
 use coarsen::kernel::pairs::{PAIR_BLOCK, half_edge_corners};
 use coarsen::kernel::plane_costs::PlaneCosts;
 use coarsen::kernel::plane_sums::PlaneSums;
-use coarsen::kernel::rows::{Face, HUB, LOCKED, Position};
+use coarsen::kernel::rows::{CORNER, Face, HUB, LOCKED, Position, SEAM};
 use coarsen::kernel::triangle_costs::TriangleCosts;
 use coarsen::kernel::volume_costs::{BORDER_FACTOR, VolumeCosts};
 use coarsen::kernel::volume_sums::VolumeSums;
@@ -143,13 +143,30 @@ fn volume_sums(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()
     Ok(())
 }
 
+/// The positions of a round, every fifth on a seam and every third of these where seams meet.
+fn on_seams(round: &Round) -> Vec<Position> {
+    let flags = |vertex: usize| match (vertex.is_multiple_of(5), vertex.is_multiple_of(3)) {
+        (true, true) => SEAM | CORNER,
+        (true, false) => SEAM,
+        _ => 0,
+    };
+    let with_flags =
+        |(vertex, position): (usize, &Position)| Position { flags: position.flags | flags(vertex), ..*position };
+    round.positions.iter().enumerate().map(with_flags).collect()
+}
+
 fn volume_costs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
     for (round, perturbed) in rounds(perturbed) {
         seen.input(round.name);
         let mut sums = round.volume_sums.clone();
-        let [end, ..] = half_edge_corners(round.pairs[0].half_edge, &round.faces);
+        let positions = on_seams(round);
+        // Where no end is held, the place depends on its sums and not only the cost.
+        let is_free = |vertex: &u32| positions[*vertex as usize].flags == 0;
+        let mut ends = round.pairs.iter().map(|pair| half_edge_corners(pair.half_edge, &round.faces));
+        let first = ends.clone().next();
+        let [end, ..] = ends.find(|[u, w, _]| [u, w].into_iter().all(is_free)).or(first).expect("a pair");
         flip(&mut sums[end as usize].zz, perturbed);
-        let mesh = Mesh::new(queue, round, round.positions.clone())?;
+        let mesh = Mesh::new(queue, round, positions)?;
         let Mesh { positions, faces, .. } = &mesh;
         let normals = &queue.buffer_from(round.normals.clone())?;
         let sums = &queue.buffer_from(sums)?;
