@@ -14,9 +14,10 @@ use coarsen::partition::superface::{self, Criterion};
 use coarsen::partition::{By, Flatness, Options, Superfaces};
 use coarsen::simplify::MOVED;
 use coarsen::{Budget, Device, Mesh, Method, Outcome, StopReason, simplify};
+use support::deviation::Random;
 use support::engine::{assert_kept, bytes, cpu, gpu};
 use support::independent::topology;
-use support::shapes::torus;
+use support::shapes::{grid, torus};
 
 /// Fitting brings the light nearer on the whole.
 #[test]
@@ -43,6 +44,34 @@ fn run_default(device: &Device, scene: &Mesh, border_color: f64, slides: bool) -
 /// Differences fall as faces rise: by so much the light is nearer with as many.
 fn at_as_many_faces(kept: (f64, usize), slid: (f64, usize)) -> f64 {
     slid.0 * slid.1 as f64 / (kept.0 * kept.1 as f64)
+}
+
+/// Where no vertex goes, neither colors nor places change: on rough ground beside a flat wall.
+#[test]
+fn what_loses_nothing_stays_as_it_is() {
+    const SIDE: u32 = 24;
+    let mut mesh = grid(SIDE, SIDE);
+    let mut random = Random(7);
+    let mut light = vec![[0.5; 4]; mesh.positions.len()];
+    for (p, row) in mesh.positions.iter_mut().zip(&mut light).filter(|(p, _)| p.x >= f64::from(SIDE / 2)) {
+        p.z = random.unit();
+        *row = [(); 4].map(|()| random.unit() as f32);
+    }
+    let scene = Mesh { colors: Some(light), ..mesh.clone() };
+    let outcome = run_default(&cpu(1), &scene, 0.5, true);
+    assert!(outcome.mesh.faces.len() < mesh.faces.len() * 3 / 4, "{} faces are left", outcome.mesh.faces.len());
+    let colors = outcome.mesh.colors.as_ref().expect("colors");
+    let before = scene.colors.as_ref().expect("colors");
+    let kept: BTreeSet<u32> = outcome.vertex_origin.iter().copied().collect();
+    let lost = |&v: &u32| !kept.contains(&v);
+    let lost: Vec<DVec3> = (0..before.len() as u32).filter(lost).map(|v| mesh.positions[v as usize]).collect();
+    let is_far = |p: DVec3| lost.iter().all(|&other| (p - other).abs().max_element() > 3.0);
+    let far = (0..colors.len()).filter(|&v| is_far(outcome.mesh.positions[v]));
+    let stays = |v: &usize| {
+        kept.contains(&outcome.vertex_origin[*v]) && colors[*v] == before[outcome.vertex_origin[*v] as usize]
+    };
+    let [all, same] = [far.clone().count(), far.filter(stays).count()];
+    assert!(all > (SIDE * SIDE / 8) as usize && same == all, "{same} of {all}");
 }
 
 /// Sliding brings the light nearer, with no more faces, and neither changes the shape nor lays faces on each other.
@@ -102,7 +131,7 @@ fn slid_colors_are_near_the_light_at_their_places() {
 /// The edge of a shadow across a plane, aslant and between its vertices: those of the result come to it.
 #[test]
 fn vertices_slide_to_the_edge_of_a_shadow() {
-    let mut plane = support::shapes::grid(24, 24);
+    let mut plane = grid(24, 24);
     let (low, high) = plane.bounds();
     let light = |p: &DVec3| {
         let at = (*p - low) / (high - low).max(DVec3::splat(f64::MIN_POSITIVE));

@@ -125,9 +125,11 @@ struct Settled {
 fn settle(scene: Scene<'_>, light: &SurfaceLight) -> Option<Settled> {
     // What was not rebuilt has no samples.
     let most_moved = light.most_moved.filter(|_| !scene.rebuilt.samples.is_empty())?;
-    let mut colors = fit(scene.surface, &light.colors, &scene.rebuilt.faces, &scene.rebuilt.samples, most_moved);
+    let beside = scene.beside_losses();
+    let Rebuilt { faces, samples, .. } = scene.rebuilt;
+    let mut colors = fit(scene.surface, &beside, &light.colors, faces, samples, most_moved);
     let bounds = Bounds { most_moved, most: light.limits.most, worth: light.limits.worth };
-    let slid = light.slides.then(|| slide(scene, &mut colors, bounds));
+    let slid = light.slides.then(|| slide(scene, &beside, &mut colors, bounds));
     Some(Settled { colors, slid: slid.unwrap_or_default() })
 }
 

@@ -51,13 +51,22 @@ struct Sums {
     pull: [Color; 3],
 }
 
-/// Colors of the surface's vertices, those moved by at most `most` that `faces` have as corners: between them lie `samples`.
+/// Colors of the surface's vertices, those moved by at most `most` that `may_move`: in `faces`, between them, lie `samples`.
 ///
 /// Gauss and Seidel's iterations of least squares, in the order of vertices: the same on any device.
-pub fn fit(surface: &Surface, colors: &[[f32; 4]], faces: &[[u32; 3]], samples: &[Sample], most: f64) -> Vec<[f32; 4]> {
+pub fn fit(
+    surface: &Surface,
+    may_move: &[bool],
+    colors: &[[f32; 4]],
+    faces: &[[u32; 3]],
+    samples: &[Sample],
+    most: f64,
+) -> Vec<[f32; 4]> {
     let own: Vec<Color> = colors.iter().map(|&[red, green, blue, _]| [red, green, blue].map(f64::from)).collect();
     let (starts, around) = group(faces.len(), own.len(), |f| faces[f]);
-    let used: Vec<u32> = (0..own.len() as u32).filter(|&v| starts[v as usize] < starts[v as usize + 1]).collect();
+    let used: Vec<u32> = (0..own.len() as u32).filter(|&v| may_move[v as usize]).collect();
+    let is_open = |sample: &&Sample| faces[sample.face as usize].iter().any(|&v| may_move[v as usize]);
+    let samples: Vec<&Sample> = samples.iter().filter(is_open).collect();
     let held: Vec<f64> = used.iter().map(|&v| area_at(surface, v)).collect();
     let greatest = own.iter().flatten().fold(0.0, |greatest, &light| f64::max(greatest, light));
     let mut fitted = own.clone();
@@ -65,7 +74,7 @@ pub fn fit(surface: &Surface, colors: &[[f32; 4]], faces: &[[u32; 3]], samples: 
     for round in 0..ROUNDS {
         let weight = |area: f64, off: f64| if round == 0 { area } else { area / (off / most + FLOOR) };
         sums.fill(Sums::default());
-        for sample in samples {
+        for sample in &samples {
             let corners = faces[sample.face as usize].map(|v| fitted[v as usize]);
             let off = |k: usize| (0..3).map(|i| sample.shares[i] * corners[i][k]).sum::<f64>() - sample.color[k];
             sums[sample.face as usize].add(sample, weight(sample.area, length([0, 1, 2].map(off))));
@@ -138,13 +147,17 @@ mod tests {
             let mean = |face: [u32; 3]| face.iter().map(|&v| rows[v as usize][0]).sum::<f32>() / 3.0;
             faces.iter().map(|&face| (mean(face) - 0.6).abs()).sum::<f32>()
         };
-        let fitted = fit(&surface, &colors, &faces, &samples, 0.2);
+        let fitted = fit(&surface, &[true; 4], &colors, &faces, &samples, 0.2);
         assert!(off(&fitted) < 0.5 * off(&colors), "{fitted:?}");
         assert!(fitted.iter().all(|row| row[1..] == colors[0][1..] && row[0] > 0.5 && row[0] <= 0.6));
-        let bound = fit(&surface, &colors, &faces, &samples, 0.01);
+        let bound = fit(&surface, &[true; 4], &colors, &faces, &samples, 0.01);
         assert!(bound.iter().all(|row| (row[0] - 0.51).abs() < 1e-6), "{bound:?}");
         // What is right already stays.
         let right = Sample { color: [0.5, 0.9, 0.0], ..sample(0) };
-        assert_eq!(fit(&surface, &colors, &faces, &[right], 0.2), colors);
+        assert_eq!(fit(&surface, &[true; 4], &colors, &faces, &[right], 0.2), colors);
+        let still = faces[0][0];
+        let may_move = [0, 1, 2, 3].map(|v| v != still);
+        let fitted = fit(&surface, &may_move, &colors, &faces, &samples, 0.2);
+        assert!((0..4).all(|v| (fitted[v] == colors[v]) == !may_move[v]), "{fitted:?}");
     }
 }

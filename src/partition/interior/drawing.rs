@@ -3,8 +3,6 @@
 
 use rustc_hash::FxHashMap;
 
-use robust::{Coord, incircle};
-
 use super::super::triangulate::sides::turn;
 use super::KeptEdges;
 use crate::math::DVec2;
@@ -12,6 +10,8 @@ use crate::mesh::dual::NONE;
 
 /// A point nearer to an edge than this share of the edge's length is on it.
 const ON_EDGE: f64 = 1e-9;
+/// A point inside a circle by less than this share of what decides it is on the circle.
+const IN_CIRCLE: f64 = 1e-12;
 /// A vertex of more neighbors stays.
 const MOST_NEIGHBORS: usize = 24;
 
@@ -25,6 +25,8 @@ pub struct Drawing<'a> {
     /// The points in each triangle that are no corner.
     members: Vec<Vec<u32>>,
     kept: &'a KeptEdges,
+    /// Edges that stay have no vertex from this on.
+    kept_end: u32,
 }
 
 /// A vertex inside and what is around it.
@@ -63,7 +65,8 @@ impl<'a> Drawing<'a> {
                 }
             }
         }
-        Self { points, members: vec![Vec::new(); triangles.len()], triangles, across, kept }
+        let kept_end = kept.iter().flatten().max().map_or(0, |&v| v + 1);
+        Self { points, members: vec![Vec::new(); triangles.len()], triangles, across, kept, kept_end }
     }
 
     /// Puts in a vertex that lies in a triangle; returns the triangles that changed, some more than once. None for one at a
@@ -115,15 +118,24 @@ impl<'a> Drawing<'a> {
     /// Deals points to those of these triangles that hold them; to the nearest where rounding leaves one out.
     fn deal(&mut self, members: Vec<u32>, triangles: &[u32]) {
         for point in members {
-            let depth = |&t: &u32| (0..3).map(|k| self.side(self.edge(t, k), point)).fold(f64::INFINITY, f64::min);
-            let holder = triangles
-                .iter()
-                .copied()
-                .find(|t| depth(t) >= 0.0)
-                .or_else(|| triangles.iter().copied().max_by(|a, b| depth(a).total_cmp(&depth(b))));
-            if let Some(t) = holder {
+            let side = |t: u32, k: usize| self.side(self.edge(t, k), point);
+            let holds = |t: &u32| (0..3).all(|k| side(*t, k) >= 0.0);
+            let depth = |t: u32| (0..3).map(|k| side(t, k)).fold(f64::INFINITY, f64::min);
+            let nearest = || triangles.iter().copied().max_by(|&a, &b| depth(a).total_cmp(&depth(b)));
+            if let Some(t) = triangles.iter().copied().find(holds).or_else(nearest) {
                 self.members[t as usize].push(point);
             }
+        }
+    }
+
+    /// Deals points to the triangles of a fan that goes round its first corner by less than a half turn: all lie in it.
+    fn deal_to_fan(&mut self, members: Vec<u32>, fan: &[u32]) {
+        let Some((&last, others)) = fan.split_last() else { return };
+        let ray = |t: &u32| [self.triangles[*t as usize][0], self.triangles[*t as usize][2]];
+        let rays: Vec<[u32; 2]> = others.iter().map(ray).collect();
+        for point in members {
+            let holder = rays.iter().position(|&ray| self.side(ray, point) <= 0.0).map_or(last, |i| fan[i]);
+            self.members[holder as usize].push(point);
         }
     }
 
@@ -156,8 +168,8 @@ impl<'a> Drawing<'a> {
         }
     }
 
-    /// Takes a vertex out: a fan from the neighbor at `apex` takes the place of its star, whose first triangles it reuses.
-    /// Returns these; the vertex is a point in one of them.
+    /// Takes a vertex out: a fan from the neighbor at `apex`, of less than a half turn, takes the place of its star, whose first
+    /// triangles it reuses. Returns these; the vertex is a point in one of them.
     pub fn remove<'s>(&mut self, vertex: u32, star: &'s Star, apex: usize) -> &'s [u32] {
         let Star { ring, triangles } = star;
         let count = ring.len();
@@ -188,13 +200,14 @@ impl<'a> Drawing<'a> {
                 self.across[other as usize][k] = owner;
             }
         }
-        self.deal(members, fan);
+        self.deal_to_fan(members, fan);
         fan
     }
 
     fn is_kept(&self, t: u32, k: usize) -> bool {
         let [a, b] = self.edge(t, k);
-        self.across[t as usize][k] == NONE || self.kept.contains(&[a.min(b), a.max(b)])
+        let (low, high) = (a.min(b), a.max(b));
+        self.across[t as usize][k] == NONE || (high < self.kept_end && self.kept.contains(&[low, high]))
     }
 
     fn edge(&self, t: u32, k: usize) -> [u32; 2] {
@@ -297,12 +310,19 @@ impl<'a> Drawing<'a> {
         (self.side([c, a], d) > 0.0 && self.side([b, c], d) > 0.0).then_some([a, b, c, d])
     }
 
-    /// Whether the vertex across an edge lies in the circle of a triangle.
+    /// Whether the vertex across an edge lies in the circle of a triangle, and no rounding puts it there: what lies on a circle, as
+    /// in any grid, may stay as it is.
     fn should_flip(&self, t: u32, k: usize) -> bool {
         self.diamond(t, k).is_some_and(|corners| {
-            let coord = |v: u32| Coord { x: self.points[v as usize].x, y: self.points[v as usize].y };
-            let [a, b, c, d] = corners.map(coord);
-            incircle(a, b, c, d) > 0.0
+            let [a, b, c, d] = corners.map(|v| self.points[v as usize]);
+            let [a, b, c] = [a - d, b - d, c - d];
+            let parts = [
+                a.length_squared() * b.perp_dot(c),
+                b.length_squared() * c.perp_dot(a),
+                c.length_squared() * a.perp_dot(b),
+            ];
+            let most = parts.iter().fold(0.0, |most, part| f64::max(most, part.abs()));
+            parts.iter().sum::<f64>() > IN_CIRCLE * most
         })
     }
 
@@ -323,174 +343,13 @@ impl<'a> Drawing<'a> {
         (self.triangles[o as usize], self.across[o as usize]) = ([d, b, c], [db, bc, t]);
         self.relink(ad, o, t);
         self.relink(bc, t, o);
-        let members = self.gather([t, o]);
-        self.deal(members, &[t, o]);
+        for point in self.gather([t, o]) {
+            let holder = if self.side([d, c], point) >= 0.0 { t } else { o };
+            self.members[holder as usize].push(point);
+        }
         [t, o]
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::super::triangulate::sides::triangle_holds;
-    use super::*;
-
-    /// Counter-clockwise from the least corner, sorted.
-    fn sorted(drawing: Drawing<'_>) -> Vec<[u32; 3]> {
-        let turned = |t: [u32; 3]| {
-            let least = (0..3).min_by_key(|&k| t[k]).unwrap_or_default();
-            [0, 1, 2].map(|i| t[(least + i) % 3])
-        };
-        let mut triangles: Vec<[u32; 3]> = drawing.into_parts().0.into_iter().map(turned).collect();
-        triangles.sort_unstable();
-        triangles
-    }
-
-    /// Links go both ways, and every triangle is the right way round.
-    fn check(drawing: &Drawing<'_>) {
-        for t in 0..drawing.triangles.len() as u32 {
-            for k in 0..3 {
-                let other = drawing.across[t as usize][k];
-                let [a, b] = drawing.edge(t, k);
-                assert!(
-                    other == NONE
-                        || (0..3).any(|j| drawing.edge(other, j) == [b, a] && drawing.across[other as usize][j] == t)
-                );
-            }
-            assert!(drawing.side(drawing.edge(t, 0), drawing.triangles[t as usize][2]) > 0.0);
-        }
-    }
-
-    /// Puts a vertex into the first triangle that holds it.
-    fn put(drawing: &mut Drawing<'_>, vertex: u32) -> bool {
-        let holds = |&t: &u32| (0..3).all(|k| drawing.side(drawing.edge(t, k), vertex) >= 0.0);
-        let found = (0..drawing.len() as u32).find(holds);
-        found.is_some_and(|t| drawing.insert(vertex, t).is_some())
-    }
-
-    fn points(list: &[[f64; 2]]) -> Vec<DVec2> {
-        list.iter().map(|&p| DVec2::from(p)).collect()
-    }
-
-    #[test]
-    fn a_point_in_a_triangle_makes_three() {
-        let points = points(&[[0.0, 0.0], [3.0, 0.0], [0.0, 3.0], [1.0, 1.0]]);
-        let kept = KeptEdges::default();
-        let mut drawing = Drawing::new(&points, vec![[0, 1, 2]], &kept);
-        assert!(put(&mut drawing, 3));
-        check(&drawing);
-        assert_eq!(sorted(drawing), [[0, 1, 3], [0, 3, 2], [1, 2, 3]]);
-    }
-
-    #[test]
-    fn a_point_on_an_edge_makes_four_unless_the_edge_stays() {
-        let points = points(&[[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0], [1.0, 1.0], [1.0, 0.0], [5.0, 5.0]]);
-        let triangles = vec![[0, 1, 2], [0, 2, 3]];
-        let kept = KeptEdges::default();
-        let mut drawing = Drawing::new(&points, triangles.clone(), &kept);
-        assert!(put(&mut drawing, 4));
-        check(&drawing);
-        assert!(!put(&mut drawing, 5), "on the outline");
-        assert!(!put(&mut drawing, 6), "outside");
-        assert!(!put(&mut drawing, 4), "at a corner");
-        assert_eq!(sorted(drawing), [[0, 1, 4], [0, 4, 3], [1, 2, 4], [2, 3, 4]]);
-        let kept = KeptEdges::from_iter([[0, 2]]);
-        let mut drawing = Drawing::new(&points, triangles.clone(), &kept);
-        assert!(!put(&mut drawing, 4));
-        assert_eq!(sorted(drawing), triangles);
-    }
-
-    /// The diagonal 0–2 of a flat diamond is longer than 1–3: a point below it flips it, unless it stays.
-    #[test]
-    fn edges_flip_toward_delaunay() {
-        let points = points(&[[0.0, 0.0], [4.0, -1.0], [8.0, 0.0], [4.0, 1.0], [4.0, -0.5]]);
-        let triangles = vec![[0, 1, 2], [0, 2, 3]];
-        let kept = KeptEdges::default();
-        let mut drawing = Drawing::new(&points, triangles.clone(), &kept);
-        assert!(put(&mut drawing, 4));
-        check(&drawing);
-        assert_eq!(sorted(drawing), [[0, 1, 4], [0, 4, 3], [1, 2, 4], [2, 3, 4]]);
-        let kept = KeptEdges::from_iter([[0, 2]]);
-        let mut drawing = Drawing::new(&points, triangles, &kept);
-        assert!(put(&mut drawing, 4));
-        assert_eq!(sorted(drawing), [[0, 1, 4], [0, 2, 3], [0, 4, 2], [1, 2, 4]]);
-    }
-
-    /// A vertex with five around it: the fan from each takes its place, and points stay in what holds them.
-    #[test]
-    fn a_fan_takes_the_place_of_a_star() {
-        let list = [[0.0, 0.0], [4.0, 0.0], [5.0, 3.0], [2.0, 5.0], [-1.0, 3.0], [2.0, 2.0], [2.5, 1.0], [1.0, 3.0]];
-        let points = points(&list);
-        let kept = KeptEdges::default();
-        for apex in 0..5 {
-            let triangles = (0..5).map(|i| [i, (i + 1) % 5, 5]).collect();
-            let mut drawing = Drawing::new(&points, triangles, &kept);
-            drawing.add(0, 6);
-            drawing.add(3, 7);
-            let mut star = Star::default();
-            assert!(drawing.star(5, 2, &mut star));
-            assert_eq!(star.ring, [2, 3, 4, 0, 1]);
-            assert_eq!(drawing.remove(5, &star, apex).len(), 3);
-            let mut members = Vec::new();
-            let (triangles, lists) = drawing.into_parts();
-            for (triangle, list) in triangles.iter().zip(lists) {
-                let corners = triangle.map(|v| points[v as usize]);
-                assert!(turn(corners[0], corners[1], corners[2]) > 0.0 && triangle.contains(&[2, 3, 4, 0, 1][apex]));
-                assert!(list.iter().all(|&p| triangle_holds(corners, points[p as usize])));
-                members.extend(list);
-            }
-            members.sort_unstable();
-            assert_eq!((triangles.len(), members), (3, vec![5, 6, 7]));
-        }
-    }
-
-    /// Around a hole: a square ring of eight triangles.
-    #[test]
-    fn many_points_keep_the_outline_and_the_area() {
-        let mut list =
-            vec![[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0], [3.0, 3.0], [6.0, 3.0], [6.0, 6.0], [3.0, 6.0]];
-        let mut state = 1_u64;
-        let mut random = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (state >> 40) as f64 / f64::from(1 << 24)
-        };
-        while list.len() < 600 {
-            let p = [9.0 * random(), 9.0 * random()];
-            // Every third on lines that others are on too.
-            let p = if list.len() % 3 == 0 { [p[0].round(), p[1]] } else { p };
-            if !p.iter().all(|x| (3.0..=6.0).contains(x)) {
-                list.push(p);
-            }
-        }
-        let points = points(&list);
-        let ring = (0..4).flat_map(|i| {
-            let (j, inner) = ((i + 1) % 4, i + 4);
-            [[i, j, inner], [j, j + 4, inner]]
-        });
-        let kept: KeptEdges = (0..4)
-            .flat_map(|i| [[i, (i + 1) % 4], [i + 4, (i + 1) % 4 + 4]])
-            .map(|[a, b]: [u32; 2]| [a.min(b), a.max(b)])
-            .collect();
-        let mut drawing = Drawing::new(&points, ring.collect(), &kept);
-        let inserted = (8..600).filter(|&v| put(&mut drawing, v)).count();
-        check(&drawing);
-        // Those that were put on the outline, and those at the place of another, stay out.
-        assert!(inserted > 550, "{inserted}");
-        let borders: Vec<[u32; 2]> = (0..drawing.triangles.len() as u32)
-            .flat_map(|t| [0, 1, 2].map(|k| (t, k)))
-            .filter(|&(t, k)| drawing.across[t as usize][k] == NONE)
-            .map(|(t, k)| drawing.edge(t, k))
-            .collect();
-        assert_eq!(borders.len(), 8);
-        assert!(borders.iter().all(|&[a, b]| kept.contains(&[a.min(b), a.max(b)])));
-        assert_eq!(drawing.triangles.len(), 8 + 2 * inserted);
-        // No edge but those of the outline can flip any more.
-        for t in 0..drawing.triangles.len() as u32 {
-            assert!((0..3).all(|k| !drawing.should_flip(t, k)));
-        }
-        let area = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|v| points[v as usize]);
-            (b - a).perp_dot(c - a) / 2.0
-        };
-        assert!((drawing.triangles.iter().map(area).sum::<f64>() - 72.0).abs() < 1e-9);
-    }
-}
+mod tests;

@@ -2,6 +2,9 @@
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::ops::Range;
+
+use multiversion::multiversion;
 
 use super::super::triangulate::sides::{triangle_holds, turn};
 use super::drawing::{Drawing, Star};
@@ -32,8 +35,10 @@ pub fn thin(
     limits: Limits,
 ) -> (Vec<[u32; 3]>, Vec<Vec<u32>>) {
     let mut thinning = Thinning::new(places, Drawing::new(places.points, triangles, kept), limits);
-    thinning.place();
+    thinning.place(0..places.vertex_count);
     thinning.fill();
+    // What only shows light is dealt once, when all triangles are small.
+    thinning.place(places.vertex_count..places.points.len() as u32);
     thinning.take_out()
 }
 
@@ -59,10 +64,23 @@ struct Thinning<'a> {
     losses: Vec<f64>,
     /// A triangle of every vertex; none for those that are no corner.
     triangle_of: Vec<u32>,
+    /// What was found of every vertex, unless a triangle around it has changed since.
+    answers: Vec<Option<Answer>>,
     star: Star,
     /// What the triangles of the star hold.
     spots: Vec<Spot>,
+    fan: Fan,
+}
+
+/// By how much more the light is off without a vertex, and the neighbor whose fan is best in its place; nothing where it stays.
+type Answer = Option<(f64, usize)>;
+
+/// Triangles from one neighbor of a vertex to all others.
+#[derive(Debug, Default)]
+struct Fan {
     shades: Vec<Shade>,
+    /// To the corners that two of them have.
+    rays: Vec<DVec2>,
 }
 
 /// The light that a place should have. Those around a vertex lie together in memory: every fan in its place asks for all of them.
@@ -94,9 +112,10 @@ impl<'a> Thinning<'a> {
             limits,
             losses: Vec::new(),
             triangle_of: vec![NONE; places.vertex_count as usize],
+            answers: vec![None; places.vertex_count as usize],
             star: Star::default(),
             spots: Vec::new(),
-            shades: Vec::new(),
+            fan: Fan::default(),
         }
     }
 
@@ -119,13 +138,13 @@ impl<'a> Thinning<'a> {
         !(is_outer(a) && is_outer(b))
     }
 
-    /// Finds the first triangle that holds each point.
-    fn place(&mut self) {
+    /// Finds the first triangle that holds each of these points that is no corner.
+    fn place(&mut self, points: Range<u32>) {
         let mut is_known = vec![false; self.places.points.len()];
         for t in 0..self.drawing.len() as u32 {
             self.drawing.corners(t).iter().for_each(|&v| is_known[v as usize] = true);
         }
-        let list: Vec<u32> = (0..is_known.len() as u32).filter(|&point| !is_known[point as usize]).collect();
+        let list: Vec<u32> = points.filter(|&point| !is_known[point as usize]).collect();
         let grid = Grid::new(self.places.points, &list);
         for t in 0..self.drawing.len() as u32 {
             let corners = self.drawing.corners(t).map(|v| self.places.points[v as usize]);
@@ -141,12 +160,11 @@ impl<'a> Thinning<'a> {
 
     /// Puts in all vertices, of every triangle the middle one of its list first, so that lists halve.
     fn fill(&mut self) {
-        let vertex_count = self.places.vertex_count;
-        let mut is_stuck = vec![false; vertex_count as usize];
+        let mut is_stuck = vec![false; self.places.vertex_count as usize];
         let mut open: Vec<u32> = (0..self.drawing.len() as u32).rev().collect();
         while let Some(t) = open.pop() {
             let members = self.drawing.members(t);
-            let can_be = |v: &u32| *v < vertex_count && !is_stuck[*v as usize];
+            let can_be = |v: &u32| !is_stuck[*v as usize];
             let count = members.iter().copied().filter(can_be).count();
             let Some(vertex) = members.iter().copied().filter(can_be).nth(count / 2) else { continue };
             match self.drawing.insert(vertex, t) {
@@ -168,7 +186,10 @@ impl<'a> Thinning<'a> {
     /// Finds anew what a triangle loses that changed.
     fn measure_one(&mut self, t: u32) {
         self.losses[t as usize] = self.loss(t);
-        self.drawing.corners(t).iter().for_each(|&v| self.triangle_of[v as usize] = t);
+        for v in self.drawing.corners(t) {
+            self.triangle_of[v as usize] = t;
+            self.answers[v as usize] = None;
+        }
     }
 
     /// Turns edges where that brings the light nearer: at first, of the two diagonals of a square the one that the input had.
@@ -231,7 +252,8 @@ impl<'a> Thinning<'a> {
                 continue;
             }
             is_any = true;
-            let star = std::mem::take(&mut self.star);
+            let mut star = std::mem::take(&mut self.star);
+            self.drawing.star(vertex, self.triangle_of[vertex as usize], &mut star);
             self.drawing.remove(vertex, &star, apex).iter().for_each(|&t| self.measure_one(t));
             self.star = star;
             self.triangle_of[vertex as usize] = NONE;
@@ -239,9 +261,17 @@ impl<'a> Thinning<'a> {
         is_any
     }
 
-    /// By how much more the light is off without a vertex, and the neighbor whose fan is best in its place; nothing where it stays.
-    /// Leaves what is around it in `star` and `spots`.
-    fn worth(&mut self, vertex: u32) -> Option<(f64, usize)> {
+    /// What is to be found of a vertex: as it was found, unless something around it has changed.
+    fn worth(&mut self, vertex: u32) -> Answer {
+        if let Some(answer) = self.answers[vertex as usize] {
+            return answer;
+        }
+        let answer = self.ask(vertex);
+        self.answers[vertex as usize] = Some(answer);
+        answer
+    }
+
+    fn ask(&mut self, vertex: u32) -> Answer {
         let mut star = std::mem::take(&mut self.star);
         let is_inside = self.drawing.star(vertex, self.triangle_of[vertex as usize], &mut star);
         self.star = star;
@@ -266,41 +296,36 @@ impl<'a> Thinning<'a> {
 
     /// By how much the light is off with a fan from a neighbor, if by less than `most`.
     fn loss_of_fan(&mut self, apex: usize, most: f64) -> Option<f64> {
-        let ring = &self.star.ring;
-        let at = |i: usize| ring[(apex + i) % ring.len()];
-        let corners = |i: usize| [ring[apex], at(i), at(i + 1)];
-        let count = ring.len().checked_sub(2)?;
+        let (after, before) = (&self.star.ring[apex..], &self.star.ring[..apex]);
+        let others = || after[1..].iter().chain(before).copied();
+        let count = (after.len() + before.len()).checked_sub(2)?;
+        let from = after[0];
+        let corners = || others().zip(others().skip(1)).map(|(a, b)| [from, a, b]);
         // Past a half turn around the neighbor, points could not be told by the sides of its edges.
-        let [first, last] = [corners(1), corners(count)].map(|corners| corners.map(|v| self.places.points[v as usize]));
-        if turn(first[0], first[1], last[2]) < 0.0 || !(1..=count).all(|i| self.is_round(corners(i))) {
+        let at = |v: u32| self.places.points[v as usize];
+        let (first, last) = (others().next()?, others().last()?);
+        if turn(at(from), at(first), at(last)) < 0.0 || !corners().all(|corners| self.is_round(corners)) {
             return None;
         }
-        if !(2..=count).all(|i| self.may_join(ring[apex], at(i))) {
+        if !others().take(count).skip(1).all(|v| self.may_join(from, v)) {
             return None;
         }
-        let mut shades = std::mem::take(&mut self.shades);
-        shades.clear();
-        shades.extend((1..=count).map(|i| self.shade(corners(i))));
-        let from = self.places.points[ring[apex] as usize];
-        let wedge = |point: DVec2| {
-            let is_left = |i: &usize| (self.places.points[at(*i + 1) as usize] - from).perp_dot(point - from) > 0.0;
-            (1..count).take_while(is_left).count()
-        };
-        let mut loss = 0.0;
-        let holds = self.spots.iter().all(|spot| {
-            let shade = &shades[wedge(spot.at)];
-            loss += spot.off(shade);
-            loss < most && spot.may_have(shade)
-        });
-        self.shades = shades;
-        holds.then_some(loss)
+        let mut fan = std::mem::take(&mut self.fan);
+        let from = at(from);
+        fan.shades.clear();
+        fan.shades.extend(corners().map(|corners| self.shade(corners)));
+        fan.rays.clear();
+        fan.rays.extend(others().take(count).skip(1).map(|v| at(v) - from));
+        let loss = fan_loss(&self.spots, from, &fan, most);
+        self.fan = fan;
+        loss
     }
 
     /// Whether a triangle is the right way round and no needle.
     fn is_round(&self, corners: [u32; 3]) -> bool {
         let [a, b, c] = corners.map(|v| self.places.points[v as usize]);
         let longest_sq = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
-        turn(a, b, c) > LEAST_HEIGHT * longest_sq
+        (b - a).perp_dot(c - a) > LEAST_HEIGHT * longest_sq
     }
 
     fn shade(&self, corners: [u32; 3]) -> Shade {
@@ -323,6 +348,22 @@ impl<'a> Thinning<'a> {
         let shade = self.shade(self.drawing.corners(t));
         members.iter().map(|&point| self.spot(point).off(&shade)).sum()
     }
+}
+
+/// By how much the light of places is off with a fan from a point, if by less than `most` and by no more than each may have.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
+fn fan_loss(spots: &[Spot], from: DVec2, Fan { shades, rays }: &Fan, most: f64) -> Option<f64> {
+    let mut loss = 0.0;
+    for spot in spots {
+        let away = spot.at - from;
+        let wedge = rays.iter().take_while(|ray| ray.perp_dot(away) > 0.0).count();
+        let shade = &shades[wedge];
+        loss += spot.off(shade);
+        if loss >= most || !spot.may_have(shade) {
+            return None;
+        }
+    }
+    Some(loss)
 }
 
 /// Bits that order as numbers do.

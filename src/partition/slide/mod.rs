@@ -61,6 +61,23 @@ pub struct Scene<'a> {
     pub light: &'a [[f32; 4]],
 }
 
+impl Scene<'_> {
+    /// Of every vertex of the surface, whether a region around it lost others: around all that have none, light is as it was.
+    pub fn beside_losses(&self) -> Vec<bool> {
+        let Self { surface, partition, rebuilt, .. } = *self;
+        let mut sizes = vec![0_usize; partition.region_count];
+        partition.labels.iter().for_each(|&region| sizes[region as usize] += 1);
+        let mut beside = vec![false; surface.points.len()];
+        for (ends, size) in rebuilt.region_starts.windows(2).zip(sizes) {
+            let faces = &rebuilt.faces[ends[0] as usize..ends[1] as usize];
+            if faces.len() < size {
+                faces.iter().flatten().for_each(|&v| beside[v as usize] = true);
+            }
+        }
+        beside
+    }
+}
+
 /// What light may be lost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
@@ -90,11 +107,12 @@ struct Slider {
     uses: Vec<Use>,
 }
 
-/// Slides the vertices of `scene`, whose `colors` change with them, and takes out those that are not missed any more.
-pub fn slide(scene: Scene<'_>, colors: &mut [[f32; 4]], bounds: Bounds) -> Slid {
+/// Slides the vertices of `scene` in regions [beside losses](Scene::beside_losses), whose `colors` change with them, and takes out
+/// those that are not missed any more.
+pub fn slide(scene: Scene<'_>, beside: &[bool], colors: &mut [[f32; 4]], bounds: Bounds) -> Slid {
     let Scene { surface, partition, boundary, rebuilt, light, .. } = scene;
     let ground = Ground { surface, labels: &partition.labels, boundary, colors: light };
-    let mut sheets = sheets(&scene, &ground, colors);
+    let mut sheets = sheets(&scene, &ground, beside, colors);
     let on_chain = on_chain(&scene);
     let (mut inside, mut shared) = sliders(&scene, &sheets, &on_chain);
     // What is not drawn anew keeps its faces.
@@ -147,12 +165,15 @@ fn on_chain(scene: &Scene<'_>) -> Vec<bool> {
     on_chain
 }
 
-/// The flat regions.
-fn sheets(scene: &Scene<'_>, ground: &Ground<'_>, colors: &[[f32; 4]]) -> Vec<Sheet> {
+/// The flat regions that have one of the vertices `beside` losses.
+fn sheets(scene: &Scene<'_>, ground: &Ground<'_>, beside: &[bool], colors: &[[f32; 4]]) -> Vec<Sheet> {
     let (starts, faces) = scene.partition.faces_by_region();
     let sheet = |region: usize| {
         let of = |starts: &[u32]| starts[region] as usize..starts[region + 1] as usize;
         let triangles = &scene.rebuilt.faces[of(&scene.rebuilt.region_starts)];
+        if !triangles.iter().flatten().any(|&v| beside[v as usize]) {
+            return None;
+        }
         Sheet::new(ground, region as u32, scene.planes[region].as_ref()?, triangles, &faces[of(&starts)], colors)
     };
     (0..scene.partition.region_count).into_par_iter().with_max_len(1).filter_map(sheet).collect()
