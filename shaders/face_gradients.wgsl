@@ -16,8 +16,9 @@ fn edge_factors(a: vec3f, b: vec3f, c: vec3f, normal: Normal) -> EdgeFactors {
     return EdgeFactors(scale3(cross3(e2, n), inverse), scale3(cross3(n, e1), inverse));
 }
 
-fn gradient(factors: EdgeFactors, a: f32, b: f32, c: f32) -> vec3f {
-    return flush3(add3(scale3(factors.first, sub(b, a)), scale3(factors.second, sub(c, a))), LEAST_FACTOR);
+// The component of a gradient along an axis, of a number at the three corners.
+fn slope(first: f32, second: f32, a: f32, b: f32, c: f32) -> f32 {
+    return flush(add(mul(first, sub(b, a)), mul(second, sub(c, a))), LEAST_FACTOR);
 }
 
 fn run(i: u32) {
@@ -31,11 +32,10 @@ fn run(i: u32) {
         let a = load_values(corners.a * params.costed + j);
         let b = load_values(corners.b * params.costed + j);
         let c = load_values(corners.c * params.costed + j);
-        let g = gradient(factors, a, b, c);
         let x = 3u * i * params.costed + j;
         let y = x + params.costed;
-        store_gradients(x, g.x);
-        store_gradients(y, g.y);
-        store_gradients(y + params.costed, g.z);
+        store_gradients(x, slope(factors.first.x, factors.second.x, a, b, c));
+        store_gradients(y, slope(factors.first.y, factors.second.y, a, b, c));
+        store_gradients(y + params.costed, slope(factors.first.z, factors.second.z, a, b, c));
     }
 }

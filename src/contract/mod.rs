@@ -30,6 +30,7 @@ mod fit;
 mod fit_guard;
 mod follower;
 mod gate;
+mod gather_wedges;
 mod history;
 mod join;
 mod layout;

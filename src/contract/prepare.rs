@@ -18,9 +18,10 @@ use crate::mesh::{self, FACE_COLORS_DROPPED, Mesh};
 
 use super::attributes::Attributes;
 use super::carry::{Carried, MOVED_FROM};
+use super::gather_wedges::Creases;
 use super::layout::Layout;
 use super::surface::Start;
-use super::wedges::{Creases, Wedges};
+use super::wedges::Wedges;
 use super::yielding::Yields;
 use super::{Metric, Options};
 

@@ -286,6 +286,23 @@ mod tests {
         assert!((cost.value(end) + sums.at_end(2, end, 1.0)).abs() < 1e-12);
     }
 
+    /// Numbers that are linear but for their last bits cost less than what is allowed for these, and others cost more.
+    #[test]
+    fn rounding_is_allowed_for_and_little_else() {
+        for (offset, bits) in [(1e3, 1), (1e3, 4000), (0.0, 1)] {
+            let (faces, mut rows) = terms(2);
+            rows.iter_mut().for_each(|number| *number += offset);
+            rows[4] = f32::from_bits(rows[4].to_bits() + bits);
+            let mut sums = SideSums::between(&rows[..2], &rows[2..4]);
+            let (mut cost, mut saved) = (Quadric::default(), Quadric::default());
+            sums.add_faces(&faces, &rows, 2, &mut cost);
+            sums.add_saved(2, &mut saved);
+            let at = cost.minus(&saved).value(DVec3::new(0.3, -0.2, 0.0));
+            let (allowed, is_rounding) = (sums.rounding(2), bits == 1);
+            assert_eq!(at <= allowed, is_rounding, "{offset}: {at:e} of {allowed:e}");
+        }
+    }
+
     #[test]
     fn what_follows_the_numbers_does_not_count() {
         let cost = |width: usize| {

@@ -25,7 +25,8 @@ use crate::mesh::{Mesh, Rings};
 
 use super::carry::MOVED_FROM;
 use super::compact::close_gaps;
-use super::layout::{Kind, Layer, Layout, Origin};
+use super::gather_wedges::{Creases, Gathered, gather};
+use super::layout::{Kind, Layout, Origin};
 use super::yielding::Yields;
 
 /// A wedge that is still itself.
@@ -35,31 +36,8 @@ const NO_VERTEX: u32 = u32::MAX;
 /// No wedge.
 pub const NO_WEDGE: u32 = u32::MAX;
 
-/// Where normals of a vertex break.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Creases {
-    /// Where they are not the same.
-    All,
-    /// Where they turn by more than [`LEAST_CREASE`].
-    Sharp,
-}
-
-/// The cosine of the least angle that is a crease of facets: 30°.
-const LEAST_CREASE: f32 = 0.866;
 /// The share of vertices with more than two wedges from which normals are those of facets.
 const FACETS: f64 = 0.5;
-
-impl Creases {
-    /// Whether corners with these numbers of a layer are of one wedge.
-    fn agree(self, layer: &Layer, a: &[f32], b: &[f32]) -> bool {
-        let is_same = || a.iter().map(|x| x.to_bits()).eq(b.iter().map(|x| x.to_bits()));
-        if self != Self::Sharp || layer.kind != Kind::Normal {
-            return is_same();
-        }
-        let [a, b] = [a, b].map(Vec3::from_slice);
-        a.dot(b) > LEAST_CREASE * a.length() * b.length() || is_same()
-    }
-}
 
 /// The wedges of all live corners.
 #[derive(Debug)]
@@ -79,52 +57,6 @@ pub struct Wedges {
     materials: Vec<u32>,
 }
 
-/// Whether a corner has the vertex, the texture coordinates and the material of the corner that a wedge began as.
-fn has_same_source(mesh: &Mesh, layout: &Layout, (face, corner): (usize, usize), origin: u32) -> bool {
-    if origin & MOVED_FROM != 0 {
-        return false;
-    }
-    let (other_face, other) = (origin as usize / 3, origin as usize % 3);
-    let bits = |f: usize, k: usize| mesh.texcoords.as_ref().map(|rows| rows[f][k].to_array().map(f32::to_bits));
-    mesh.faces[face][corner] == mesh.faces[other_face][other]
-        && bits(face, corner) == bits(other_face, other)
-        && layout.material(mesh, face) == layout.material(mesh, other_face)
-}
-
-/// Wedges of some consecutive vertices, as they are found.
-#[derive(Default)]
-struct Found {
-    /// How many each vertex has.
-    counts: Vec<u32>,
-    origin: Vec<u32>,
-    rows: Vec<f32>,
-}
-
-impl Found {
-    /// Counts a corner to a wedge, which becomes the sum of both if its normal is another.
-    fn join(&mut self, layout: &Layout, wedge: usize, row: &[f32]) {
-        let sum = &mut self.rows[wedge * layout.width..][..layout.width];
-        for layer in layout.of_kind(Kind::Normal) {
-            let (sum, normal) = (layer.of_mut(sum), layer.of(row));
-            if self.origin[wedge] & MOVED_FROM != 0 || sum != normal {
-                self.origin[wedge] |= MOVED_FROM;
-                sum.iter_mut().zip(normal).for_each(|(sum, x)| *sum += x);
-            }
-        }
-    }
-
-    /// Brings the sums from a wedge on to unit length.
-    fn finish(&mut self, layout: &Layout, first: usize) {
-        for wedge in (first..self.origin.len()).filter(|&wedge| self.origin[wedge] & MOVED_FROM != 0) {
-            let row = &mut self.rows[wedge * layout.width..][..layout.width];
-            for layer in layout.of_kind(Kind::Normal) {
-                let unit = Vec3::from_slice(layer.of(row)).normalize_or_zero() * layer.scale;
-                layer.of_mut(row).copy_from_slice(&unit.to_array());
-            }
-        }
-    }
-}
-
 impl Wedges {
     /// The wedges of faces that came from those of `mesh`.
     pub fn new(
@@ -135,71 +67,9 @@ impl Wedges {
         faces: &[[u32; 3]],
         creases: Creases,
     ) -> Self {
-        let width = layout.width;
-        let material = |face: usize| layout.material(mesh, face);
-        let matches = |row: &[f32], face: usize, other: &[f32], other_origin: u32| {
-            let agrees = layout.layers.iter().all(|layer| creases.agree(layer, layer.of(row), layer.of(other)));
-            agrees && material(face) == material((other_origin & !MOVED_FROM) as usize / 3)
-        };
-        let vertices = rings.vertex_count();
-        let tasks = vertices.div_ceil(CHUNK);
-        let find = |task: usize| {
-            let mut found = Found::default();
-            let mut row = vec![0.0; width];
-            for vertex in task * CHUNK..vertices.min((task + 1) * CHUNK) {
-                let first = found.origin.len();
-                for &f in rings.ring(vertex as u32) {
-                    let k = faces[f as usize].iter().position(|&v| v as usize == vertex).unwrap_or(0);
-                    let (face, corner) = input_corner(face_origin[f as usize], k);
-                    if found.origin[first..].iter().any(|&known| has_same_source(mesh, &layout, (face, corner), known))
-                    {
-                        continue;
-                    }
-                    layout.read(mesh, face, corner, &mut row);
-                    let known = (first..found.origin.len())
-                        .find(|&wedge| matches(&row, face, &found.rows[wedge * width..][..width], found.origin[wedge]));
-                    match known {
-                        Some(wedge) => found.join(&layout, wedge, &row),
-                        None => {
-                            found.rows.extend_from_slice(&row);
-                            found.origin.push((3 * face + corner) as u32);
-                        }
-                    }
-                }
-                found.finish(&layout, first);
-                found.counts.push((found.origin.len() - first) as u32);
-            }
-            found
-        };
-        let found: Vec<Found> = (0..tasks).into_par_iter().map(find).collect();
-        let mut starts = Vec::with_capacity(vertices + 1);
-        let mut end = 0;
-        starts.push(0);
-        for &count in found.iter().flat_map(|found| &found.counts) {
-            end += count;
-            starts.push(end);
-        }
-        let origin: Vec<u32> = found.iter().flat_map(|found| &found.origin).copied().collect();
-        let rows: Vec<f32> = found.into_iter().flat_map(|found| found.rows).collect();
-        let corner = |row: &mut Vec<f32>, (f, face): (usize, &[u32; 3])| {
-            std::array::from_fn(|k| {
-                let own = starts[face[k] as usize]..starts[face[k] as usize + 1];
-                if own.len() == 1 {
-                    return own.start;
-                }
-                let (face, corner) = input_corner(face_origin[f], k);
-                layout.read(mesh, face, corner, row);
-                let is_this = |&wedge: &u32| {
-                    let wedge = wedge as usize;
-                    matches(row, face, &rows[wedge * width..][..width], origin[wedge])
-                };
-                own.clone().find(is_this).unwrap_or(own.start)
-            })
-        };
-        let numbered = faces.par_iter().enumerate().map(|(f, face)| (f, face)).with_min_len(CHUNK);
-        let corners = numbered.map_init(|| vec![0.0; width], |row, face| corner(row, face)).collect();
+        let Gathered { corners, starts, rows, origin } = gather(mesh, &layout, rings, face_origin, faces, creases);
         let roles = vec![OWN; origin.len()];
-        let of_origin = |&origin: &u32| material((origin & !MOVED_FROM) as usize / 3);
+        let of_origin = |&origin: &u32| layout.material(mesh, (origin & !MOVED_FROM) as usize / 3);
         let asks = layout.has_materials && layout.yields != Yields::Nothing;
         let materials = if asks { origin.iter().map(of_origin).collect() } else { Vec::new() };
         Self { layout, corners, starts, rows, origin, roles, materials }

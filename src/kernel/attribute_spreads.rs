@@ -132,17 +132,18 @@ fn add_products(sum: &mut Lanes, a: &Lanes, b: &Lanes) {
 #[inline(always)]
 fn add_wedge(mut spread: Sym3, faces: &[u32], rows: Rows<'_>) -> Sym3 {
     let root_of = |f: u32| rows.normals[f as usize].root;
-    let weight = faces.iter().fold(0.0, |weight, &f| add(weight, mul(root_of(f), root_of(f))));
-    let inverse = if weight > NO_AREA { divide(1.0, weight) } else { 0.0 };
     let mut spare = [[0.0; LANES]; 3];
     for first in (0..rows.costed).step_by(LANES) {
+        let mut weight = 0.0;
         let [mut x_sum, mut y_sum, mut z_sum] = [[0.0; LANES]; 3];
         for &f in faces {
             let (root, [x, y, z]) = (root_of(f), gradients_of(f, first, rows, &mut spare));
+            weight = add(weight, mul(root, root));
             add_scaled(&mut x_sum, x, root);
             add_scaled(&mut y_sum, y, root);
             add_scaled(&mut z_sum, z, root);
         }
+        let inverse = if weight > NO_AREA { divide(1.0, weight) } else { 0.0 };
         let [x_mean, y_mean, z_mean] = [x_sum, y_sum, z_sum].map(|sum| mean_of(sum, inverse));
         let [mut xx, mut xy, mut xz, mut yy, mut yz, mut zz] = [[0.0; LANES]; 6];
         for &f in faces {

@@ -5,13 +5,14 @@
 //! p0, n = e1×e2, g = ((v1−v0) e2×n + (v2−v0) n×e1)/|n|². Found as √|n| g, whose outer product is |n| g gᵀ.
 
 use bytemuck::{Pod, Zeroable};
+use multiversion::multiversion;
 use rayon::prelude::*;
 
 use super::rows::{Face, Normal, Position};
 use super::split::CHUNK;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
-use crate::math::exact::{LEAST_FACTOR, add, add3, cross3, divide, dot3, flush3, mul, scale3, sub, sub3};
+use crate::math::exact::{LEAST_FACTOR, add, cross3, divide, dot3, flush, mul, scale3, sub, sub3};
 use crate::math::lanes::{self, Columns, LANES, Lane};
 
 /// Most numbers of a wedge that decide.
@@ -89,9 +90,68 @@ fn edge_factors([a, b, c]: [Vec3; 3], normal: Normal) -> [Vec3; 2] {
     [scale3(cross3(e2, n), inverse), scale3(cross3(n, e1), inverse)]
 }
 
+/// The component of a gradient along an axis, of a number at the three corners.
 #[inline(always)]
-fn gradient([first, second]: [Vec3; 2], a: f32, b: f32, c: f32) -> Vec3 {
-    flush3(add3(scale3(first, sub(b, a)), scale3(second, sub(c, a))), LEAST_FACTOR)
+fn slope([first, second]: [f32; 2], a: f32, b: f32, c: f32) -> f32 {
+    flush(add(mul(first, sub(b, a)), mul(second, sub(c, a))), LEAST_FACTOR)
+}
+
+/// Numbers at a time.
+const NUMBERS: usize = 8;
+
+/// The numbers of a wedge from `start` on; past the end 0.
+#[inline(always)]
+fn lanes_at(values: &[f32], start: usize) -> [f32; NUMBERS] {
+    let from = values.get(start..).unwrap_or_default();
+    match from.first_chunk() {
+        Some(lanes) => *lanes,
+        None => std::array::from_fn(|lane| from.get(lane).copied().unwrap_or_default()),
+    }
+}
+
+/// Writes the row of a face, of at most so many blocks of numbers an axis, whose corners' numbers start there.
+#[inline(always)]
+fn write_row<const BLOCKS: usize>(
+    factors: [Vec3; 2],
+    starts: [usize; 3],
+    values: &[f32],
+    costed: usize,
+    rows: &mut [f32],
+) {
+    let [first, second] = factors.map(|factor| factor.to_array());
+    let mut slopes = [[[0.0; NUMBERS]; 3]; BLOCKS];
+    for (block, slopes) in slopes.iter_mut().enumerate() {
+        let [a, b, c] = starts.map(|start| lanes_at(values, start + block * NUMBERS));
+        for (axis, slopes) in slopes.iter_mut().enumerate() {
+            let along = [first[axis], second[axis]];
+            for j in 0..NUMBERS {
+                slopes[j] = slope(along, a[j], b[j], c[j]);
+            }
+        }
+    }
+    // Lanes past the last number of an axis are written over by what follows.
+    for axis in 0..3 {
+        for (block, slopes) in slopes.iter().enumerate() {
+            let out = &mut rows[axis * costed + block * NUMBERS..];
+            match out.first_chunk_mut() {
+                Some(lanes) => *lanes = slopes[axis],
+                None => out.iter_mut().zip(slopes[axis]).for_each(|(out, slope)| *out = slope),
+            }
+        }
+    }
+}
+
+/// Writes the rows of faces with these factors.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
+fn write_rows(factors: &[[Vec3; 2]], corners: &[Face], values: &[f32], costed: usize, rows: &mut [f32]) {
+    for (face, (&factors, corners)) in factors.iter().zip(corners).enumerate() {
+        let (rows, starts) = (&mut rows[3 * face * costed..], corners.corners().map(|wedge| wedge as usize * costed));
+        if costed <= NUMBERS {
+            write_row::<1>(factors, starts, values, costed, rows);
+        } else {
+            write_row::<{ MOST_COSTED / NUMBERS }>(factors, starts, values, costed, rows);
+        }
+    }
 }
 
 impl Kernel for FaceGradients<'_> {
@@ -125,22 +185,14 @@ impl Kernel for FaceGradients<'_> {
         let shapes = (self.positions.host(), self.faces.host(), self.normals.host());
         let (corners, values) = (self.corners.host(), self.values.host());
         let gradients = &mut self.gradients.host_mut()[..3 * costed * self.face_count as usize];
-        let blocks = gradients.par_chunks_mut((3 * costed * LANES).max(1)).enumerate();
-        blocks.with_min_len(CHUNK / LANES).for_each_init(Columns::<Shape, SHAPE_WORDS>::new, |block, (i, rows)| {
-            let mut factors = [[Vec3::ZERO; 2]; LANES];
+        let blocks = gradients.par_chunks_mut((3 * costed * CHUNK).max(1)).enumerate();
+        let scratch = || (Columns::<Shape, SHAPE_WORDS>::new(), vec![[Vec3::ZERO; 2]; CHUNK]);
+        blocks.for_each_init(scratch, |(block, factors), (i, rows)| {
             let factors = &mut factors[..rows.len() / (3 * costed)];
-            lanes::compute(i * LANES, shapes, (), block, factors);
-            for ((row, &factors), corners) in
-                rows.chunks_exact_mut(3 * costed).zip(&*factors).zip(&corners[i * LANES..])
-            {
-                let [a, b, c] = corners.corners().map(|wedge| &values[wedge as usize * costed..][..costed]);
-                let (x, yz) = row.split_at_mut(costed);
-                let (y, z) = yz.split_at_mut(costed);
-                for j in 0..costed {
-                    let g = gradient(factors, a[j], b[j], c[j]);
-                    (x[j], y[j], z[j]) = (g.x, g.y, g.z);
-                }
+            for (group, factors) in factors.chunks_mut(LANES).enumerate() {
+                lanes::compute(i * CHUNK + group * LANES, shapes, (), block, factors);
             }
+            write_rows(factors, &corners[i * CHUNK..], values, costed, rows);
         });
     }
 }
@@ -156,7 +208,9 @@ mod tests {
         let root = 8.0_f32.sqrt();
         let factors = edge_factors(points, Normal { x: 0.0, y: 0.0, z: root, root });
         let of = |p: Vec3| 2.0 * p.x - p.y;
-        let g = gradient(factors, of(points[0]), of(points[1]), of(points[2])) / root;
+        let along = |axis: usize| factors.map(|factor| factor[axis]);
+        let slope = |axis: usize| slope(along(axis), of(points[0]), of(points[1]), of(points[2]));
+        let g = Vec3::new(slope(0), slope(1), slope(2)) / root;
         assert!((g - Vec3::new(2.0, -1.0, 0.0)).length() < 1e-6, "{g}");
     }
 

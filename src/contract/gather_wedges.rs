@@ -1,0 +1,191 @@
+//! The wedges of the input: the corners of each vertex by what they have.
+
+use rayon::prelude::*;
+
+use crate::kernel::split::CHUNK;
+use crate::math::Vec3;
+use crate::mesh::orient::input_corner;
+use crate::mesh::{Mesh, Rings};
+
+use super::carry::MOVED_FROM;
+use super::layout::{Kind, Layer, Layout};
+
+/// Where normals of a vertex break.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Creases {
+    /// Where they are not the same.
+    All,
+    /// Where they turn by more than [`LEAST_CREASE`].
+    Sharp,
+}
+
+/// The cosine of the least angle that is a crease of facets: 30°.
+const LEAST_CREASE: f32 = 0.866;
+impl Creases {
+    /// Whether corners with these numbers of a layer are of one wedge.
+    fn agree(self, layer: &Layer, a: &[f32], b: &[f32]) -> bool {
+        let is_same = || a.iter().map(|x| x.to_bits()).eq(b.iter().map(|x| x.to_bits()));
+        if self != Self::Sharp || layer.kind != Kind::Normal {
+            return is_same();
+        }
+        let [a, b] = [a, b].map(Vec3::from_slice);
+        a.dot(b) > LEAST_CREASE * a.length() * b.length() || is_same()
+    }
+}
+
+/// What corners of the input share that have the same row for sure: their vertex, texture coordinates and material.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Source {
+    vertex: u32,
+    texcoords: [u32; 2],
+    material: u32,
+}
+
+impl Source {
+    fn of(mesh: &Mesh, layout: &Layout, face: usize, corner: usize) -> Self {
+        let texcoords = mesh.texcoords.as_ref().map(|rows| rows[face][corner].to_array().map(f32::to_bits));
+        Self {
+            vertex: mesh.faces[face][corner],
+            texcoords: texcoords.unwrap_or_default(),
+            material: layout.material(mesh, face),
+        }
+    }
+}
+
+/// Wedges of some consecutive vertices, as they are found.
+#[derive(Default)]
+struct Found {
+    /// How many each vertex has.
+    counts: Vec<u32>,
+    origin: Vec<u32>,
+    rows: Vec<f32>,
+    /// Of every corner, in the order of the rings, which of its vertex's it has.
+    of_corners: Vec<u32>,
+    /// What those of the last vertex began as.
+    sources: Vec<Source>,
+}
+
+impl Found {
+    /// The wedge of the last vertex, of those from `first` on, that began as a corner like this and is not the sum of others.
+    fn known(&self, first: usize, source: Source) -> Option<usize> {
+        let is_this = |wedge: &usize| self.origin[*wedge] & MOVED_FROM == 0 && self.sources[*wedge - first] == source;
+        (first..self.origin.len()).find(is_this)
+    }
+
+    /// Counts a corner to a wedge, which becomes the sum of both if its normal is another.
+    fn join(&mut self, layout: &Layout, wedge: usize, row: &[f32]) {
+        let sum = &mut self.rows[wedge * layout.width..][..layout.width];
+        for layer in layout.of_kind(Kind::Normal) {
+            let (sum, normal) = (layer.of_mut(sum), layer.of(row));
+            if self.origin[wedge] & MOVED_FROM != 0 || sum != normal {
+                self.origin[wedge] |= MOVED_FROM;
+                sum.iter_mut().zip(normal).for_each(|(sum, x)| *sum += x);
+            }
+        }
+    }
+
+    /// Brings the sums from a wedge on to unit length.
+    fn finish(&mut self, layout: &Layout, first: usize) {
+        for wedge in (first..self.origin.len()).filter(|&wedge| self.origin[wedge] & MOVED_FROM != 0) {
+            let row = &mut self.rows[wedge * layout.width..][..layout.width];
+            for layer in layout.of_kind(Kind::Normal) {
+                let unit = Vec3::from_slice(layer.of(row)).normalize_or_zero() * layer.scale;
+                layer.of_mut(row).copy_from_slice(&unit.to_array());
+            }
+        }
+    }
+}
+
+/// The wedges of all vertices.
+#[derive(Debug)]
+pub struct Gathered {
+    /// The wedge of every corner of every face.
+    pub corners: Vec<[u32; 3]>,
+    /// Where those of each vertex begin, and the end.
+    pub starts: Vec<u32>,
+    /// `layout.width` numbers each.
+    pub rows: Vec<f32>,
+    /// The corner of the input that each began as, 3·face + corner, with [`MOVED_FROM`] where it is the mean of several.
+    pub origin: Vec<u32>,
+}
+
+/// Gathers the wedges of `faces`, which came from those of `mesh`.
+pub fn gather(
+    mesh: &Mesh,
+    layout: &Layout,
+    rings: &Rings,
+    face_origin: &[u32],
+    faces: &[[u32; 3]],
+    creases: Creases,
+) -> Gathered {
+    let width = layout.width;
+    let material = |face: usize| layout.material(mesh, face);
+    let matches = |row: &[f32], face: usize, other: &[f32], other_origin: u32| {
+        let agrees = layout.layers.iter().all(|layer| creases.agree(layer, layer.of(row), layer.of(other)));
+        agrees && material(face) == material((other_origin & !MOVED_FROM) as usize / 3)
+    };
+    let vertices = rings.vertex_count();
+    let tasks = vertices.div_ceil(CHUNK);
+    let find = |task: usize| {
+        let mut found = Found::default();
+        let mut row = vec![0.0; width];
+        for vertex in task * CHUNK..vertices.min((task + 1) * CHUNK) {
+            let first = found.origin.len();
+            found.sources.clear();
+            for &f in rings.ring(vertex as u32) {
+                let (face, corner) = input_corner(face_origin[f as usize], corner_of(faces[f as usize], vertex));
+                let source = Source::of(mesh, layout, face, corner);
+                let wedge = found.known(first, source).unwrap_or_else(|| {
+                    layout.read(mesh, face, corner, &mut row);
+                    let is_this = |&wedge: &usize| {
+                        matches(&row, face, &found.rows[wedge * width..][..width], found.origin[wedge])
+                    };
+                    match (first..found.origin.len()).find(is_this) {
+                        Some(wedge) => {
+                            found.join(layout, wedge, &row);
+                            wedge
+                        }
+                        None => {
+                            found.rows.extend_from_slice(&row);
+                            found.origin.push((3 * face + corner) as u32);
+                            found.sources.push(source);
+                            found.origin.len() - 1
+                        }
+                    }
+                });
+                found.of_corners.push((wedge - first) as u32);
+            }
+            found.finish(layout, first);
+            found.counts.push((found.origin.len() - first) as u32);
+        }
+        found
+    };
+    let found: Vec<Found> = (0..tasks).into_par_iter().map(find).collect();
+    let wedges = found.iter().map(|found| found.origin.len()).sum();
+    let mut gathered = Gathered {
+        corners: vec![[0; 3]; faces.len()],
+        starts: Vec::with_capacity(vertices + 1),
+        rows: Vec::with_capacity(wedges * width),
+        origin: Vec::with_capacity(wedges),
+    };
+    let mut of_corners = found.iter().flat_map(|found| &found.of_corners);
+    let mut start = 0;
+    for (vertex, count) in found.iter().flat_map(|found| &found.counts).enumerate() {
+        for (&f, wedge) in rings.ring(vertex as u32).iter().zip(&mut of_corners) {
+            gathered.corners[f as usize][corner_of(faces[f as usize], vertex)] = start + wedge;
+        }
+        gathered.starts.push(start);
+        start += count;
+    }
+    gathered.starts.push(start);
+    for found in &found {
+        gathered.origin.extend_from_slice(&found.origin);
+        gathered.rows.extend_from_slice(&found.rows);
+    }
+    gathered
+}
+
+/// The corner of a face at one of its vertices.
+fn corner_of(face: [u32; 3], vertex: usize) -> usize {
+    face.iter().position(|&v| v as usize == vertex).unwrap_or(0)
+}
