@@ -26,7 +26,7 @@ pub struct AttributeWeights {
 
 impl Default for AttributeWeights {
     fn default() -> Self {
-        Self { normal: 1.0, texcoord: 0.25, color: 1.0, channels: Arc::new([]) }
+        Self { normal: 0.7, texcoord: 0.25, color: 1.0, channels: Arc::new([]) }
     }
 }
 

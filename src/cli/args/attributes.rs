@@ -7,7 +7,7 @@ use crate::cli::values;
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Attributes")]
 pub struct Attributes {
-    /// What they count: normal=1,uv=0.25
+    /// What they count: normal=0.7,uv=0.25
     ///
     /// What a difference in an attribute counts against a distance, as NAME=WEIGHT, by commas; 0 for one that is carried
     /// along and decides nothing. 'normal': a difference of 1, about a radian, is a thousandth of the diagonal. 'uv': a slip of the
