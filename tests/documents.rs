@@ -1,6 +1,7 @@
 //! What OBJ and PLY files say beside their faces, and what the vertices carry: materials, groups, normals, properties.
 
 use std::fs;
+use std::path::Path;
 
 use coarsen::Mesh;
 use coarsen::formats::{self, Document, Format, Scene, WriteOptions};
@@ -42,6 +43,27 @@ fn obj_keeps_creases_materials_groups_and_libraries() {
     let again = scene(&written, Format::Obj);
     assert_eq!(again.mesh, mesh);
     assert_eq!(text(&again.mesh, &again.document, Format::Obj), written);
+}
+
+/// An OBJ names its libraries wherever it goes; in another folder they are not found, unless they are there too.
+#[test]
+fn libraries_that_are_left_behind_are_told_of() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [input, beside] = ["in.obj", "out.obj"].map(|name| folder.path().join(name));
+    let elsewhere = folder.path().join("elsewhere").join("out.obj");
+    fs::create_dir(folder.path().join("elsewhere")).expect("a folder");
+    fs::write(&input, ROOF).expect("written");
+    let told_of = |output: &Path| {
+        let Scene { mesh, document } = formats::read_scene(&input).expect("a scene");
+        let warnings = formats::write_scene(&mesh, &document, output, &WriteOptions::default()).expect("written");
+        warnings.iter().filter(|warning| warning.contains("libraries of materials beside the input")).count()
+    };
+    // Nor are those that the input has not.
+    assert_eq!([told_of(&beside), told_of(&elsewhere)], [0, 0]);
+    fs::write(folder.path().join("second.mtl"), "newmtl moss\n").expect("written");
+    assert_eq!([told_of(&beside), told_of(&elsewhere)], [0, 1]);
+    fs::copy(folder.path().join("second.mtl"), elsewhere.with_file_name("second.mtl")).expect("copied");
+    assert_eq!(told_of(&elsewhere), 0);
 }
 
 #[test]

@@ -261,6 +261,11 @@ impl Document {
             Self::Gltf(_) => {
                 Some(format!("nodes, materials, textures and animations are not written: {name} has none"))
             }
+            Self::Obj(libraries) if format == Format::Obj => {
+                let are_left = path.is_some_and(|path| libraries.leaves_behind(path));
+                let advice = "put them, and their pictures, beside the output";
+                are_left.then(|| format!("the libraries of materials beside the input are not copied: {advice}"))
+            }
             Self::Obj(libraries) if !matches!(format, Format::Obj | Format::Gltf | Format::Glb) => {
                 let has_any = !libraries.names.is_empty();
                 has_any.then(|| format!("the materials of the OBJ's libraries are not written: {name} names none"))

@@ -25,6 +25,13 @@ pub struct Libraries {
 }
 
 impl Libraries {
+    /// Whether a library lies beside the input that `output` will not find beside itself.
+    pub(in crate::formats) fn leaves_behind(&self, output: &Path) -> bool {
+        let Some(from) = &self.folder else { return false };
+        let to = output.parent().unwrap_or(Path::new(""));
+        self.names.iter().any(|name| from.join(name).is_file() && !to.join(name).is_file())
+    }
+
     /// The materials of all that can be read, and of the others what is wrong.
     pub(in crate::formats) fn read(&self) -> (Vec<Material>, Vec<String>) {
         let (mut known, mut warnings) = (Vec::new(), Vec::new());
