@@ -40,10 +40,13 @@ pub(super) fn share(distance: f64, limit: f64) -> f64 {
     if limit > 0.0 { distance / limit } else { 0.0 }
 }
 
+/// Distances up to this share of the diagonal are rounding.
+const ROUNDING: f64 = 1e-9;
 /// The share of vertices that a scale without a limit tells apart. A single spike would leave all else dark blue.
 const TOLD_APART: f64 = 0.99;
 
-/// The distance that has the last color: `limit`, or what 99 in 100 distances do not pass, or else the greatest.
+/// The distance that has the last color: `limit`, or what 99 in 100 distances do not pass, or else the greatest; more than
+/// rounding where there is any.
 ///
 /// # Errors
 /// [`Error::Parameter`] unless there is one finite distance of 0 or more for each vertex, and the limit is such a one.
@@ -55,7 +58,10 @@ pub(super) fn checked_limit(mesh: &Mesh, distances: &[f64], limit: Option<f64>) 
     let is_length = |length: &f64| length.is_finite() && *length >= 0.0;
     match limit.iter().chain(distances).find(|length| !is_length(length)) {
         Some(length) => Err(Error::Parameter(format!("{length} is no distance to color"))),
-        None => Ok(limit.unwrap_or_else(|| usual(distances))),
+        None => Ok(limit.unwrap_or_else(|| match usual(distances) {
+            0.0 => 0.0,
+            usual => usual.max((ROUNDING * mesh.diagonal()).min(f64::MAX)),
+        })),
     }
 }
 
@@ -132,6 +138,10 @@ mod tests {
         let mut spike = vec![0.0; 1000];
         spike[7] = 3.0;
         assert_eq!((usual(&spike), usual(&[])), (3.0, 0.0));
+        // Rounding is no deviation: it looks like none.
+        let rounded = heatmap(&mesh, &[0.0, 1e-15, 0.0, 2e-15], None).expect("a heat map").colors.expect("colors");
+        let off = |row: &[f32; 4]| (0..3).map(|k| (row[k] - color(0.0)[k]).abs()).fold(0.0, f32::max);
+        assert!(rounded.iter().all(|row| off(row) < 1e-3), "{rounded:?}");
         let same = heatmap(&mesh, &[0.0; 4], None).expect("a heat map");
         assert!(same.colors.expect("colors").iter().all(|&c| rgb(c) == color(0.0)));
     }
