@@ -10,10 +10,14 @@ fn has_wedge(f: u32, wedge: u32) -> bool {
 }
 
 // √|n| times the gradient of a number of a face.
-fn gradient_of(f: u32, j: u32) -> vec3f {
-    let x = 3u * f * params.costed + j;
-    let y = x + params.costed;
-    return vec3f(load_gradients(x), load_gradients(y), load_gradients(y + params.costed));
+fn gradient_of(f: u32, row: GradientOperator, j: u32) -> vec3f {
+    let corners = load_corners(f);
+    let a = load_values(corners.a * params.width + j);
+    let b = sub(load_values(corners.b * params.width + j), a);
+    let c = sub(load_values(corners.c * params.width + j), a);
+    let along_b = vec3f(row.bx, row.by, row.bz);
+    let along_c = vec3f(row.cx, row.cy, row.cz);
+    return flush3(add3(scale3(along_b, b), scale3(along_c, c)), LEAST_FACTOR);
 }
 
 fn wedge_weight(start: u32, end: u32, wedge: u32) -> f32 {
@@ -21,7 +25,7 @@ fn wedge_weight(start: u32, end: u32, wedge: u32) -> f32 {
     for (var i = start; i < end; i++) {
         let f = load_ring_faces(i);
         if has_wedge(f, wedge) {
-            let root = load_normals(f).root;
+            let root = load_operators(f).root;
             weight = add(weight, mul(root, root));
         }
     }
@@ -34,7 +38,8 @@ fn number_spread(start: u32, end: u32, wedge: u32, inverse: f32, j: u32) -> Sym3
     for (var i = start; i < end; i++) {
         let f = load_ring_faces(i);
         if has_wedge(f, wedge) {
-            mean = add3(mean, scale3(gradient_of(f, j), load_normals(f).root));
+            let row = load_operators(f);
+            mean = add3(mean, scale3(gradient_of(f, row, j), row.root));
         }
     }
     mean = flush3(scale3(mean, inverse), LEAST_FACTOR);
@@ -42,7 +47,8 @@ fn number_spread(start: u32, end: u32, wedge: u32, inverse: f32, j: u32) -> Sym3
     for (var i = start; i < end; i++) {
         let f = load_ring_faces(i);
         if has_wedge(f, wedge) {
-            let off = flush3(sub3(gradient_of(f, j), scale3(mean, load_normals(f).root)), LEAST_FACTOR);
+            let row = load_operators(f);
+            let off = flush3(sub3(gradient_of(f, row, j), scale3(mean, row.root)), LEAST_FACTOR);
             sum = sym_add(sum, outer(off));
         }
     }

@@ -4,6 +4,7 @@ struct Position { x: f32, y: f32, z: f32, flags: u32 }
 struct Face { a: u32, b: u32, c: u32 }
 struct Contraction { keep: u32, gone: u32, x: f32, y: f32, z: f32, flags: u32 }
 struct Normal { x: f32, y: f32, z: f32, root: f32 }
+struct GradientOperator { bx: f32, by: f32, bz: f32, cx: f32, cy: f32, cz: f32, root: f32 }
 struct Corners { cot_a: f32, cot_b: f32, cot_c: f32, area_a: f32, area_b: f32, area_c: f32 }
 struct VolumeSum { xx: f32, xy: f32, xz: f32, yy: f32, yz: f32, zz: f32, nx: f32, ny: f32, nz: f32 }
 struct BorderSum { xx: f32, xy: f32, xz: f32, yy: f32, yz: f32, zz: f32 }

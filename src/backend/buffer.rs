@@ -81,7 +81,8 @@ enum Store<T> {
 }
 
 impl<T: Row> Buffer<T> {
-    pub(super) fn on_host(rows: Vec<T>) -> Self {
+    /// Rows on the host.
+    pub(crate) fn on_host(rows: Vec<T>) -> Self {
         Self { len: rows.len(), store: Store::Host(rows) }
     }
 

@@ -1,54 +1,62 @@
-//! The attributes of a round on a device: numbers of wedges, gradients of faces, how far these spread.
+//! The attributes of a round on a device: wedges, and how far the gradients of their numbers spread.
 
 use crate::backend::{Buffer, Queue};
 use crate::error::Result;
 use crate::kernel::attribute_spreads::AttributeSpreads;
-use crate::kernel::face_gradients::FaceGradients;
-use crate::kernel::rows::{Face, Normal, VolumeSum};
+use crate::kernel::gradient_operators::GradientOperators;
+use crate::kernel::rows::{Face, GradientOperator, Normal, VolumeSum};
 
 use super::evaluate::grow;
 use super::surface::Surface;
 use super::wedges::Wedges;
 
-/// What the sums of a round need beside the geometry.
+/// The wedges of a surface on one device.
 #[derive(Debug)]
-pub struct AttributeBuffers {
-    corners: Buffer<Face>,
-    wedge_starts: Buffer<u32>,
-    values: Buffer<f32>,
-    gradients: Buffer<f32>,
+pub struct WedgeBuffers {
+    /// The wedge of every corner of every face.
+    pub corners: Buffer<Face>,
+    /// The first wedge of each vertex, and the end.
+    pub starts: Buffer<u32>,
+    /// `width` numbers a wedge, first those that decide.
+    pub rows: Buffer<f32>,
+    pub width: usize,
+}
+
+impl WedgeBuffers {
+    /// Room for those of the host's that are sent in any round: the numbers that decide alone.
+    pub fn copy(queue: &Queue, wedges: &Wedges) -> Result<Self> {
+        let (WedgeBuffers { corners, starts, .. }, width) = (&wedges.buffers, wedges.layout.costed);
+        Ok(Self {
+            corners: queue.buffer(corners.len())?,
+            starts: queue.buffer(starts.len())?,
+            rows: queue.buffer(wedges.len() * width)?,
+            width,
+        })
+    }
+
+    /// Takes the wedges of a round, of so many faces and vertices, from the host.
+    pub fn send(&mut self, queue: &mut Queue, wedges: &Wedges, surface: &Surface) -> Result<()> {
+        let WedgeBuffers { corners, starts, .. } = &wedges.buffers;
+        queue.write(&mut self.corners, &corners.host()[..surface.face_count])?;
+        queue.write(&mut self.starts, &starts.host()[..=surface.vertex_count])?;
+        let rows = wedges.costed();
+        grow(queue, &mut self.rows, rows.len())?;
+        queue.write(&mut self.rows, &rows)
+    }
+}
+
+/// What the sums of a round need beside the geometry and the wedges.
+#[derive(Debug)]
+pub struct Spreads {
+    operators: Buffer<GradientOperator>,
     costed: usize,
 }
 
-impl AttributeBuffers {
+impl Spreads {
     /// For wedges some of whose numbers decide; `None` for others.
     pub fn new(queue: &Queue, wedges: Option<&Wedges>) -> Result<Option<Self>> {
         let Some(wedges) = wedges.filter(|wedges| wedges.layout.costed > 0) else { return Ok(None) };
-        let (corners, starts) = wedges.connectivity();
-        let (faces, count, costed) = (corners.len(), wedges.len(), wedges.layout.costed);
-        Ok(Some(Self {
-            corners: queue.buffer(faces)?,
-            wedge_starts: queue.buffer(starts.len())?,
-            values: queue.buffer(count * costed)?,
-            gradients: queue.buffer(3 * faces * costed)?,
-            costed,
-        }))
-    }
-
-    /// Takes the wedges of a round from the host.
-    pub fn send(&mut self, queue: &mut Queue, wedges: &Wedges) -> Result<()> {
-        let (corners, starts) = wedges.connectivity();
-        let count = wedges.len() * self.costed;
-        grow(queue, &mut self.values, count)?;
-        queue.write(&mut self.corners, bytemuck::cast_slice(corners))?;
-        queue.write(&mut self.wedge_starts, starts)?;
-        if queue.is_on_host() {
-            wedges.costed(&mut self.values.host_mut()[..count]);
-            return Ok(());
-        }
-        let mut values = vec![0.0; count];
-        wedges.costed(&mut values);
-        queue.write(&mut self.values, &values)
+        Ok(Some(Self { operators: queue.buffer(wedges.buffers.corners.len())?, costed: wedges.layout.costed }))
     }
 
     /// Adds what the attributes cost to the sums of the surface as it is.
@@ -56,23 +64,24 @@ impl AttributeBuffers {
         &mut self,
         queue: &mut Queue,
         surface: &Surface,
+        wedges: &WedgeBuffers,
         normals: &Buffer<Normal>,
         sums: &mut Buffer<VolumeSum>,
     ) -> Result<()> {
         let Surface { positions, faces, ring_starts, ring_faces, .. } = surface;
         let (vertex_count, face_count) = (surface.vertex_count as u32, surface.face_count as u32);
-        let Self { corners, wedge_starts, values, gradients, .. } = self;
-        let costed = self.costed as u32;
-        queue.run(FaceGradients { positions, faces, normals, corners, values, face_count, costed, gradients })?;
+        let operators = &mut self.operators;
+        queue.run(GradientOperators { positions, faces, normals, face_count, operators })?;
         queue.run(AttributeSpreads {
-            normals,
             ring_starts,
             ring_faces,
-            corners,
-            wedge_starts,
-            gradients,
+            corners: &wedges.corners,
+            wedge_starts: &wedges.starts,
+            values: &wedges.rows,
+            operators,
             vertex_count,
-            costed,
+            width: wedges.width as u32,
+            costed: self.costed as u32,
             sums,
         })
     }

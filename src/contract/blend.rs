@@ -205,7 +205,10 @@ fn stay_near(wedges: &WedgeRows<'_>, sides: &Sides, side: usize, row: &mut [f32]
         false if !sides.yields && in_texture(i) => NEAR as f32,
         false => 0.0,
     };
-    let starts = of_side(sides, side).flat_map(|face| face.wedges).map(|wedge| wedges.start(wedge));
+    // Its faces have its own wedges first.
+    let own = sides.sides[side].own(ENDS);
+    let around = of_side(sides, side).flat_map(|face| [face.wedges[1], face.wedges[2]]);
+    let starts = own.chain(around).map(|wedge| wedges.start(wedge));
     clamp_to(starts, wedges.all(), &mut row[..layout.summed], past);
 }
 

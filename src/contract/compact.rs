@@ -44,8 +44,8 @@ pub fn faces(renamed: &[u32], faces: &mut [Face], rows: &mut Vec<u32>) {
         live
     });
     let counts: Vec<usize> = counts.collect();
-    close_gaps(faces, &counts);
-    let left = close_gaps(rows, &counts);
+    close_gaps(faces, 1, &counts);
+    let left = close_gaps(rows, 1, &counts);
     rows.truncate(left);
 }
 
@@ -57,19 +57,36 @@ pub fn keep_live<T: Copy + Send>(rows: &mut Vec<T>, new_vertex: &[u32]) {
             rows[(numbers[i] - numbers[0]) as usize] = rows[i];
         }
     });
-    let firsts: Vec<u32> = chunk_bounds(rows.len()).map(|vertex| new_vertex[vertex]).collect();
-    let counts: Vec<usize> = firsts.windows(2).map(|ends| (ends[1] - ends[0]) as usize).collect();
-    let left = close_gaps(rows, &counts);
+    let counts = live_in_chunks(new_vertex, rows.len());
+    let left = close_gaps(rows, 1, &counts);
     rows.truncate(left);
 }
 
-/// Moves the first rows of every chunk, as many as counted, together; returns how many there are.
-pub fn close_gaps<T: Copy>(rows: &mut [T], counts: &[usize]) -> usize {
+/// [`keep_live`] of rows of so many numbers each, which stay as many.
+pub fn keep_live_rows(rows: &mut [f32], width: usize, new_vertex: &[u32]) {
+    let vertices = new_vertex.len() - 1;
+    let chunks = rows[..vertices * width].par_chunks_mut((CHUNK * width).max(1));
+    chunks.zip(new_vertex.par_chunks(CHUNK)).for_each(|(rows, numbers)| {
+        for i in 0..rows.len() / width {
+            rows.copy_within(i * width..(i + 1) * width, (numbers[i] - numbers[0]) as usize * width);
+        }
+    });
+    close_gaps(rows, width, &live_in_chunks(new_vertex, vertices));
+}
+
+/// How many of so many vertices live, by chunks.
+fn live_in_chunks(new_vertex: &[u32], vertices: usize) -> Vec<usize> {
+    let firsts: Vec<u32> = chunk_bounds(vertices).map(|vertex| new_vertex[vertex]).collect();
+    firsts.windows(2).map(|ends| (ends[1] - ends[0]) as usize).collect()
+}
+
+/// Moves the first rows of every chunk, as many as counted, of `width` each, together; returns how many there are.
+pub fn close_gaps<T: Copy>(rows: &mut [T], width: usize, counts: &[usize]) -> usize {
     let mut end = 0;
     for (chunk, &count) in counts.iter().enumerate() {
         let start = chunk * CHUNK;
         if start != end {
-            rows.copy_within(start..start + count, end);
+            rows.copy_within(start * width..(start + count) * width, end * width);
         }
         end += count;
     }

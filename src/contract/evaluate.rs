@@ -12,7 +12,7 @@ use crate::kernel::volume_costs::{self, BORDER_FACTOR, VolumeBlock, VolumeRows};
 use crate::kernel::volume_sums::VolumeSums;
 use crate::kernel::weigh_keys::{weigh_keys, weighed_key};
 
-use super::attribute_rows::AttributeBuffers;
+use super::attribute_rows::Spreads;
 use super::gate::Gate;
 use super::listing::Listing;
 use super::surface::{LARGE_VERTICES, Surface};
@@ -27,7 +27,7 @@ pub struct Evaluation {
     placement: u32,
     border_weight: f32,
     volume: Option<Volume>,
-    attributes: Option<AttributeBuffers>,
+    spreads: Option<Spreads>,
     weights: Option<RoundWeights>,
     listing: Listing,
     is_first: bool,
@@ -73,7 +73,7 @@ impl Evaluation {
             placement: options.placement.code(),
             border_weight: BORDER_FACTOR * options.border_weight,
             volume,
-            attributes: AttributeBuffers::new(&queue, wedges)?,
+            spreads: Spreads::new(&queue, wedges)?,
             weights: RoundWeights::new(&queue, surface, options, has_border)?,
             queue,
             listing: Listing::default(),
@@ -132,9 +132,8 @@ impl Evaluation {
         let (vertex_count, face_count) = (surface.vertex_count as u32, surface.face_count as u32);
         queue.run(FaceNormals { positions, faces, face_count, normals })?;
         queue.run(VolumeSums { positions, faces, ring_starts, ring_faces, normals, vertex_count, sums, borders })?;
-        if let (Some(attributes), Some(wedges)) = (&mut self.attributes, wedges) {
-            attributes.send(queue, wedges)?;
-            attributes.add_to(queue, surface, normals, sums)?;
+        if let (Some(spreads), Some(wedges)) = (&mut self.spreads, wedges) {
+            spreads.add_to(queue, surface, &wedges.buffers, normals, sums)?;
         }
         Ok(())
     }

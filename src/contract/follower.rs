@@ -58,7 +58,7 @@ impl Follower {
         quantize(&mut queue, &mut surface, storage)?;
         let triangles = Triangles::new(&queue, &surface, options)?;
         let mut proposal = Proposal::new(&queue, &surface, options, border_vertices, wedges)?;
-        proposal.take_wedges(&mut queue, wedges)?;
+        proposal.take_wedges(&mut queue, &surface, wedges)?;
         let apply = applies.then(|| Apply::new(&queue, &surface)).transpose()?;
         let has_locked = host.positions.host().par_iter().any(|position| position.flags & LOCKED != 0);
         let longest_ring = longest_ring(host);
@@ -135,7 +135,7 @@ impl Follower {
         if self.begun.is_some() {
             return Ok(());
         }
-        self.proposal.take_wedges(&mut self.queue, carried.wedges.as_ref())?;
+        self.proposal.take_wedges(&mut self.queue, &self.surface, carried.wedges.as_ref())?;
         self.begin(of, gate, &carried.weights)
     }
 

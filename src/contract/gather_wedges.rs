@@ -1,5 +1,7 @@
 //! The wedges of the input: the corners of each vertex by what they have.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::kernel::split::CHUNK;
@@ -21,6 +23,7 @@ pub enum Creases {
 
 /// The cosine of the least angle that is a crease of facets: 30°.
 const LEAST_CREASE: f32 = 0.866;
+
 impl Creases {
     /// Whether corners with these numbers of a layer are of one wedge.
     fn agree(self, layer: &Layer, a: &[f32], b: &[f32]) -> bool {
@@ -118,71 +121,105 @@ pub fn gather(
     faces: &[[u32; 3]],
     creases: Creases,
 ) -> Gathered {
-    let width = layout.width;
-    let material = |face: usize| layout.material(mesh, face);
-    let matches = |row: &[f32], face: usize, other: &[f32], other_origin: u32| {
-        let agrees = layout.layers.iter().all(|layer| creases.agree(layer, layer.of(row), layer.of(other)));
-        agrees && material(face) == material((other_origin & !MOVED_FROM) as usize / 3)
-    };
     let vertices = rings.vertex_count();
-    let tasks = vertices.div_ceil(CHUNK);
-    let find = |task: usize| {
+    let input = Input { mesh, layout, face_origin, faces, creases };
+    let find = |task: usize| input.find(rings, task * CHUNK..vertices.min((task + 1) * CHUNK));
+    let found: Vec<Found> = (0..vertices.div_ceil(CHUNK)).into_par_iter().map(find).collect();
+    assemble(&found, rings, faces)
+}
+
+/// What wedges are gathered from.
+struct Input<'a> {
+    mesh: &'a Mesh,
+    layout: &'a Layout,
+    face_origin: &'a [u32],
+    faces: &'a [[u32; 3]],
+    creases: Creases,
+}
+
+impl Input<'_> {
+    /// Finds the wedges of consecutive vertices.
+    fn find(&self, rings: &Rings, vertices: Range<usize>) -> Found {
         let mut found = Found::default();
-        let mut row = vec![0.0; width];
-        for vertex in task * CHUNK..vertices.min((task + 1) * CHUNK) {
+        let mut row = vec![0.0; self.layout.width];
+        for vertex in vertices {
             let first = found.origin.len();
             found.sources.clear();
             for &f in rings.ring(vertex as u32) {
-                let (face, corner) = input_corner(face_origin[f as usize], corner_of(faces[f as usize], vertex));
-                let source = Source::of(mesh, layout, face, corner);
-                let wedge = found.known(first, source).unwrap_or_else(|| {
-                    layout.read(mesh, face, corner, &mut row);
-                    let is_this = |&wedge: &usize| {
-                        matches(&row, face, &found.rows[wedge * width..][..width], found.origin[wedge])
-                    };
-                    match (first..found.origin.len()).find(is_this) {
-                        Some(wedge) => {
-                            found.join(layout, wedge, &row);
-                            wedge
-                        }
-                        None => {
-                            found.rows.extend_from_slice(&row);
-                            found.origin.push((3 * face + corner) as u32);
-                            found.sources.push(source);
-                            found.origin.len() - 1
-                        }
-                    }
-                });
+                let k = corner_of(self.faces[f as usize], vertex);
+                let corner = input_corner(self.face_origin[f as usize], k);
+                let wedge = self.wedge(corner, &mut found, first, &mut row);
                 found.of_corners.push((wedge - first) as u32);
             }
-            found.finish(layout, first);
+            found.finish(self.layout, first);
             found.counts.push((found.origin.len() - first) as u32);
         }
         found
-    };
-    let found: Vec<Found> = (0..tasks).into_par_iter().map(find).collect();
-    let wedges = found.iter().map(|found| found.origin.len()).sum();
-    let mut gathered = Gathered {
-        corners: vec![[0; 3]; faces.len()],
-        starts: Vec::with_capacity(vertices + 1),
-        rows: Vec::with_capacity(wedges * width),
-        origin: Vec::with_capacity(wedges),
-    };
-    let mut of_corners = found.iter().flat_map(|found| &found.of_corners);
-    let mut start = 0;
-    for (vertex, count) in found.iter().flat_map(|found| &found.counts).enumerate() {
-        for (&f, wedge) in rings.ring(vertex as u32).iter().zip(&mut of_corners) {
-            gathered.corners[f as usize][corner_of(faces[f as usize], vertex)] = start + wedge;
+    }
+
+    /// The wedge of a corner of the input, of those from `first` on or new; `row` is overwritten.
+    fn wedge(&self, (face, corner): (usize, usize), found: &mut Found, first: usize, row: &mut [f32]) -> usize {
+        let Self { mesh, layout, .. } = *self;
+        let source = Source::of(mesh, layout, face, corner);
+        if let Some(wedge) = found.known(first, source) {
+            return wedge;
         }
-        gathered.starts.push(start);
-        start += count;
+        layout.read(mesh, face, corner, row);
+        if let Some(wedge) = (first..found.origin.len()).find(|&wedge| self.matches(row, source.material, found, wedge))
+        {
+            found.join(layout, wedge, row);
+            return wedge;
+        }
+        found.rows.extend_from_slice(row);
+        found.origin.push((3 * face + corner) as u32);
+        found.sources.push(source);
+        found.origin.len() - 1
     }
-    gathered.starts.push(start);
-    for found in &found {
-        gathered.origin.extend_from_slice(&found.origin);
-        gathered.rows.extend_from_slice(&found.rows);
+
+    /// Whether a row of a material is that of a wedge.
+    fn matches(&self, row: &[f32], material: u32, found: &Found, wedge: usize) -> bool {
+        let layout = self.layout;
+        let other = &found.rows[wedge * layout.width..][..layout.width];
+        let other_face = (found.origin[wedge] & !MOVED_FROM) as usize / 3;
+        layout.layers.iter().all(|layer| self.creases.agree(layer, layer.of(row), layer.of(other)))
+            && material == layout.material(self.mesh, other_face)
     }
-    gathered
+}
+
+/// Puts together what tasks found.
+fn assemble(found: &[Found], rings: &Rings, faces: &[[u32; 3]]) -> Gathered {
+    let counts = || found.iter().flat_map(|found| &found.counts);
+    let mut starts = Vec::with_capacity(rings.vertex_count() + 1);
+    starts.push(0);
+    starts.extend(counts().scan(0, |start, count| {
+        *start += count;
+        Some(*start)
+    }));
+    let mut corners;
+    if counts().all(|&count| count == 1) {
+        corners = faces.to_vec();
+    } else {
+        corners = vec![[0; 3]; faces.len()];
+        let mut of_corners = found.iter().flat_map(|found| &found.of_corners);
+        for (vertex, start) in starts[..rings.vertex_count()].iter().enumerate() {
+            for (&f, wedge) in rings.ring(vertex as u32).iter().zip(&mut of_corners) {
+                corners[f as usize][corner_of(faces[f as usize], vertex)] = start + wedge;
+            }
+        }
+    }
+    Gathered {
+        corners,
+        starts,
+        rows: together(found, |found| &found.rows),
+        origin: together(found, |found| &found.origin),
+    }
+}
+
+/// What all tasks have of something, in their order.
+fn together<T: Copy>(found: &[Found], of: impl Fn(&Found) -> &Vec<T>) -> Vec<T> {
+    let mut all = Vec::with_capacity(found.iter().map(|found| of(found).len()).sum());
+    found.iter().for_each(|found| all.extend_from_slice(of(found)));
+    all
 }
 
 /// The corner of a face at one of its vertices.

@@ -3,14 +3,14 @@
 //! A row is in units of the normalized frame: a difference between two rows stands beside a distance. Numbers that decide
 //! where vertices go come first, as far as the kernels have room for them; those that are carried alone follow.
 
-use crate::kernel::face_gradients::MOST_COSTED;
+use crate::kernel::attribute_spreads::MOST_COSTED;
+use crate::math::lanes::NUMBERS;
 use crate::math::{Vec3, luv};
 use crate::mesh::frame::Frame;
 use crate::mesh::{ChannelKind, Mesh, Normals};
 
 use super::Metric;
 use super::attributes::{Attributes, ColorSpace};
-use super::side_sums::LANES;
 use super::yielding::Yields;
 
 /// What a difference of 1 in a normal counts as, of the diagonal, times its weight.
@@ -182,7 +182,7 @@ impl Layout {
                 Kind::Tangent => Some(3),
                 _ => Some(layer.width),
             };
-            let room = used.next_multiple_of(LANES) - layout.summed;
+            let room = used.next_multiple_of(NUMBERS) - layout.summed;
             match averaged.filter(|&numbers| layout.summed == layout.width && numbers <= room) {
                 Some(numbers) => layout.summed += numbers,
                 None => layout.has_others = true,

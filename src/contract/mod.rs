@@ -33,6 +33,7 @@ mod gate;
 mod gather_wedges;
 mod history;
 mod join;
+mod keep_wedges;
 mod layout;
 mod levels;
 mod listing;

@@ -166,6 +166,8 @@ impl Prepared {
     /// Fills in the rows of the vertices, with their flags. Those `held` are numbered as in the input.
     fn place(&mut self, input: &[DVec3], faces: &[[u32; 3]], fans: &[Fan], held: &[bool], options: &Options) {
         let Self { frame, rings, carried, .. } = &*self;
+        let wedges = carried.wedges.as_ref();
+        let is_whole = wedges.map(|wedges| wedges.whole_faces(faces)).unwrap_or_default();
         let row = |uses: &mut Vec<EdgeUse>, (vertex, (&origin, &fan)): (usize, (&u32, &Fan))| {
             let on_border = match fan {
                 Fan::Closed => false,
@@ -177,8 +179,8 @@ impl Prepared {
             let locked = (is_complex && !options.joins()) || (on_border && options.lock_border) || is_held;
             let joined = is_complex && options.joins();
             let ring = rings.ring(vertex as u32);
-            let seam = carried.wedges.as_ref();
-            let seam = seam.map_or(0, |wedges| wedges.seam_flags(vertex as u32, faces, ring, on_border || is_complex));
+            let at_rim = on_border || is_complex;
+            let seam = wedges.map_or(0, |wedges| wedges.seam_flags(vertex as u32, faces, &is_whole, ring, at_rim));
             let seam = if seam != 0 && options.attributes.lock_seams { seam | LOCKED } else { seam };
             let flags = if on_border { BORDER } else { 0 }
                 | if locked { LOCKED } else { 0 }

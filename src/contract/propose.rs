@@ -19,7 +19,7 @@ use crate::kernel::volume_costs::{BORDER_FACTOR, VolumeCosts};
 use crate::kernel::volume_sums::VolumeSums;
 use crate::kernel::weigh_keys::WeighKeys;
 
-use super::attribute_rows::AttributeBuffers;
+use super::attribute_rows::{Spreads, WedgeBuffers};
 use super::evaluate::quadrics;
 use super::gate::Gate;
 use super::scan::Scan;
@@ -41,7 +41,8 @@ pub struct Proposal {
     /// Vertices on the border at the start. Contractions make no more of them.
     border_vertices: usize,
     volume: Option<Volume>,
-    attributes: Option<AttributeBuffers>,
+    /// What attributes add to sums, and the wedges that they are of.
+    attributes: Option<(Spreads, WedgeBuffers)>,
     weights: Option<RoundWeights>,
     pairs: Buffer<Edge>,
     keys: Buffer<u32>,
@@ -85,7 +86,8 @@ impl Proposal {
             border_weight: BORDER_FACTOR * options.border_weight,
             border_vertices,
             volume: (options.metric == Metric::Volume).then(volume).transpose()?,
-            attributes: AttributeBuffers::new(queue, wedges)?,
+            attributes: Spreads::new(queue, wedges)?
+                .zip(wedges.map(|wedges| WedgeBuffers::copy(queue, wedges)).transpose()?),
             weights: RoundWeights::new(queue, surface, options, border_vertices > 0)?,
             pairs: queue.buffer(pairs)?,
             keys: queue.buffer(pairs)?,
@@ -98,9 +100,9 @@ impl Proposal {
     }
 
     /// Takes the wedges of a round from the host.
-    pub fn take_wedges(&mut self, queue: &mut Queue, wedges: Option<&Wedges>) -> Result<()> {
+    pub fn take_wedges(&mut self, queue: &mut Queue, surface: &Surface, wedges: Option<&Wedges>) -> Result<()> {
         match (&mut self.attributes, wedges) {
-            (Some(attributes), Some(wedges)) => attributes.send(queue, wedges),
+            (Some((_, buffers)), Some(wedges)) => buffers.send(queue, wedges, surface),
             _ => Ok(()),
         }
     }
@@ -206,8 +208,8 @@ impl Proposal {
                     sums,
                     borders,
                 })?;
-                if let Some(attributes) = &mut self.attributes {
-                    attributes.add_to(queue, surface, normals, sums)?;
+                if let Some((spreads, wedges)) = &mut self.attributes {
+                    spreads.add_to(queue, surface, wedges, normals, sums)?;
                 }
                 queue.run(VolumeCosts {
                     positions,

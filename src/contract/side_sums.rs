@@ -5,17 +5,17 @@
 
 use multiversion::multiversion;
 
-use crate::kernel::face_gradients::{LEAST_HEIGHT, MOST_COSTED};
+use crate::kernel::attribute_spreads::MOST_COSTED;
+use crate::kernel::gradient_operators::LEAST_HEIGHT;
 use crate::math::DVec3;
+use crate::math::lanes::{NUMBERS as LANES, Numbers, numbers_at};
 
 use super::placement::Quadric;
 
-/// Numbers at a time.
-pub const LANES: usize = 8;
 /// Blocks of so many for all that decide.
 const BLOCKS: usize = MOST_COSTED / LANES;
 
-type Lanes = [f64; LANES];
+type Lanes = Numbers<f64>;
 
 /// How far a number of a row may be off where it is put together from others, of itself: some units in the last place.
 const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
@@ -102,15 +102,16 @@ pub struct SideSums {
 }
 
 impl SideSums {
-    /// Before any face, for wedges of two ends with these rows.
-    pub fn between(first: &[f32], second: &[f32]) -> Self {
-        let mut sums = Self::default();
-        for (i, (&a, &b)) in first.iter().zip(second).enumerate() {
-            let (terms, lane) = (&mut sums.terms[i / LANES], i % LANES);
-            let (a, b) = (f64::from(a), f64::from(b));
-            (terms.half[lane], terms.mean[lane]) = ((b - a) * 0.5, (a + b) * 0.5);
+    /// Forgets all faces, for wedges of two ends whose rows, with so many numbers that count, start there.
+    pub fn begin(&mut self, rows: &[f32], starts: [usize; 2], summed: usize) {
+        self.weight = 0.0;
+        for (block, terms) in self.terms.iter_mut().enumerate().take(summed.div_ceil(LANES)) {
+            let [a, b] = starts.map(|start| numbers_at(rows, start + block * LANES).map(f64::from));
+            *terms = Terms::default();
+            for lane in 0..LANES {
+                (terms.half[lane], terms.mean[lane]) = ((b[lane] - a[lane]) * 0.5, (a[lane] + b[lane]) * 0.5);
+            }
         }
-        sums
     }
 
     /// Adds faces, whose rows are among `rows`, and to `quadric` what their first `costed` numbers cost as long as the new
@@ -173,21 +174,11 @@ impl SideSums {
     }
 }
 
-/// The numbers from `start` on; past the end 0.
-#[inline(always)]
-fn lanes_at(start: usize, rows: &[f32]) -> [f32; LANES] {
-    let from = rows.get(start..).unwrap_or(&[]);
-    match from.first_chunk() {
-        Some(lanes) => *lanes,
-        None => std::array::from_fn(|lane| from.get(lane).copied().unwrap_or(0.0)),
-    }
-}
-
 /// Adds faces to the terms of the numbers from `first` on.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
 fn add_faces(faces: &[FaceTerm], rows: &[f32], first: usize, terms: &mut Terms, sums: &mut QuadricLanes) {
     for face in faces {
-        let [v0, v1, v2] = face.starts.map(|start| lanes_at(start + first, rows));
+        let [v0, v1, v2] = face.starts.map(|start| numbers_at(rows, start + first));
         let FaceTerm { c1, c2, c1_at, c2_at, weight, offset, .. } = *face;
         for lane in 0..LANES {
             let at = f64::from(v0[lane]);
@@ -224,7 +215,7 @@ pub fn clamp_to(
         let first = block * LANES;
         let (mut low, mut high) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
         for start in starts.clone() {
-            let numbers = lanes_at(start + first, rows);
+            let numbers = numbers_at(rows, start + first);
             for lane in 0..LANES {
                 low[lane] = if numbers[lane] < low[lane] { numbers[lane] } else { low[lane] };
                 high[lane] = if numbers[lane] > high[lane] { numbers[lane] } else { high[lane] };
@@ -268,10 +259,17 @@ mod tests {
         (faces.to_vec(), rows)
     }
 
+    /// Before any face, for the first two rows of such a width.
+    fn between(rows: &[f32], width: usize) -> SideSums {
+        let mut sums = SideSums::default();
+        sums.begin(rows, [0, width], 2);
+        sums
+    }
+
     #[test]
     fn linear_numbers_cost_nothing_where_they_are_best() {
         let (faces, rows) = terms(2);
-        let mut sums = SideSums::between(&rows[..2], &rows[2..4]);
+        let mut sums = between(&rows, 2);
         let (mut cost, mut saved) = (Quadric::default(), Quadric::default());
         sums.add_faces(&faces, &rows, 2, &mut cost);
         sums.add_saved(2, &mut saved);
@@ -293,7 +291,7 @@ mod tests {
             let (faces, mut rows) = terms(2);
             rows.iter_mut().for_each(|number| *number += offset);
             rows[4] = f32::from_bits(rows[4].to_bits() + bits);
-            let mut sums = SideSums::between(&rows[..2], &rows[2..4]);
+            let mut sums = between(&rows, 2);
             let (mut cost, mut saved) = (Quadric::default(), Quadric::default());
             sums.add_faces(&faces, &rows, 2, &mut cost);
             sums.add_saved(2, &mut saved);
@@ -307,7 +305,7 @@ mod tests {
     fn what_follows_the_numbers_does_not_count() {
         let cost = |width: usize| {
             let (faces, rows) = terms(width);
-            let mut sums = SideSums::between(&rows[..2], &rows[width..width + 2]);
+            let mut sums = between(&rows, width);
             let mut cost = Quadric::default();
             sums.add_faces(&faces, &rows, 2, &mut cost);
             cost

@@ -49,28 +49,12 @@ impl CornerFace {
 pub struct Side {
     /// Of every end, [`NO_WEDGE`] where it has none; for a pair the first's again in the last place.
     pub wedges: [u32; ENDS],
-    /// Over its faces.
-    sums: SideSums,
 }
 
 impl Side {
-    /// Of these wedges, the first two of which are a pair's.
-    fn between(wedges: [u32; ENDS], rows: &WedgeRows<'_>) -> Self {
-        let [first, second] = [0, 1].map(|end| &rows.row(wedges[end])[..rows.layout.summed]);
-        Self { wedges, sums: SideSums::between(first, second) }
-    }
-
     /// Whether a face is one of its own.
     pub fn has(&self, face: &CornerFace) -> bool {
         self.wedges[face.end] == face.wedges[0]
-    }
-
-    /// Of a wedge of one end, that none of the other's becomes one with.
-    pub fn alone(end: usize, wedge: u32, rows: &WedgeRows<'_>) -> Self {
-        let mut wedges = [NO_WEDGE; ENDS];
-        wedges[end] = wedge;
-        let row = &rows.row(wedge)[..rows.layout.summed];
-        Self { wedges, sums: SideSums::between(row, row) }
     }
 
     /// Whether it has a wedge of one end alone.
@@ -84,7 +68,7 @@ impl Side {
     }
 
     /// The wedges of the first so many ends.
-    pub fn own(&self, ends: usize) -> impl Iterator<Item = u32> {
+    pub fn own(&self, ends: usize) -> impl Iterator<Item = u32> + Clone + use<> {
         self.wedges.into_iter().take(ends).filter(|&wedge| wedge != NO_WEDGE)
     }
 }
@@ -94,6 +78,8 @@ impl Side {
 pub struct Sides {
     pub faces: Vec<CornerFace>,
     pub sides: Vec<Side>,
+    /// Those over the faces of each; there may be more than sides.
+    sums: Vec<SideSums>,
     /// The end whose wedges stay as they are, and whose place is that of the new vertex.
     pub fixed: Option<usize>,
     /// Whether the new vertex has the wedges of both ends side by side: they share no face that could tell which are one.
@@ -120,6 +106,26 @@ impl Sides {
         (self.fixed, self.tears, self.apart) = (None, false, false);
         (self.at_an_end, self.yields) = (false, false);
         (self.costed, self.summed) = (layout.costed, layout.summed);
+    }
+
+    /// Adds a side of these wedges, the first two of which are a pair's.
+    fn push(&mut self, wedges: [u32; ENDS], rows: &WedgeRows<'_>) {
+        let number = self.sides.len();
+        self.sides.push(Side { wedges });
+        self.sums.resize_with(self.sums.len().max(number + 1), SideSums::default);
+        let [first, second] = match wedges {
+            [first, NO_WEDGE, _] => [first, first],
+            [NO_WEDGE, second, _] => [second, second],
+            [first, second, _] => [first, second],
+        };
+        self.sums[number].begin(rows.all(), [rows.start(first), rows.start(second)], self.summed);
+    }
+
+    /// Adds a side of a wedge of one end, that none of the other's becomes one with.
+    pub fn push_alone(&mut self, end: usize, wedge: u32, rows: &WedgeRows<'_>) {
+        let mut wedges = [NO_WEDGE; ENDS];
+        wedges[end] = wedge;
+        self.push(wedges, rows);
     }
 
     /// Gathers the faces of the star of a pair.
@@ -168,13 +174,17 @@ impl Sides {
         let Some(rows) = patch.wedges() else { return Ok(()) };
         let flags = pair.map(|v| patch.position(v).flags);
         let on_seam = flags.map(|flags| flags & SEAM != 0);
-        let dying = || self.faces.iter().filter(|face| face.dies);
-        for face in dying() {
+        for f in 0..self.faces.len() {
+            let face = &self.faces[f];
+            if !face.dies {
+                continue;
+            }
             let [first, second] = pair.map(|end| face.wedge_at(end).unwrap_or(0));
             if self.sides.iter().all(|side| side.wedges[..2] != [first, second]) {
-                self.sides.push(Side::between([first, second, first], rows));
+                self.push([first, second, first], rows);
             }
         }
+        let dying = || self.faces.iter().filter(|face| face.dies);
         match self.sides.len() {
             0 => {
                 self.find_apart(rows, pair, on_seam == [false, false]);
@@ -214,7 +224,7 @@ impl Sides {
         let holds = rows.layout.has_materials || rows.layout.of_kind(Kind::Texcoords).next().is_some();
         match (wedge(0), wedge(1)) {
             (Some(first), Some(second)) if is_whole && !holds => {
-                self.sides.push(Side::between([first, second, first], rows));
+                self.push([first, second, first], rows);
             }
             _ => self.tears = true,
         }
@@ -242,11 +252,12 @@ impl Sides {
         if held.next().is_some() {
             return Err(Rejection::Seam);
         }
-        let side = Side::between([a, b, c], rows);
+        let wedges = [a, b, c];
+        let side = Side { wedges };
         if rows.layout.yields != Yields::Nothing && !self.faces.iter().all(|face| side.has(face)) {
             return Err(Rejection::Seam);
         }
-        self.sides.push(side);
+        self.push(wedges, rows);
         Ok(())
     }
 
@@ -276,16 +287,16 @@ impl Sides {
         if costed == 0 || self.apart {
             return;
         }
-        let Self { faces, sides, terms, saved, .. } = self;
-        for side in sides {
+        let Self { faces, sides, sums, terms, saved, .. } = self;
+        for (side, sums) in sides.iter().zip(sums) {
             let own = faces.iter().filter(|face| side.has(face));
             terms.clear();
             terms.extend(own.map(|face| {
                 let CornerFace { points, normal, dies, wedges, .. } = *face;
                 FaceTerm::new(points, normal, dies, wedges.map(|wedge| rows.start(wedge)))
             }));
-            side.sums.add_faces(terms, rows.all(), costed, quadric);
-            side.sums.add_saved(costed, saved);
+            sums.add_faces(terms, rows.all(), costed, quadric);
+            sums.add_saved(costed, saved);
         }
     }
 
@@ -297,26 +308,26 @@ impl Sides {
     /// What the numbers of an end cost at its place more than the means of both ends'; `h` is half the pair.
     pub fn at_end(&self, end: usize, h: DVec3) -> f64 {
         let (x, sign) = if end == 0 { (-h, -1.0) } else { (h, 1.0) };
-        let value = |side: &Side| match side.wedge(end) {
-            Some(_) => side.sums.at_end(self.costed, x, sign),
+        let value = |(side, sums): (&Side, &SideSums)| match side.wedge(end) {
+            Some(_) => sums.at_end(self.costed, x, sign),
             // A side without a wedge there has the best numbers.
-            None => side.sums.at_best(self.costed, x),
+            None => sums.at_best(self.costed, x),
         };
-        self.sides.iter().map(value).sum()
+        self.sides.iter().zip(&self.sums).map(value).sum()
     }
 
     /// What the rounding of numbers may cost.
     pub fn rounding(&self) -> f64 {
-        self.sides.iter().map(|side| side.sums.rounding(self.costed)).sum()
+        self.sums[..self.sides.len()].iter().map(|sums| sums.rounding(self.costed)).sum()
     }
 
     /// The best numbers of a side at a place.
     pub fn least(&self, side: usize, x: DVec3) -> impl Iterator<Item = f32> {
-        self.sides[side].sums.least(self.summed, x)
+        self.sums[side].least(self.summed, x)
     }
 
     /// The share of a side in the area around a pair.
     pub fn weight(&self, side: usize) -> f64 {
-        self.sides[side].sums.weight
+        self.sums[side].weight
     }
 }

@@ -111,7 +111,7 @@ impl Surface {
     pub fn compact_on_host(&mut self, queue: &Queue, carried: &mut Carried, faces_left: usize) -> Result<()> {
         let (old_count, vertices) = (self.vertex_count, ..self.vertex_count);
         if let Some(wedges) = &mut carried.wedges {
-            wedges.settle(&self.faces.host()[..self.face_count], self.roles.host());
+            wedges.settle(&self.faces.host()[..self.face_count], &self.roles.host()[vertices]);
         }
         let new_vertex = &mut self.new_vertex.host_mut()[..=old_count];
         let roles = &mut self.roles.host_mut()[vertices];
@@ -125,7 +125,7 @@ impl Surface {
         let (starts, rings) = (&mut self.ring_starts.host_mut()[..=self.vertex_count], self.ring_faces.host_mut());
         group_into(faces_left, |face| faces[face].corners(), starts, |total| &mut rings[..total]);
         if let Some(wedges) = &mut carried.wedges {
-            wedges.compact(faces, self.vertex_count);
+            wedges.compact(faces, new_vertex);
         }
 
         if self.spare.is_none() {

@@ -14,25 +14,27 @@
 //! - Within a round faces keep the wedges that they had as it began. A contraction writes the rows of all wedges that become
 //!   one, so that the row of a corner is current whatever became of its vertex; `roles` tell which are one by now.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
-use crate::kernel::contract_faces::renamed;
+use crate::backend::Buffer;
 use crate::kernel::rows::Face;
 use crate::kernel::split::CHUNK;
 use crate::math::Vec3;
 use crate::mesh::orient::input_corner;
 use crate::mesh::{Mesh, Rings};
 
+use super::attribute_rows::WedgeBuffers;
 use super::carry::MOVED_FROM;
-use super::compact::close_gaps;
 use super::gather_wedges::{Creases, Gathered, gather};
+use super::keep_wedges::Scratch;
 use super::layout::{Kind, Layout, Origin};
+use super::patch::touched;
 use super::yielding::Yields;
 
 /// A wedge that is still itself.
-const OWN: u32 = u32::MAX;
-/// A wedge without a corner has no vertex.
-const NO_VERTEX: u32 = u32::MAX;
+pub const OWN: u32 = u32::MAX;
 /// No wedge.
 pub const NO_WEDGE: u32 = u32::MAX;
 
@@ -43,18 +45,17 @@ const FACETS: f64 = 0.5;
 #[derive(Debug)]
 pub struct Wedges {
     pub layout: Layout,
-    /// The wedge of every corner of every face.
-    corners: Vec<[u32; 3]>,
-    /// Where those of each vertex begin, and the end.
-    starts: Vec<u32>,
-    /// `layout.width` numbers each.
-    rows: Vec<f32>,
+    /// On the host, with room for more than live.
+    pub buffers: WedgeBuffers,
     /// The corner of the input that each has the numbers of, 3·face + corner; or, with [`MOVED_FROM`], had at the start.
-    origin: Vec<u32>,
+    pub(super) origin: Vec<u32>,
     /// What each became in this round.
-    roles: Vec<u32>,
+    pub(super) roles: Vec<u32>,
     /// The material of each, where it matters which seams yield.
-    materials: Vec<u32>,
+    pub(super) materials: Vec<u32>,
+    /// Whether every vertex has one, which has its number then.
+    pub(super) are_vertices: bool,
+    pub(super) scratch: Scratch,
 }
 
 impl Wedges {
@@ -68,11 +69,19 @@ impl Wedges {
         creases: Creases,
     ) -> Self {
         let Gathered { corners, starts, rows, origin } = gather(mesh, &layout, rings, face_origin, faces, creases);
-        let roles = vec![OWN; origin.len()];
         let of_origin = |&origin: &u32| layout.material(mesh, (origin & !MOVED_FROM) as usize / 3);
         let asks = layout.has_materials && layout.yields != Yields::Nothing;
         let materials = if asks { origin.iter().map(of_origin).collect() } else { Vec::new() };
-        Self { layout, corners, starts, rows, origin, roles, materials }
+        Self { materials, ..Self::of(layout, bytemuck::cast_vec(corners), starts, rows, origin) }
+    }
+
+    fn of(layout: Layout, corners: Vec<Face>, starts: Vec<u32>, rows: Vec<f32>, origin: Vec<u32>) -> Self {
+        let (corners, starts, rows) = (Buffer::on_host(corners), Buffer::on_host(starts), Buffer::on_host(rows));
+        let buffers = WedgeBuffers { corners, starts, rows, width: layout.width };
+        let roles = vec![OWN; origin.len()];
+        let are_vertices = buffers.starts.host().iter().copied().eq(0..=origin.len() as u32);
+        let materials = Vec::new();
+        Self { layout, buffers, origin, roles, materials, are_vertices, scratch: Scratch::default() }
     }
 
     /// One wedge a vertex, with the given normals and colors.
@@ -105,98 +114,38 @@ impl Wedges {
             (3 * corner.0 + corner.1) as u32 | MOVED_FROM
         };
         let origin: Vec<u32> = (0..vertices as u32).map(origin).collect();
-        let roles = vec![OWN; vertices];
-        Self {
-            layout,
-            corners: faces.to_vec(),
-            starts: (0..=vertices as u32).collect(),
-            rows,
-            origin,
-            roles,
-            materials: Vec::new(),
-        }
+        Self::of(layout, bytemuck::cast_slice(faces).to_vec(), (0..=vertices as u32).collect(), rows, origin)
     }
 
     /// Whether most vertices have many wedges, and normals are among what they disagree in: every face has its own, and no
     /// vertex could go anywhere.
     pub fn has_facets(&self) -> bool {
-        let many = self.starts.par_windows(2).filter(|ends| ends[1] - ends[0] > 2).count();
-        self.layout.of_kind(Kind::Normal).next().is_some() && many as f64 > FACETS * (self.starts.len() - 1) as f64
+        let starts = self.buffers.starts.host();
+        let many = starts.par_windows(2).filter(|ends| ends[1] - ends[0] > 2).count();
+        self.layout.of_kind(Kind::Normal).next().is_some() && many as f64 > FACETS * (starts.len() - 1) as f64
     }
 
     /// The rows of all, to read and to change.
     pub fn rows(&mut self) -> WedgeRows<'_> {
-        let Self { layout, corners, starts, rows, origin, roles, materials } = self;
+        let Self { layout, buffers, origin, roles, materials, .. } = self;
+        let WedgeBuffers { corners, starts, rows, .. } = buffers;
+        let (corners, starts, rows) = (corners.host(), starts.host(), rows.host_mut());
         WedgeRows { layout, corners, starts, materials, vertex: 0, first: 0, rows, origin, roles }
     }
 
-    /// Before a round's compaction: corners take the wedges that theirs have become, and faces that died go.
-    pub fn settle(&mut self, faces: &[Face], vertex_roles: &[u32]) {
-        let roles = &self.roles;
-        let counts = self.corners.par_chunks_mut(CHUNK).zip(faces.par_chunks(CHUNK)).map(|(rows, faces)| {
-            let mut live = 0;
-            for (i, face) in faces.iter().enumerate() {
-                let [a, b, c] = face.corners().map(|v| renamed(v, vertex_roles[v as usize]));
-                rows[live] = rows[i].map(|wedge| now(wedge, roles));
-                live += usize::from(Face { a, b, c }.is_live());
-            }
-            live
-        });
-        let counts: Vec<usize> = counts.collect();
-        let left = close_gaps(&mut self.corners, &counts);
-        self.corners.truncate(left);
-    }
-
-    /// After a round's compaction: numbers the wedges that have corners, by their vertices.
-    pub fn compact(&mut self, faces: &[Face], vertices: usize) {
-        let width = self.layout.width;
-        let mut owners = vec![NO_VERTEX; self.origin.len()];
-        for (face, row) in faces.iter().zip(&self.corners) {
-            for (vertex, &wedge) in face.corners().into_iter().zip(row) {
-                owners[wedge as usize] = vertex;
-            }
-        }
-        let with_corners = || (0..).zip(&owners).filter(|(_, owner)| **owner != NO_VERTEX);
-        self.starts.clear();
-        self.starts.resize(vertices + 1, 0);
-        with_corners().for_each(|(_, &owner): (u32, _)| self.starts[owner as usize + 1] += 1);
-        for vertex in 0..vertices {
-            self.starts[vertex + 1] += self.starts[vertex];
-        }
-        let mut next = self.starts.clone();
-        let mut kept = vec![0; self.starts[vertices] as usize];
-        let mut numbers = vec![0; owners.len()];
-        for (wedge, &owner) in with_corners() {
-            let number = &mut next[owner as usize];
-            kept[*number as usize] = wedge;
-            numbers[wedge as usize] = *number;
-            *number += 1;
-        }
-        let renumber = |row: &mut [u32; 3]| *row = row.map(|wedge| numbers[wedge as usize]);
-        self.corners[..faces.len()].par_iter_mut().with_min_len(CHUNK).for_each(renumber);
-        let mut rows = vec![0.0; kept.len() * width];
-        if width > 0 {
-            rows.par_chunks_mut(width).zip(&kept).with_min_len(CHUNK).for_each(|(row, &wedge)| {
-                row.copy_from_slice(&self.rows[wedge as usize * width..][..width]);
-            });
-        }
-        self.rows = rows;
-        self.origin = crate::mesh::take(&self.origin, &kept);
-        if !self.materials.is_empty() {
-            self.materials = crate::mesh::take(&self.materials, &kept);
-        }
-        self.roles.clear();
-        self.roles.resize(kept.len(), OWN);
+    /// Whether no vertex has more than one.
+    pub fn are_vertices(&self) -> bool {
+        self.are_vertices
     }
 
     /// What kernels read: the wedges of all corners, and where those of each vertex begin.
-    pub fn connectivity(&self) -> (&[[u32; 3]], &[u32]) {
-        (&self.corners, &self.starts)
+    pub fn connectivity(&self) -> (&[Face], &[u32]) {
+        (self.buffers.corners.host(), self.buffers.starts.host())
     }
 
     /// The row of a wedge between rounds.
     pub fn row(&self, wedge: u32) -> &[f32] {
-        &self.rows[wedge as usize * self.layout.width..][..self.layout.width]
+        &self.buffers.rows.host()[wedge as usize * self.layout.width..][..self.layout.width]
     }
 
     /// The material of a wedge, where it matters.
@@ -209,19 +158,21 @@ impl Wedges {
         self.origin.len()
     }
 
-    /// Writes the numbers that decide, of all wedges one after the other.
-    pub fn costed(&self, out: &mut [f32]) {
+    /// The numbers that decide, of all wedges one after the other.
+    pub fn costed(&self) -> Vec<f32> {
         let Layout { costed, width, .. } = self.layout;
+        let mut out = vec![0.0; self.len() * costed];
         if costed > 0 {
-            let rows = out.par_chunks_mut(costed).zip(self.rows.par_chunks(width));
+            let rows = out.par_chunks_mut(costed).zip(self.buffers.rows.host().par_chunks(width));
             rows.with_min_len(CHUNK).for_each(|(out, row)| out.copy_from_slice(&row[..costed]));
         }
+        out
     }
 
     /// The wedge that a face's corner has by now, and its row.
     pub fn at(&self, face: usize, corner: usize) -> (u32, &[f32]) {
-        let (wedge, width) = (self.corners[face][corner], self.layout.width);
-        (now(wedge, &self.roles), &self.rows[wedge as usize * width..][..width])
+        let wedge = self.buffers.corners.host()[face].corners()[corner];
+        (now(wedge, &self.roles), self.row(wedge))
     }
 
     /// The corner of the input that a wedge has the numbers of, or began with, and whether they have changed.
@@ -233,8 +184,7 @@ impl Wedges {
 
     /// The normal and the color of a vertex with one wedge, for a log.
     pub fn of_vertex(&self, vertex: u32) -> (Option<Vec3>, Option<[f32; 4]>) {
-        let wedge = self.starts[vertex as usize] as usize;
-        let row = &self.rows[wedge * self.layout.width..][..self.layout.width];
+        let row = self.row(self.buffers.starts.host()[vertex as usize]);
         let stored = |origin: Origin| {
             let layer = self.layout.layers.iter().find(|layer| layer.origin == origin)?;
             Some(layer.stored(row))
@@ -245,7 +195,7 @@ impl Wedges {
 }
 
 /// What a wedge has become in this round.
-fn now(wedge: u32, roles: &[u32]) -> u32 {
+pub fn now(wedge: u32, roles: &[u32]) -> u32 {
     match roles[wedge as usize] {
         OWN => wedge,
         other => other,
@@ -256,7 +206,7 @@ fn now(wedge: u32, roles: &[u32]) -> u32 {
 #[derive(Debug)]
 pub struct WedgeRows<'a> {
     pub layout: &'a Layout,
-    corners: &'a [[u32; 3]],
+    corners: &'a [Face],
     starts: &'a [u32],
     materials: &'a [u32],
     /// The first vertex, and its first wedge.
@@ -290,6 +240,11 @@ impl<'a> WedgeRows<'a> {
         (Self { layout, corners, starts, materials, vertex, first, rows, origin, roles }, others)
     }
 
+    /// Reads a byte of every cache line of these rows and of those of the corners of `faces`.
+    pub fn touched(&self, faces: Range<usize>) -> usize {
+        touched(&self.corners[faces]) + touched(self.rows) + touched(self.roles)
+    }
+
     fn local(&self, wedge: u32) -> usize {
         (wedge - self.first) as usize
     }
@@ -302,7 +257,7 @@ impl<'a> WedgeRows<'a> {
 
     /// The wedge that a face's corner had as the round began.
     pub fn wedge(&self, face: u32, corner: usize) -> u32 {
-        self.corners[face as usize][corner]
+        self.corners[face as usize].corners()[corner]
     }
 
     /// What it is now.

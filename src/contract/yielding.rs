@@ -14,11 +14,14 @@
 //! - What agreed across a seam at the ends agrees at the new vertex, textures included.
 //! - No face turns over in a texture.
 
+use rayon::prelude::*;
+
 use crate::kernel::rows::{CORNER, LOCKED, SEAM};
+use crate::kernel::split::CHUNK;
 
 use super::filter::Rejection;
 use super::placement::Quadric;
-use super::sides::{CornerFace, Side, Sides};
+use super::sides::{CornerFace, Sides};
 use super::wedges::{WedgeRows, Wedges};
 
 /// Which seams give way.
@@ -71,17 +74,27 @@ impl Wedges {
         (starts[vertex as usize]..wedge).find(agrees).unwrap_or(wedge)
     }
 
+    /// Of which faces all vertices have one wedge; empty where all of all have.
+    pub fn whole_faces(&self, faces: &[[u32; 3]]) -> Vec<bool> {
+        if self.are_vertices() {
+            return Vec::new();
+        }
+        let (_, starts) = self.connectivity();
+        let is_one = |&v: &u32| starts[v as usize + 1] - starts[v as usize] == 1;
+        faces.par_iter().with_min_len(CHUNK).map(|face| face.iter().all(is_one)).collect()
+    }
+
     /// The flags of a vertex that lies on a seam: [`SEAM`], and [`LOCKED`] or [`CORNER`] where it may not move along it.
-    pub fn seam_flags(&self, vertex: u32, faces: &[[u32; 3]], ring: &[u32], on_border: bool) -> u32 {
-        let (corners, starts) = self.connectivity();
-        let own = |vertex: u32| starts[vertex as usize]..starts[vertex as usize + 1];
-        let is_whole = |&f: &u32| faces[f as usize].iter().all(|&v| own(v).len() == 1);
-        if ring.iter().all(is_whole) {
+    /// `is_whole` tells faces whose vertices have one wedge each.
+    pub fn seam_flags(&self, vertex: u32, faces: &[[u32; 3]], is_whole: &[bool], ring: &[u32], on_border: bool) -> u32 {
+        if ring.iter().all(|&f| is_whole.get(f as usize).is_none_or(|&is_whole| is_whole)) {
             return 0;
         }
+        let (corners, starts) = self.connectivity();
+        let own = |vertex: u32| starts[vertex as usize]..starts[vertex as usize + 1];
         // The far ends of its edges, with the wedges at both.
         let spoke = |&f: &u32| {
-            let (face, wedges) = (faces[f as usize], corners[f as usize]);
+            let (face, wedges) = (faces[f as usize], corners[f as usize].corners());
             let k = face.iter().position(|&v| v == vertex).unwrap_or(0);
             let at = self.standing(vertex, wedges[k]);
             [(k + 1) % 3, (k + 2) % 3].map(|far| (face[far], at, self.standing(face[far], wedges[far])))
@@ -137,9 +150,10 @@ impl Sides {
         };
         self.at_an_end = on_seam && (is_whole || flags[0] & flags[1] & CORNER != 0);
         self.yields = true;
-        for face in &self.faces {
+        for f in 0..self.faces.len() {
+            let face = &self.faces[f];
             if !self.sides.iter().any(|side| side.has(face)) {
-                self.sides.push(Side::alone(face.end, face.wedges[0], rows));
+                self.push_alone(face.end, face.wedges[0], rows);
             }
         }
         Ok(())

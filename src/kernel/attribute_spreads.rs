@@ -14,18 +14,20 @@ use multiversion::multiversion;
 use rayon::prelude::*;
 
 use super::pair_quadric::NO_AREA;
-use super::rows::{Face, HUB_FACES, Normal, VolumeSum};
+use super::rows::{Face, GradientOperator, HUB_FACES, VolumeSum};
 use super::split::CHUNK;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::exact::{LEAST_FACTOR, Sym3, add, divide, flush, mul, sub, sym_add, sym_scale};
+use crate::math::lanes::{NUMBERS, Numbers, numbers_at};
+
+/// Most numbers of a wedge that decide.
+pub const MOST_COSTED: usize = 16;
 
 /// What spreads count: with 1 colors of a scan are 10 % farther off, with 3 its surface is by 4 %.
 const SPREAD_FACTOR: f32 = 1.5;
 
 /// One invocation a vertex.
 pub struct AttributeSpreads<'a> {
-    /// F normals.
-    pub normals: &'a Buffer<Normal>,
     /// V + 1 starts into `ring_faces`.
     pub ring_starts: &'a Buffer<u32>,
     /// The faces around every vertex, ascending.
@@ -34,11 +36,15 @@ pub struct AttributeSpreads<'a> {
     pub corners: &'a Buffer<Face>,
     /// The first wedge of each of V vertices, and the end.
     pub wedge_starts: &'a Buffer<u32>,
-    /// √|n| times the gradients of `costed` numbers for each of F faces: x of all, y of all, z of all.
-    pub gradients: &'a Buffer<f32>,
+    /// `width` numbers for each wedge, first those that decide.
+    pub values: &'a Buffer<f32>,
+    /// What makes gradients of the numbers at the corners of F faces.
+    pub operators: &'a Buffer<GradientOperator>,
     /// V.
     pub vertex_count: u32,
     /// Numbers of a wedge.
+    pub width: u32,
+    /// Those that decide.
     pub costed: u32,
     /// Adds to the sums of V vertices; not to a hub's.
     pub sums: &'a mut Buffer<VolumeSum>,
@@ -47,19 +53,20 @@ pub struct AttributeSpreads<'a> {
 params! {
     /// The uniform block.
     pub struct Params {
+        width: u32,
         costed: u32,
     }
 }
 
-/// Numbers at a time.
-const LANES: usize = 8;
-type Lanes = [f32; LANES];
+type Lanes = Numbers<f32>;
 
 /// What spreads are found from, on the host.
 #[derive(Clone, Copy)]
 struct Rows<'a> {
-    normals: &'a [Normal],
-    gradients: &'a [f32],
+    operators: &'a [GradientOperator],
+    corners: &'a [Face],
+    values: &'a [f32],
+    width: usize,
     costed: usize,
 }
 
@@ -70,39 +77,45 @@ struct Rings<'a> {
     faces: &'a [u32],
 }
 
-/// The wedges of vertices and of corners, on the host.
-#[derive(Clone, Copy)]
-struct Wedges<'a> {
-    starts: &'a [u32],
-    corners: &'a [Face],
+/// √|n| times the gradients of a face, and √|n|.
+#[derive(Clone, Copy, Default)]
+struct Gradients {
+    root: f32,
+    along: [Lanes; 3],
 }
 
-/// √|n| times the gradients of a face, of the numbers from `first` on: x, y and z, where they stand or, at the end of the
-/// buffer, in `spare`. Lanes past the last number hold anything.
+/// Of the numbers from `first` on. Lanes past the last number hold anything.
 #[inline(always)]
-fn gradients_of<'a>(f: u32, first: usize, rows: Rows<'a>, spare: &'a mut [Lanes; 3]) -> [&'a Lanes; 3] {
-    let Rows { gradients, costed, .. } = rows;
-    let start = 3 * f as usize * costed + first;
-    let row = gradients.get(start..start + 2 * costed + LANES);
-    let along = |axis: usize| row.and_then(|row| row.get(axis * costed..)).and_then(<[f32]>::first_chunk);
-    match (along(0), along(1), along(2)) {
-        (Some(x), Some(y), Some(z)) => [x, y, z],
-        _ => last_gradients(start, rows, spare),
-    }
+fn gradients_of(f: u32, first: usize, rows: Rows<'_>) -> Gradients {
+    let row = rows.operators[f as usize];
+    let wedges = rows.corners[f as usize].corners();
+    let [a, b, c] = wedges.map(|wedge| numbers_at(rows.values, wedge as usize * rows.width + first));
+    let (b, c) = (less(&b, &a), less(&c, &a));
+    let GradientOperator { bx, by, bz, cx, cy, cz, root } = row;
+    Gradients { root, along: [sum_of(bx, &b, cx, &c), sum_of(by, &b, cy, &c), sum_of(bz, &b, cz, &c)] }
 }
 
-/// Apart, or vectors would be put together number by number everywhere.
-#[cold]
-#[inline(never)]
-fn last_gradients<'a>(start: usize, rows: Rows<'_>, spare: &'a mut [Lanes; 3]) -> [&'a Lanes; 3] {
-    let at = |axis: usize, j: usize| rows.gradients.get(start + axis * rows.costed + j).copied().unwrap_or(0.0);
-    *spare = std::array::from_fn(|axis| std::array::from_fn(|j| at(axis, j)));
-    spare.each_ref()
+#[inline(always)]
+fn less(numbers: &Lanes, base: &Lanes) -> Lanes {
+    let mut difference = [0.0; NUMBERS];
+    for j in 0..NUMBERS {
+        difference[j] = sub(numbers[j], base[j]);
+    }
+    difference
+}
+
+#[inline(always)]
+fn sum_of(along_b: f32, b: &Lanes, along_c: f32, c: &Lanes) -> Lanes {
+    let mut sum = [0.0; NUMBERS];
+    for j in 0..NUMBERS {
+        sum[j] = flush(add(mul(along_b, b[j]), mul(along_c, c[j])), LEAST_FACTOR);
+    }
+    sum
 }
 
 #[inline(always)]
 fn add_scaled(sum: &mut Lanes, g: &Lanes, scale: f32) {
-    for j in 0..LANES {
+    for j in 0..NUMBERS {
         sum[j] = add(sum[j], mul(g[j], scale));
     }
 }
@@ -114,8 +127,8 @@ fn mean_of(sum: Lanes, inverse: f32) -> Lanes {
 
 #[inline(always)]
 fn off_mean(g: &Lanes, mean: &Lanes, root: f32) -> Lanes {
-    let mut off = [0.0; LANES];
-    for j in 0..LANES {
+    let mut off = [0.0; NUMBERS];
+    for j in 0..NUMBERS {
         off[j] = flush(sub(g[j], mul(mean[j], root)), LEAST_FACTOR);
     }
     off
@@ -123,32 +136,34 @@ fn off_mean(g: &Lanes, mean: &Lanes, root: f32) -> Lanes {
 
 #[inline(always)]
 fn add_products(sum: &mut Lanes, a: &Lanes, b: &Lanes) {
-    for j in 0..LANES {
+    for j in 0..NUMBERS {
         sum[j] = add(sum[j], mul(a[j], b[j]));
     }
 }
 
 /// Adds the spread over the faces of a wedge. What a number adds is summed in a lane of its own, before what the next does.
+/// `gradients` is overwritten.
 #[inline(always)]
-fn add_wedge(mut spread: Sym3, faces: &[u32], rows: Rows<'_>) -> Sym3 {
-    let root_of = |f: u32| rows.normals[f as usize].root;
-    let mut spare = [[0.0; LANES]; 3];
-    for first in (0..rows.costed).step_by(LANES) {
+fn add_wedge(mut spread: Sym3, faces: &[u32], rows: Rows<'_>, gradients: &mut Vec<Gradients>) -> Sym3 {
+    for first in (0..rows.costed).step_by(NUMBERS) {
+        // Only a loop is compiled for the instruction set of its caller.
+        gradients.resize(gradients.len().max(faces.len()), Gradients::default());
+        let gradients = &mut gradients[..faces.len()];
         let mut weight = 0.0;
-        let [mut x_sum, mut y_sum, mut z_sum] = [[0.0; LANES]; 3];
-        for &f in faces {
-            let (root, [x, y, z]) = (root_of(f), gradients_of(f, first, rows, &mut spare));
-            weight = add(weight, mul(root, root));
-            add_scaled(&mut x_sum, x, root);
-            add_scaled(&mut y_sum, y, root);
-            add_scaled(&mut z_sum, z, root);
+        let [mut x_sum, mut y_sum, mut z_sum] = [[0.0; NUMBERS]; 3];
+        for (own, &f) in gradients.iter_mut().zip(faces) {
+            *own = gradients_of(f, first, rows);
+            let Gradients { root, along: [x, y, z] } = &*own;
+            weight = add(weight, mul(*root, *root));
+            add_scaled(&mut x_sum, x, *root);
+            add_scaled(&mut y_sum, y, *root);
+            add_scaled(&mut z_sum, z, *root);
         }
         let inverse = if weight > NO_AREA { divide(1.0, weight) } else { 0.0 };
         let [x_mean, y_mean, z_mean] = [x_sum, y_sum, z_sum].map(|sum| mean_of(sum, inverse));
-        let [mut xx, mut xy, mut xz, mut yy, mut yz, mut zz] = [[0.0; LANES]; 6];
-        for &f in faces {
-            let (root, [x, y, z]) = (root_of(f), gradients_of(f, first, rows, &mut spare));
-            let (x, y, z) = (off_mean(x, &x_mean, root), off_mean(y, &y_mean, root), off_mean(z, &z_mean, root));
+        let [mut xx, mut xy, mut xz, mut yy, mut yz, mut zz] = [[0.0; NUMBERS]; 6];
+        for Gradients { root, along: [x, y, z] } in &*gradients {
+            let (x, y, z) = (off_mean(x, &x_mean, *root), off_mean(y, &y_mean, *root), off_mean(z, &z_mean, *root));
             add_products(&mut xx, &x, &x);
             add_products(&mut xy, &x, &y);
             add_products(&mut xz, &x, &z);
@@ -156,7 +171,7 @@ fn add_wedge(mut spread: Sym3, faces: &[u32], rows: Rows<'_>) -> Sym3 {
             add_products(&mut yz, &y, &z);
             add_products(&mut zz, &z, &z);
         }
-        for j in 0..LANES.min(rows.costed - first) {
+        for j in 0..NUMBERS.min(rows.costed - first) {
             let own = Sym3 { xx: xx[j], xy: xy[j], xz: xz[j], yy: yy[j], yz: yz[j], zz: zz[j] };
             spread = sym_add(spread, own);
         }
@@ -171,22 +186,22 @@ fn with_spread(sum: VolumeSum, spread: Sym3) -> VolumeSum {
     VolumeSum { xx, xy, xz, yy, yz, zz, ..sum }
 }
 
-/// Adds to the sums of the vertices from `first` on.
+/// Adds to the sums of the vertices from `first` on. `wedge_starts` has the first wedge of each vertex, and the end.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
-fn add_spreads(first: usize, rings: Rings<'_>, wedges: Wedges<'_>, rows: Rows<'_>, sums: &mut [VolumeSum]) {
-    let mut own = Vec::new();
+fn add_spreads(first: usize, rings: Rings<'_>, wedge_starts: &[u32], rows: Rows<'_>, sums: &mut [VolumeSum]) {
+    let (mut own, mut gradients) = (Vec::new(), Vec::new());
     for (vertex, sum) in (first..).zip(sums) {
         let ring = &rings.faces[rings.starts[vertex] as usize..rings.starts[vertex + 1] as usize];
         let ring = if ring.len() > HUB_FACES as usize { &[] } else { ring };
-        let all = wedges.starts[vertex]..wedges.starts[vertex + 1];
+        let wedges = wedge_starts[vertex]..wedge_starts[vertex + 1];
         let mut spread = Sym3::default();
-        if all.len() == 1 {
-            spread = add_wedge(spread, ring, rows);
+        if wedges.len() == 1 {
+            spread = add_wedge(spread, ring, rows, &mut gradients);
         } else {
-            for wedge in all {
+            for wedge in wedges {
                 own.clear();
-                own.extend(ring.iter().filter(|&&f| has_wedge(wedges.corners[f as usize], wedge)));
-                spread = add_wedge(spread, &own, rows);
+                own.extend(ring.iter().filter(|&&f| has_wedge(rows.corners[f as usize], wedge)));
+                spread = add_wedge(spread, &own, rows, &mut gradients);
             }
         }
         *sum = with_spread(*sum, spread);
@@ -211,17 +226,17 @@ impl Kernel for AttributeSpreads<'_> {
     ];
 
     fn params(&self) -> Params {
-        Params { costed: self.costed }
+        Params { width: self.width, costed: self.costed }
     }
 
     fn bindings(&self) -> Vec<Binding<'_>> {
         vec![
-            Binding::new("normals", Access::Read, self.normals),
             Binding::new("ring_starts", Access::Read, self.ring_starts),
             Binding::new("ring_faces", Access::Read, self.ring_faces),
             Binding::new("corners", Access::Read, self.corners),
             Binding::new("wedge_starts", Access::Read, self.wedge_starts),
-            Binding::new("gradients", Access::Read, self.gradients),
+            Binding::new("values", Access::Read, self.values),
+            Binding::new("operators", Access::Read, self.operators),
             Binding::new("sums", Access::Write, self.sums),
         ]
     }
@@ -232,11 +247,16 @@ impl Kernel for AttributeSpreads<'_> {
 
     fn run_cpu(&mut self) {
         let rings = Rings { starts: self.ring_starts.host(), faces: self.ring_faces.host() };
-        let wedges = Wedges { starts: self.wedge_starts.host(), corners: self.corners.host() };
-        let (normals, gradients) = (self.normals.host(), self.gradients.host());
-        let rows = Rows { normals, gradients, costed: self.costed as usize };
+        let rows = Rows {
+            operators: self.operators.host(),
+            corners: self.corners.host(),
+            values: self.values.host(),
+            width: self.width as usize,
+            costed: self.costed as usize,
+        };
+        let wedge_starts = self.wedge_starts.host();
         let sums = self.sums.host_mut()[..self.vertex_count as usize].par_chunks_mut(CHUNK).enumerate();
-        sums.for_each(|(chunk, sums)| add_spreads(chunk * CHUNK, rings, wedges, rows, sums));
+        sums.for_each(|(chunk, sums)| add_spreads(chunk * CHUNK, rings, wedge_starts, rows, sums));
     }
 }
 
@@ -247,25 +267,29 @@ mod tests {
     /// One number that is bent along x: its gradients are (±2, 1, 0) on faces of |n| 4 and 1.
     #[test]
     fn gradients_spread_about_their_mean() {
-        let normals = [2.0, 1.0].map(|root| Normal { root, ..Normal::default() });
-        let gradients = [4.0, 2.0, 0.0, -2.0, 1.0, 0.0];
-        let rows = Rows { normals: &normals, gradients: &gradients, costed: 1 };
+        let operator = |root: f32, x: f32| GradientOperator { bx: root * x, cy: root, root, ..Default::default() };
+        let operators = [operator(2.0, 2.0), operator(1.0, -2.0)];
+        let corners = [Face { a: 0, b: 1, c: 2 }; 2];
+        let rows = Rows { operators: &operators, corners: &corners, values: &[3.0, 4.0, 4.0], width: 1, costed: 1 };
+        let spread_of = |faces: &[u32]| add_wedge(Sym3::default(), faces, rows, &mut Vec::new());
         // The mean is (6/5, 1, 0).
-        let spread = add_wedge(Sym3::default(), &[0, 1], rows);
+        let spread = spread_of(&[0, 1]);
         assert!((spread.xx - (4.0 * 0.64 + 10.24)).abs() < 1e-5 && spread.yy < 1e-12, "{spread:?}");
         assert_eq!([spread.xz, spread.yz, spread.zz], [0.0; 3]);
         // What is linear on all faces does not spread.
-        assert!(add_wedge(Sym3::default(), &[0, 0], rows).xx < 1e-10);
-        assert_eq!(add_wedge(Sym3::default(), &[], rows), Sym3::default());
+        assert!(spread_of(&[0, 0]).xx < 1e-10);
+        assert_eq!(spread_of(&[]), Sym3::default());
     }
 
     #[test]
     fn every_number_of_any_block_counts_once() {
-        let costed = 11;
-        let normals = [Normal { root: 1.0, ..Normal::default() }; 2];
-        let row = |sign: f32| (0..3 * costed).map(move |k| if k < costed { sign * k as f32 } else { 0.0 });
-        let gradients: Vec<f32> = row(1.0).chain(row(-1.0)).collect();
-        let spread = add_wedge(Sym3::default(), &[0, 1], Rows { normals: &normals, gradients: &gradients, costed });
+        let (width, costed) = (12, 11);
+        let operators = [1.0, -1.0].map(|bx| GradientOperator { bx, root: 1.0, ..Default::default() });
+        let corners = [Face { a: 0, b: 1, c: 0 }; 2];
+        // Differences of 0, 1, 2 … between both wedges.
+        let values: Vec<f32> = (0..2).flat_map(|wedge| (0..width).map(move |j| (wedge * j) as f32)).collect();
+        let rows = Rows { operators: &operators, corners: &corners, values: &values, width, costed };
+        let spread = add_wedge(Sym3::default(), &[0, 1], rows, &mut Vec::new());
         let squares: usize = (0..costed).map(|j| 2 * j * j).sum();
         assert_eq!(spread, Sym3 { xx: squares as f32, ..Sym3::default() });
     }

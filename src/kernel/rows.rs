@@ -136,6 +136,29 @@ impl Normal {
     }
 }
 
+/// What turns the numbers at the corners of a face, a and the differences from it to b and c, into √|n| times their gradient.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "the entries of a matrix of two columns, named by corner")]
+pub struct GradientOperator {
+    pub bx: f32,
+    pub by: f32,
+    pub bz: f32,
+    pub cx: f32,
+    pub cy: f32,
+    pub cz: f32,
+    /// √|n|.
+    pub root: f32,
+}
+
+impl GradientOperator {
+    /// What the differences to b and to c are multiplied by.
+    #[inline(always)]
+    pub fn along(self) -> [[f32; 3]; 2] {
+        [[self.bx, self.by, self.bz], [self.cx, self.cy, self.cz]]
+    }
+}
+
 /// The cotangents at the corners of a face, and their shares of its area.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
@@ -363,6 +386,7 @@ row!(Position { x, y, z: f32; flags: u32 });
 row!(Face { a, b, c: u32 });
 row!(Contraction { keep, gone: u32; x, y, z: f32; flags: u32 });
 row!(Normal { x, y, z, root: f32 });
+row!(GradientOperator { bx, by, bz, cx, cy, cz, root: f32 });
 row!(Corners { cot_a, cot_b, cot_c, area_a, area_b, area_c: f32 });
 row!(VolumeSum { xx, xy, xz, yy, yz, zz, nx, ny, nz: f32 });
 row!(BorderSum { xx, xy, xz, yy, yz, zz: f32 });

@@ -13,6 +13,34 @@ use multiversion::multiversion;
 /// Rows to a block: enough to hide a loop's ends, few enough for the first cache.
 pub const LANES: usize = 64;
 
+/// Numbers of a row at a time, where a row has many.
+pub const NUMBERS: usize = 8;
+
+/// Numbers of a row side by side.
+pub type Numbers<T> = [T; NUMBERS];
+
+/// The numbers from `start` on; past the end of the rows 0.
+#[expect(clippy::inline_always, reason = "compiled for the instruction set of its caller")]
+#[inline(always)]
+pub fn numbers_at(rows: &[f32], start: usize) -> Numbers<f32> {
+    let from = rows.get(start..).unwrap_or_default();
+    let last;
+    *match from.first_chunk() {
+        Some(numbers) => numbers,
+        None => {
+            last = last_numbers(from);
+            &last
+        }
+    }
+}
+
+/// Apart, or vectors would be put together number by number everywhere.
+#[cold]
+#[inline(never)]
+fn last_numbers(from: &[f32]) -> Numbers<f32> {
+    std::array::from_fn(|j| from.get(j).copied().unwrap_or_default())
+}
+
 /// A block of rows of `WORDS` 32-bit scalars, each scalar in a column of its own.
 #[derive(Debug, Clone)]
 pub struct Columns<T, const WORDS: usize> {

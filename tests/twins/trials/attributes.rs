@@ -3,14 +3,14 @@
 use coarsen::Result;
 use coarsen::backend::{Device, Queue};
 use coarsen::kernel::attribute_spreads::AttributeSpreads;
-use coarsen::kernel::face_gradients::FaceGradients;
-use coarsen::kernel::rows::Face;
+use coarsen::kernel::gradient_operators::GradientOperators;
+use coarsen::kernel::rows::{Face, GradientOperator, Normal};
 
 use super::inputs::{Random, Round, flip, rounds};
 use super::{Seen, Trial};
 
 pub const TRIALS: [Trial; 2] = [
-    Trial { name: "face_gradients", run: face_gradients },
+    Trial { name: "gradient_operators", run: gradient_operators },
     Trial { name: "attribute_spreads", run: attribute_spreads },
 ];
 
@@ -24,7 +24,7 @@ struct Wedges {
     corners: Vec<Face>,
     starts: Vec<u32>,
     values: Vec<f32>,
-    costed: usize,
+    width: usize,
 }
 
 /// One wedge at most vertices, and two at every fifth: of the first faces of its ring, and of the others.
@@ -47,36 +47,33 @@ fn wedges(round: &Round, costed: usize) -> Wedges {
     let mut random = Random::new();
     // Of any size, but for one, where a bit of one of them shows.
     let scales = if costed == 2 { [1.0; 6] } else { [1.0, 1.0, 1.0, 0.0, 1e-30, 1e9] };
-    let values = (0..count * costed).map(|_| random.centered() * scales[random.below(6) as usize]).collect();
+    // More than those that decide.
+    let width = costed + 1;
+    let values = (0..count * width).map(|_| random.centered() * scales[random.below(6) as usize]).collect();
     let corners = corners.into_iter().map(|[a, b, c]| Face { a, b, c }).collect();
-    Wedges { corners, starts, values, costed }
+    Wedges { corners, starts, values, width }
 }
 
-fn gradients(queue: &mut Queue, round: &Round, wedges: &Wedges, seen: &mut Seen) -> Result<Vec<f32>> {
-    let gradients = &mut queue.buffer(3 * round.faces.len() * wedges.costed)?;
-    let kernel = FaceGradients {
+fn operators(queue: &mut Queue, round: &Round, normals: &[Normal], seen: &mut Seen) -> Result<Vec<GradientOperator>> {
+    let operators = &mut queue.buffer(round.faces.len())?;
+    let kernel = GradientOperators {
         positions: &queue.buffer_from(round.positions.clone())?,
         faces: &queue.buffer_from(round.faces.clone())?,
-        normals: &queue.buffer_from(round.normals.clone())?,
-        corners: &queue.buffer_from(wedges.corners.clone())?,
-        values: &queue.buffer_from(wedges.values.clone())?,
+        normals: &queue.buffer_from(normals.to_vec())?,
         face_count: round.faces.len() as u32,
-        costed: wedges.costed as u32,
-        gradients,
+        operators,
     };
     seen.run(queue, kernel)?;
-    seen.output(queue, "gradients", gradients)?;
-    Ok(gradients.host().to_vec())
+    seen.output(queue, "operators", operators)?;
+    Ok(operators.host().to_vec())
 }
 
-fn face_gradients(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
+fn gradient_operators(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
     for (round, perturbed) in rounds(perturbed) {
         seen.input(round.name);
-        for &costed in costed_of(round) {
-            let mut wedges = wedges(round, costed);
-            flip(&mut wedges.values[wedges.corners[0].a as usize * costed], perturbed);
-            gradients(queue, round, &wedges, seen)?;
-        }
+        let mut normals = round.normals.clone();
+        flip(&mut normals[0].x, perturbed);
+        operators(queue, round, &normals, seen)?;
     }
     Ok(())
 }
@@ -84,19 +81,21 @@ fn face_gradients(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result
 fn attribute_spreads(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
     for (round, perturbed) in rounds(perturbed) {
         seen.input(round.name);
+        let mut host = Device::cpu(1)?.cpu_queue();
+        let operators = operators(&mut host, round, &round.normals, &mut Seen::default())?;
         for &costed in costed_of(round) {
-            let wedges = wedges(round, costed);
-            let mut rows = gradients(&mut Device::cpu(1)?.cpu_queue(), round, &wedges, &mut Seen::default())?;
-            flip(&mut rows[0], perturbed);
+            let mut wedges = wedges(round, costed);
+            flip(&mut wedges.values[wedges.corners[0].a as usize * wedges.width], perturbed);
             let sums = &mut queue.buffer_from(round.volume_sums.clone())?;
             let kernel = AttributeSpreads {
-                normals: &queue.buffer_from(round.normals.clone())?,
                 ring_starts: &queue.buffer_from(round.ring_starts.clone())?,
                 ring_faces: &queue.buffer_from(round.ring_faces.clone())?,
                 corners: &queue.buffer_from(wedges.corners)?,
                 wedge_starts: &queue.buffer_from(wedges.starts)?,
-                gradients: &queue.buffer_from(rows)?,
+                values: &queue.buffer_from(wedges.values)?,
+                operators: &queue.buffer_from(operators.clone())?,
                 vertex_count: round.positions.len() as u32,
+                width: wedges.width as u32,
                 costed: costed as u32,
                 sums,
             };
