@@ -28,6 +28,8 @@ pub struct Blend {
     nearest: Vec<f32>,
     /// For each side the first that has the same of a layer.
     leaders: Vec<usize>,
+    /// Where the rows around a side start.
+    starts: Vec<usize>,
     chart: Chart,
 }
 
@@ -64,7 +66,7 @@ impl Blend {
             }
             if !sides.apart {
                 row.iter_mut().zip(sides.least(number, x)).for_each(|(number, least)| *number = least);
-                stay_near(wedges, sides, number, row);
+                stay_near(wedges, sides, number, row, &mut self.starts);
             }
             layout.layers.iter().for_each(|layer| restrict(layer, layer.of_mut(row)));
         }
@@ -196,7 +198,8 @@ impl Blend {
 
 /// Keeps the numbers that decide within those of the side's corners: past a thin face a linear function may be anything.
 /// Those of one end alone have to reach out to the new vertex.
-fn stay_near(wedges: &WedgeRows<'_>, sides: &Sides, side: usize, row: &mut [f32]) {
+/// `starts` is overwritten.
+fn stay_near(wedges: &WedgeRows<'_>, sides: &Sides, side: usize, row: &mut [f32], starts: &mut Vec<usize>) {
     let (layout, is_alone) = (wedges.layout, sides.sides[side].is_alone());
     let in_texture =
         |i: usize| layout.of_kind(Kind::Texcoords).any(|layer| (layer.first..layer.first + 2).contains(&i));
@@ -208,7 +211,8 @@ fn stay_near(wedges: &WedgeRows<'_>, sides: &Sides, side: usize, row: &mut [f32]
     // Its faces have its own wedges first.
     let own = sides.sides[side].own(ENDS);
     let around = of_side(sides, side).flat_map(|face| [face.wedges[1], face.wedges[2]]);
-    let starts = own.chain(around).map(|wedge| wedges.start(wedge));
+    starts.clear();
+    starts.extend(own.chain(around).map(|wedge| wedges.start(wedge)));
     clamp_to(starts, wedges.all(), &mut row[..layout.summed], past);
 }
 

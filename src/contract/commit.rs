@@ -21,6 +21,7 @@ use super::Candidates;
 use super::carry::Carried;
 use super::deal::Deal;
 use super::examine::{Examiner, Rules, Verdict};
+use super::filter::Rejection;
 use super::patch::Patch;
 use super::select::sort;
 use super::star::Outside;
@@ -59,6 +60,8 @@ pub struct Committed {
     pub cancelled: Vec<Cancelled>,
     /// Refusals by reason.
     pub blocked: Blocked,
+    /// Candidates that cost far more than as the round began, and wait for the next.
+    pub outdated: usize,
     /// Greatest key of an accepted candidate.
     pub greatest_key: u32,
     /// Greatest estimated deviation of an accepted candidate, in the normalized frame.
@@ -81,6 +84,7 @@ impl Committed {
         self.faces_removed += other.faces_removed;
         self.by_first_steps += other.by_first_steps;
         self.blocked.add(other.blocked);
+        self.outdated += other.outdated;
         self.greatest_key = self.greatest_key.max(other.greatest_key);
         self.deviation = self.deviation.max(other.deviation);
     }
@@ -325,6 +329,7 @@ impl<'a> Work<'a> {
         self.timed += clock.map_or(Duration::ZERO, |clock| clock.elapsed());
         match verdict {
             Verdict::Outside => return false,
+            Verdict::Rejected(Rejection::Outdated) => self.committed.outdated += 1,
             Verdict::Rejected(rejection) => self.committed.blocked.count(rejection),
             Verdict::Accepted(accepted) => {
                 self.cancel([u, w], &accepted.cancelled);

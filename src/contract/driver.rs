@@ -14,7 +14,7 @@ use super::commit::{Committed, Committer, Spent};
 use super::evaluate::{Evaluation, Round, plane_sums};
 use super::examine::Rules;
 use super::follower::Follower;
-use super::gate::Gate;
+use super::gate::{Gate, refused_again};
 use super::history::{History, became};
 use super::join::Joins;
 use super::levels::{Goal, Levels};
@@ -126,6 +126,8 @@ pub struct Run<'a> {
     pub tried: usize,
     /// How many times wider than usual the gate is.
     pub widening: f64,
+    /// How many candidates are going to be refused again, where they are many.
+    refused: usize,
     /// Greatest estimated deviation of a contraction so far, in the normalized frame.
     pub deviation: f32,
     pub rounds: Vec<RoundRecord>,
@@ -176,6 +178,7 @@ impl<'a> Run<'a> {
             candidates: Vec::new(),
             tried: 0,
             widening: 1.0,
+            refused: 0,
             deviation: 0.0,
             rounds: Vec::new(),
             clock,
@@ -408,7 +411,7 @@ impl<'a> Run<'a> {
         if self.widening >= FULL || is_odd {
             return Gate::OPEN;
         }
-        Gate::of_round(self.options.metric, self.of, faces, target, self.widening)
+        Gate::of_round(self.options.metric, self.of, [faces, target], self.widening, self.refused)
     }
 
     /// Heads for the next level as a run that starts here would.
@@ -418,6 +421,11 @@ impl<'a> Run<'a> {
 
     /// Widens the gate after a round that mostly met refusals, narrows it again after a good one.
     fn adapt(&mut self, committed: &Committed) {
+        // Where attributes decide, a pair may cost more than the gate is told, whatever its neighbors do.
+        let has_attributes = self.prepared.carried.wedges.as_ref().is_some_and(|wedges| wedges.layout.costed > 0);
+        let outdated = if has_attributes { committed.outdated } else { 0 };
+        let refused = committed.blocked.refused() as usize + outdated;
+        self.refused = refused_again(refused, committed.contractions.len(), self.host.face_count);
         if is_meager(committed.contractions.len(), self.tried) {
             self.widening = (self.widening * WIDER as f64).min(FULL);
         } else {

@@ -42,6 +42,12 @@ impl Blocked {
         }
     }
 
+    /// How many candidates were examined and refused.
+    pub fn refused(&self) -> u64 {
+        let Self { border, lock: _, seam, link, flip, aspect, texture, error } = self;
+        border + seam + link + flip + aspect + texture + error
+    }
+
     /// Adds the counts of another part of the round.
     pub fn add(&mut self, other: Self) {
         let Self { border, lock, seam, link, flip, aspect, texture, error } = other;

@@ -17,6 +17,21 @@ const CANDIDATES_EACH: f64 = 1.5;
 /// The same of triangles, each of which has a corner in common with a dozen others.
 const TRIANGLES_EACH: f64 = 4.0;
 
+/// Candidates for each that is going to be refused again: among those that the gate lets through beside them some are, too.
+const REFUSED_EACH: f64 = 1.25;
+
+/// From this share of what a round contracts on, what it refuses counts in the gate of the next. Without that, seams and features
+/// fill the gates of the last rounds, which are more then: a flight helmet to 25 % took nine instead of six.
+const REFUSING: f64 = 0.1;
+/// Faces of a round below which it does not: rounds are cheap there, and with few faces left every contraction counts.
+const LARGE_ROUND: usize = 10_000;
+
+/// How many of the candidates that a round of so many faces refused the next is going to meet again, where they are many.
+pub fn refused_again(refused: usize, contracted: usize, faces: usize) -> usize {
+    let are_many = refused as f64 > REFUSING * contracted as f64;
+    if are_many && faces >= LARGE_ROUND { refused } else { 0 }
+}
+
 /// How many of the live pairs become candidates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Gate {
@@ -40,8 +55,14 @@ impl Gate {
         share_of(pairs as u32, self.share).min(self.most) as usize
     }
 
-    /// Of a round on so many faces: `widening` times what is usual.
-    pub fn of_round(metric: Metric, of: Candidates, faces: usize, target: usize, widening: f64) -> Self {
+    /// Of a round on so many faces: `widening` times what is usual, beside so many that will be refused.
+    pub fn of_round(
+        metric: Metric,
+        of: Candidates,
+        [faces, target]: [usize; 2],
+        widening: f64,
+        refused: usize,
+    ) -> Self {
         let share = match metric {
             Metric::Volume => VOLUME_SHARE * (faces as f64 / WIDE_FACES).clamp(LEAST_SHARE, 1.0),
             Metric::Plane => PLANE_SHARE,
@@ -51,13 +72,25 @@ impl Gate {
             Candidates::Pairs => CANDIDATES_EACH,
             Candidates::Triangles => TRIANGLES_EACH,
         };
-        Self::new(share * widening, each * needed * widening)
+        Self::new(share * widening, each * needed * widening + REFUSED_EACH * refused as f64)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_refused_again_is_let_through_beside_what_is_needed() {
+        let of_round = |refused: usize| {
+            let refused = refused_again(refused, 1_000, 30_000);
+            Gate::of_round(Metric::Volume, Candidates::Pairs, [30_000, 28_000], 1.0, refused).wanted(45_000)
+        };
+        assert_eq!([0, 100, 104, 1_000].map(of_round), [1_500, 1_500, 1_630, 2_750]);
+        assert_eq!(of_round(100_000), 22_500);
+        // Small rounds are as they were.
+        assert_eq!([9_999, 10_000].map(|faces| refused_again(1_000, 1_000, faces)), [0, 1_000]);
+    }
 
     #[test]
     fn gate_takes_the_lesser_of_share_and_need() {

@@ -205,22 +205,10 @@ fn add_means(terms: &Terms, weight: f64, sums: &mut QuadricLanes) {
 }
 
 /// Keeps numbers within those of the rows that start there, or no farther off than `past` of each times their range.
-pub fn clamp_to(
-    starts: impl Iterator<Item = usize> + Clone,
-    rows: &[f32],
-    numbers: &mut [f32],
-    past: impl Fn(usize) -> f32,
-) {
+pub fn clamp_to(starts: &[usize], rows: &[f32], numbers: &mut [f32], past: impl Fn(usize) -> f32) {
     for (block, own) in numbers.chunks_mut(LANES).enumerate() {
         let first = block * LANES;
-        let (mut low, mut high) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
-        for start in starts.clone() {
-            let numbers = numbers_at(rows, start + first);
-            for lane in 0..LANES {
-                low[lane] = if numbers[lane] < low[lane] { numbers[lane] } else { low[lane] };
-                high[lane] = if numbers[lane] > high[lane] { numbers[lane] } else { high[lane] };
-            }
-        }
+        let [low, high] = range_of(starts, rows, first);
         for (lane, number) in own.iter_mut().enumerate() {
             if low[lane] <= high[lane] {
                 let past = (high[lane] - low[lane]) * past(first + lane);
@@ -228,6 +216,20 @@ pub fn clamp_to(
             }
         }
     }
+}
+
+/// The least and the greatest of each number from `first` on.
+#[multiversion(targets("x86_64+avx2"))]
+fn range_of(starts: &[usize], rows: &[f32], first: usize) -> [Numbers<f32>; 2] {
+    let (mut low, mut high) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
+    for start in starts {
+        let numbers = numbers_at(rows, start + first);
+        for lane in 0..LANES {
+            low[lane] = if numbers[lane] < low[lane] { numbers[lane] } else { low[lane] };
+            high[lane] = if numbers[lane] > high[lane] { numbers[lane] } else { high[lane] };
+        }
+    }
+    [low, high]
 }
 
 #[cfg(test)]
@@ -318,11 +320,11 @@ mod tests {
         let rows: Vec<f32> = (0..3).flat_map(|r| (0..12).map(move |i| (i * (r + 1)) as f32)).collect();
         let mut row = vec![100.0; 12];
         row[0] = -1.0;
-        clamp_to([0, 12, 24].into_iter(), &rows, &mut row[..11], |_| 0.0);
+        clamp_to(&[0, 12, 24], &rows, &mut row[..11], |_| 0.0);
         let expected: Vec<f32> = (0..11).map(|i| (3 * i) as f32).chain([100.0]).collect();
         assert_eq!(row, expected);
         // And within half of their range beside them.
-        clamp_to([12, 24].into_iter(), &rows, &mut row[8..], |i| if i < 4 { 0.5 } else { 0.0 });
+        clamp_to(&[12, 24], &rows, &mut row[8..], |i| if i < 4 { 0.5 } else { 0.0 });
         assert_eq!(row[8..], [0.0, 3.5, 7.0, 10.5]);
     }
 }

@@ -141,6 +141,11 @@ fn add_products(sum: &mut Lanes, a: &Lanes, b: &Lanes) {
     }
 }
 
+#[inline(always)]
+fn plus_lanes(sum: f32, lanes: &[f32]) -> f32 {
+    lanes.iter().fold(sum, |sum, &number| add(sum, number))
+}
+
 /// Adds the spread over the faces of a wedge. What a number adds is summed in a lane of its own, before what the next does.
 /// `gradients` is overwritten.
 #[inline(always)]
@@ -171,10 +176,16 @@ fn add_wedge(mut spread: Sym3, faces: &[u32], rows: Rows<'_>, gradients: &mut Ve
             add_products(&mut yz, &y, &z);
             add_products(&mut zz, &z, &z);
         }
-        for j in 0..NUMBERS.min(rows.costed - first) {
-            let own = Sym3 { xx: xx[j], xy: xy[j], xz: xz[j], yy: yy[j], yz: yz[j], zz: zz[j] };
-            spread = sym_add(spread, own);
-        }
+        let count = NUMBERS.min(rows.costed - first);
+        let Sym3 { xx: xx0, xy: xy0, xz: xz0, yy: yy0, yz: yz0, zz: zz0 } = spread;
+        spread = Sym3 {
+            xx: plus_lanes(xx0, &xx[..count]),
+            xy: plus_lanes(xy0, &xy[..count]),
+            xz: plus_lanes(xz0, &xz[..count]),
+            yy: plus_lanes(yy0, &yy[..count]),
+            yz: plus_lanes(yz0, &yz[..count]),
+            zz: plus_lanes(zz0, &zz[..count]),
+        };
     }
     spread
 }
