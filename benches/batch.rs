@@ -1,5 +1,6 @@
 //! A folder of files, reduced by one `coarsen batch`, by a loop of `coarsen simplify`, and by a loop of a small program around
-//! meshoptimizer, as gltfpack is called in loops. One file in forty is corrupt.
+//! meshoptimizer, as gltfpack is called in loops; the first and the last with the colors that some files have, and without.
+//! One file in forty is corrupt.
 //!
 //! `COARSEN_BATCH_FILES` says how many (60 without it), `COARSEN_BATCH_FOLDER` where they are kept for the next time, and
 //! `COARSEN_BATCH_MEMORY` what memory the run may take.
@@ -21,15 +22,18 @@ const LEAST_FACES: f64 = 1e3;
 const MOST_FACES: f64 = 5e5;
 /// Formats of files, in the shares that they have here.
 const EXTENSIONS: [&str; 10] = ["ply", "ply", "ply", "ply", "ply", "ply", "stl", "stl", "obj", "off"];
+/// What the program around meshoptimizer is asked for: positions alone, or colors too.
+const PLAIN: &str = "meshoptimizer";
+const COLORED: &str = "meshoptimizer-with-colors";
 const SAMPLES: [&str; 4] = ["statue", "part", "terrain", "assembly"];
 
 fn main() {
     let arguments: Vec<String> = env::args().collect();
     if let [_, mode, input, output] = &arguments[..]
-        && mode == "meshoptimizer"
+        && let Some(with_colors) = [PLAIN, COLORED].iter().position(|known| known == mode)
     {
         // A corrupt file is for the loop to see.
-        std::process::exit(i32::from(rival(input.as_ref(), output.as_ref()).is_err()));
+        std::process::exit(i32::from(rival(input.as_ref(), output.as_ref(), with_colors == 1).is_err()));
     }
     let count = env::var("COARSEN_BATCH_FILES").ok().and_then(|text| text.parse().ok()).unwrap_or(60);
     let temporary = tempfile::tempdir().expect("a folder");
@@ -43,14 +47,26 @@ fn main() {
     let coarsen = env!("CARGO_BIN_EXE_coarsen");
     let own = env::current_exe().expect("this program");
     let memory = env::var("COARSEN_BATCH_MEMORY").unwrap_or_else(|_| "8GiB".into());
-    let batch = timed("coarsen batch", || {
-        let mut command = Command::new(coarsen);
-        command.arg("batch").arg(&folder).arg("-d").arg(out("batch"));
-        command.args(["-r", "10%", "-g", "cpu", "--json", "-q", "--memory-limit", &memory]);
-        let output = command.output().expect("the program");
-        assert_eq!(output.status.code(), Some(if corrupt > 0 { 9 } else { 0 }));
-        print!("{}", String::from_utf8_lossy(&output.stdout));
-    });
+    let batch = |name: &str, options: &[&str]| {
+        timed(name, || {
+            let mut command = Command::new(coarsen);
+            command.arg("batch").arg(&folder).arg("-d").arg(out(name)).args(options);
+            command.args(["-r", "10%", "-g", "cpu", "--json", "-q", "--memory-limit", &memory]);
+            let output = command.output().expect("the program");
+            assert_eq!(output.status.code(), Some(if corrupt > 0 { 9 } else { 0 }));
+            print!("{}", String::from_utf8_lossy(&output.stdout));
+        })
+    };
+    let around_meshoptimizer = |name: &str, mode: &str| {
+        timed(name, || {
+            run_loop(&files, &out(name), corrupt, |input, output| {
+                let mut command = Command::new(&own);
+                command.arg(mode).arg(input).arg(output);
+                command
+            });
+        })
+    };
+    let own_batch = batch("coarsen batch", &[]);
     let looped = timed("loop of coarsen simplify", || {
         run_loop(&files, &out("loop"), corrupt, |input, output| {
             let mut command = Command::new(coarsen);
@@ -58,14 +74,15 @@ fn main() {
             command
         });
     });
-    let rival = timed("loop around meshoptimizer", || {
-        run_loop(&files, &out("rival"), corrupt, |input, output| {
-            let mut command = Command::new(&own);
-            command.arg("meshoptimizer").arg(input).arg(output);
-            command
-        });
-    });
-    println!("loop of simplify / batch {:.2}, loop around meshoptimizer / batch {:.2}", looped / batch, rival / batch);
+    let rival = around_meshoptimizer("loop around meshoptimizer", COLORED);
+    let plain_batch = batch("batch without colors", &["--drop", "color"]);
+    let plain_rival = around_meshoptimizer("the loop without colors", PLAIN);
+    println!("loop of simplify / batch {:.2}", looped / own_batch);
+    println!(
+        "loop around meshoptimizer / batch {:.2}, without colors {:.2}",
+        rival / own_batch,
+        plain_rival / plain_batch
+    );
 }
 
 fn timed(name: &str, work: impl FnOnce()) -> f64 {
@@ -87,28 +104,46 @@ fn run_loop(files: &[PathBuf], out: &Path, corrupt: usize, command: impl Fn(&Pat
     assert_eq!(failed.count(), corrupt);
 }
 
-/// Reads, simplifies with meshoptimizer to a tenth and writes, with this library's reader and writer.
-fn rival(input: &Path, output: &Path) -> Result<()> {
+/// Reads, simplifies with meshoptimizer to a tenth and writes, with this library's reader and writer. Colors weigh 1, as they
+/// do in gltfpack.
+fn rival(input: &Path, output: &Path, with_colors: bool) -> Result<()> {
     let mesh = formats::read(input)?;
     let points: Vec<[f32; 3]> = mesh.positions.iter().map(|p| p.as_vec3().to_array()).collect();
     let bytes: &[u8] = bytemuck::cast_slice(&points);
     let adapter = meshopt::VertexDataAdapter::new(bytes, size_of::<[f32; 3]>(), 0).expect("positions");
     let indices: &[u32] = bytemuck::cast_slice(&mesh.faces);
-    let target = indices.len() / 30 * 3;
-    let kept = meshopt::simplify(indices, &adapter, target, f32::MAX, meshopt::SimplifyOptions::None, None);
+    let (target, options) = (indices.len() / 30 * 3, meshopt::SimplifyOptions::None);
+    let colors = mesh.colors.as_deref().filter(|_| with_colors);
+    let kept = match colors {
+        Some(colors) => meshopt::simplify_with_attributes_and_locks(
+            indices,
+            &adapter,
+            bytemuck::cast_slice(colors),
+            &[1.0; 4],
+            size_of::<[f32; 4]>(),
+            &vec![false; points.len()],
+            target,
+            f32::MAX,
+            options,
+            None,
+        ),
+        None => meshopt::simplify(indices, &adapter, target, f32::MAX, options, None),
+    };
     // Only the vertices that are left, as gltfpack writes them.
     let mut names = vec![u32::MAX; points.len()];
-    let mut positions: Vec<DVec3> = Vec::new();
+    let mut left = Vec::new();
     let mut name = |vertex: u32| {
         let name = &mut names[vertex as usize];
         if *name == u32::MAX {
-            *name = positions.len() as u32;
-            positions.push(mesh.positions[vertex as usize]);
+            *name = left.len() as u32;
+            left.push(vertex as usize);
         }
         *name
     };
     let faces = kept.chunks_exact(3).map(|face| [name(face[0]), name(face[1]), name(face[2])]).collect();
-    formats::write(&Mesh::new(positions, faces), output, &WriteOptions::default())
+    let positions: Vec<DVec3> = left.iter().map(|&vertex| mesh.positions[vertex]).collect();
+    let colors = colors.map(|colors| left.iter().map(|&vertex| colors[vertex]).collect());
+    formats::write(&Mesh { colors, ..Mesh::new(positions, faces) }, output, &WriteOptions::default())
 }
 
 /// Makes `count` files of log-uniform sizes unless they are there, and tells how many are corrupt.

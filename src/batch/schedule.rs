@@ -77,12 +77,12 @@ impl Schedule {
         Self { order, cores, has_gpu, memory, state: Mutex::new(state), changed: Condvar::new() }
     }
 
-    /// How many lanes go on: as many again as there are cores and two more, for they wait for the disk longer than it takes
-    /// to reduce a few thousand faces; fewer where memory is short.
+    /// How many lanes go on: half as many again as there are cores and one more, for some wait for the disk while others solve,
+    /// and more than that take the caches from those; fewer where memory is short.
     pub fn lanes(&self, jobs: &[Job]) -> usize {
         let most = jobs.iter().map(|job| self.bytes_before(job)).max().unwrap_or(0);
         let spare = self.memory.map_or(u64::MAX, |memory| memory.saturating_sub(estimate::BYTES_ALWAYS + most));
-        let wanted = (2 * self.cores + 2).min(jobs.len());
+        let wanted = (self.cores + self.cores / 2 + 1).min(jobs.len());
         wanted.min(usize::try_from(spare / KEPT_BYTES).unwrap_or(wanted).saturating_add(1))
     }
 
@@ -248,7 +248,7 @@ mod tests {
         let jobs = jobs(&[1000; 20]);
         let lanes = |memory| Schedule::new(&jobs, 2, false, memory).lanes(&jobs);
         let one = estimate::BYTES_ALWAYS + bytes(1000);
-        assert_eq!((lanes(None), lanes(Some(one)), lanes(Some(0)), lanes(Some(one + 3 * KEPT_BYTES))), (6, 1, 1, 4));
+        assert_eq!((lanes(None), lanes(Some(one)), lanes(Some(0)), lanes(Some(one + 2 * KEPT_BYTES))), (4, 1, 1, 3));
         assert_eq!(Schedule::new(&jobs[..1], 2, false, None).lanes(&jobs[..1]), 1);
     }
 
