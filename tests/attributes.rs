@@ -378,3 +378,40 @@ fn colors_may_be_compared_as_they_are_seen() {
         assert!(color[3] == 1.0 && color.iter().all(|channel| (0.0..=1.0).contains(channel)), "{color:?}");
     }
 }
+
+/// A large round of which seams refuse much lets the next have it beside what that needs, on every device.
+#[test]
+fn what_seams_refuse_does_not_fill_the_next_gate() {
+    let (around, across) = (128, 96);
+    let mut mesh = shapes::torus(around, across);
+    // Charts of 4 × 4 squares, each in a place of its own.
+    let row = |face: usize| {
+        let (u, v) = ((face as u32 / 2) / across, (face as u32 / 2) % across);
+        let at = |du: u32, dv: u32| {
+            let [u, v] = [(u / 4, u + du), (v / 4, v + dv)].map(|(chart, at)| (at + 4 * chart) as f32 / 256.0);
+            Vec2::new(u, v)
+        };
+        if face.is_multiple_of(2) { [at(0, 0), at(1, 0), at(1, 1)] } else { [at(0, 0), at(1, 1), at(0, 1)] }
+    };
+    mesh.texcoords = Some((0..mesh.faces.len()).map(row).collect());
+    let attributes = Attributes { seams: Seams::Hold, ..Attributes::default() };
+    let options = Options { attributes, ..Options::default() };
+    let outcome = run_on(&cpu(2), &mesh, &options, Budget::keep(0.5));
+    let mut met = 0;
+    for rounds in outcome.rounds.windows(2) {
+        let (before, round) = (&rounds[0], &rounds[1]);
+        let refused = before.blocked.seam + before.blocked.link + before.blocked.flip + before.blocked.texture;
+        let needed = (round.faces - outcome.target as u64).div_ceil(2);
+        let wanted = (3 * needed).div_ceil(2) + 5 * refused / 4;
+        if before.faces >= 10_000 && 10 * refused > before.contracted && wanted < round.pairs / 2 {
+            assert!(round.candidates >= wanted, "{wanted} of {round:?} after {before:?}");
+            met += 1;
+        }
+    }
+    assert!(met > 0, "{:?}", outcome.rounds);
+    if let Some(device) = gpu(&GpuOptions::default()) {
+        let on_gpu = run_on(&device, &mesh, &options, Budget::keep(0.5));
+        assert_eq!(bytes(&on_gpu.mesh), bytes(&outcome.mesh));
+        assert!(on_gpu.rounds.iter().any(|round| round.on_gpu));
+    }
+}

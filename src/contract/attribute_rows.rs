@@ -23,8 +23,8 @@ pub struct WedgeBuffers {
 }
 
 impl WedgeBuffers {
-    /// Room for those of the host's that are sent in any round: the numbers that decide alone.
-    pub fn copy(queue: &Queue, wedges: &Wedges) -> Result<Self> {
+    /// Room on a device for what is sent of the host's in any round: of the rows the numbers that decide alone.
+    pub fn with_room(queue: &Queue, wedges: &Wedges) -> Result<Self> {
         let (WedgeBuffers { corners, starts, .. }, width) = (&wedges.buffers, wedges.layout.costed);
         Ok(Self {
             corners: queue.buffer(corners.len())?,
@@ -39,9 +39,7 @@ impl WedgeBuffers {
         let WedgeBuffers { corners, starts, .. } = &wedges.buffers;
         queue.write(&mut self.corners, &corners.host()[..surface.face_count])?;
         queue.write(&mut self.starts, &starts.host()[..=surface.vertex_count])?;
-        let rows = wedges.costed();
-        grow(queue, &mut self.rows, rows.len())?;
-        queue.write(&mut self.rows, &rows)
+        queue.write(&mut self.rows, &wedges.costed())
     }
 }
 
@@ -56,7 +54,13 @@ impl Spreads {
     /// For wedges some of whose numbers decide; `None` for others.
     pub fn new(queue: &Queue, wedges: Option<&Wedges>) -> Result<Option<Self>> {
         let Some(wedges) = wedges.filter(|wedges| wedges.layout.costed > 0) else { return Ok(None) };
-        Ok(Some(Self { operators: queue.buffer(wedges.buffers.corners.len())?, costed: wedges.layout.costed }))
+        Ok(Some(Self { operators: queue.buffer(0)?, costed: wedges.layout.costed }))
+    }
+
+    /// Frees what the largest round needed.
+    pub fn release(&mut self, queue: &Queue) -> Result<()> {
+        self.operators = queue.buffer(0)?;
+        Ok(())
     }
 
     /// Adds what the attributes cost to the sums of the surface as it is.
@@ -71,6 +75,7 @@ impl Spreads {
         let Surface { positions, faces, ring_starts, ring_faces, .. } = surface;
         let (vertex_count, face_count) = (surface.vertex_count as u32, surface.face_count as u32);
         let operators = &mut self.operators;
+        grow(queue, operators, surface.face_count)?;
         queue.run(GradientOperators { positions, faces, normals, face_count, operators })?;
         queue.run(AttributeSpreads {
             ring_starts,

@@ -208,7 +208,7 @@ fn stay_near(wedges: &WedgeRows<'_>, sides: &Sides, side: usize, row: &mut [f32]
         false if !sides.yields && in_texture(i) => NEAR as f32,
         false => 0.0,
     };
-    // Its faces have its own wedges first.
+    // The first corner of each of its faces has one of its own wedges.
     let own = sides.sides[side].own(ENDS);
     let around = of_side(sides, side).flat_map(|face| [face.wedges[1], face.wedges[2]]);
     starts.clear();

@@ -86,7 +86,7 @@ impl Run<'_> {
             recorder.record(&committed, &mut before, carried);
         }
         // What the commits before refused was tried again, and counts once.
-        done.0.blocked = Blocked::default();
+        (done.0.blocked, done.0.outdated) = (Blocked::default(), 0);
         done.0.add(committed);
         done.1.add(spent);
         self.deviation = self.deviation.max(done.0.deviation);

@@ -416,16 +416,19 @@ impl<'a> Run<'a> {
 
     /// Heads for the next level as a run that starts here would.
     fn begin_level(&mut self) {
-        (self.of, self.widening) = (self.options.candidates, 1.0);
+        (self.of, self.widening, self.refused) = (self.options.candidates, 1.0, 0);
     }
 
-    /// Widens the gate after a round that mostly met refusals, narrows it again after a good one.
+    /// Widens the gate after a round that mostly met refusals, narrows it again after a good one, and notes what the next is
+    /// going to refuse again.
     fn adapt(&mut self, committed: &Committed) {
         // Where attributes decide, a pair may cost more than the gate is told, whatever its neighbors do.
         let has_attributes = self.prepared.carried.wedges.as_ref().is_some_and(|wedges| wedges.layout.costed > 0);
         let outdated = if has_attributes { committed.outdated } else { 0 };
         let refused = committed.blocked.refused() as usize + outdated;
-        self.refused = refused_again(refused, committed.contractions.len(), self.host.face_count);
+        let is_by_pairs = self.of == Candidates::Pairs;
+        self.refused =
+            if is_by_pairs { refused_again(refused, committed.contractions.len(), self.host.face_count) } else { 0 };
         if is_meager(committed.contractions.len(), self.tried) {
             self.widening = (self.widening * WIDER as f64).min(FULL);
         } else {

@@ -118,6 +118,9 @@ impl Evaluation {
         if let Some(Volume { normals, sums, .. }) = &mut self.volume {
             (*normals, *sums) = (self.queue.buffer(0)?, self.queue.buffer(0)?);
         }
+        if let Some(spreads) = &mut self.spreads {
+            spreads.release(&self.queue)?;
+        }
         Ok(())
     }
 

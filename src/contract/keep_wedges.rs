@@ -31,11 +31,12 @@ pub struct Scratch {
 }
 
 impl Wedges {
-    /// Before a round's compaction: corners take the wedges that theirs have become, and faces that died go.
+    /// Before a round's compaction: corners take the wedges that theirs have become, and faces that died go. Where wedges are
+    /// vertices, [`Wedges::compact`] does both.
     pub fn settle(&mut self, faces: &[Face], vertex_roles: &[u32]) {
         // Where parts met, a vertex may have the wedges of both.
         let both_are_one = |(&vertex, &wedge): (&u32, &u32)| vertex & GONE == 0 || wedge != OWN;
-        self.are_vertices &= vertex_roles.iter().zip(&self.roles).all(both_are_one);
+        self.are_vertices = self.are_vertices && vertex_roles.par_iter().zip(&self.roles).all(both_are_one);
         if self.are_vertices {
             return;
         }
@@ -66,6 +67,12 @@ impl Wedges {
         } else {
             self.find_kept(faces, new_vertex[new_vertex.len() - 1] as usize);
             self.keep();
+        }
+        // While there are many, every round allocates what it leaves.
+        if self.roles.len() >= LARGE_VERTICES {
+            let left = self.origin.len() * self.layout.width;
+            self.buffers.rows = Buffer::on_host(self.buffers.rows.host()[..left].to_vec());
+            self.scratch = Scratch::default();
         }
         self.roles.clear();
         self.roles.resize(self.origin.len(), OWN);
@@ -108,7 +115,7 @@ impl Wedges {
     /// Moves what belongs to the wedges that are kept to their new numbers.
     fn keep(&mut self) {
         let Self { buffers, origin, materials, scratch: Scratch { kept, rows, .. }, .. } = self;
-        let (width, before) = (buffers.width, origin.len());
+        let width = buffers.width;
         if width > 0 {
             let next = rows.get_or_insert_with(|| Buffer::on_host(bytemuck::zeroed_vec(kept.len() * width)));
             let old = buffers.rows.host();
@@ -116,10 +123,6 @@ impl Wedges {
                 row.copy_from_slice(&old[wedge as usize * width..][..width]);
             });
             std::mem::swap(&mut buffers.rows, next);
-            // As with the surface: the next round's allocates what stays.
-            if before >= LARGE_VERTICES && buffers.rows.len() < next.len() {
-                *rows = None;
-            }
         }
         *origin = crate::mesh::take(origin, kept);
         if !materials.is_empty() {
@@ -132,4 +135,95 @@ impl Wedges {
 fn renumbered(wedges: Face, number: impl Fn(u32) -> u32) -> Face {
     let [a, b, c] = wedges.corners().map(number);
     Face { a, b, c }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::attributes::Attributes;
+    use super::super::compact;
+    use super::super::layout::Layout;
+    use super::super::{Metric, carry::MOVED_FROM};
+    use super::*;
+    use crate::kernel::contract_vertices::KEEPS;
+    use crate::mesh::frame::Frame;
+    use crate::mesh::{Rings, shapes};
+
+    /// A colored plane of several chunks of vertices, on its way through rounds.
+    struct Run {
+        wedges: Wedges,
+        faces: Vec<Face>,
+        vertices: usize,
+    }
+
+    impl Run {
+        fn new() -> Self {
+            let mut mesh = shapes::plane(100, 100);
+            mesh.colors = Some((0..mesh.positions.len()).map(|i| [i as f32 / 2e4, 0.5, 0.25, 1.0]).collect());
+            let frame = Frame::new(&mesh.faces, |v| mesh.positions[v as usize], mesh.bounds());
+            let layout = Layout::new(&mesh, &Attributes::default(), Metric::Volume, frame, true).expect("colors");
+            let vertices = mesh.positions.len();
+            let rings = Rings::new(&mesh.faces, vertices);
+            let face_origin: Vec<u32> = (0..mesh.faces.len() as u32).collect();
+            let wedges = Wedges::smooth(layout, &rings, &face_origin, &mesh.faces, (None, mesh.colors));
+            Self { wedges, faces: bytemuck::cast_vec(mesh.faces), vertices }
+        }
+
+        /// Contracts every seventh vertex with the next, whose wedges become one but for those of `apart`.
+        fn round(&mut self, apart: Option<u32>) {
+            let mut roles = vec![0; self.vertices];
+            let row = vec![0.125; self.wedges.layout.width];
+            for keep in (0..self.vertices as u32 - 1).step_by(7) {
+                (roles[keep as usize], roles[keep as usize + 1]) = (KEEPS | (keep + 1), GONE | keep);
+                let mut rows = self.wedges.rows();
+                rows.write(keep, &row, None);
+                rows.write(keep + 1, &row, Some(keep));
+                if apart != Some(keep) {
+                    rows.join(keep + 1, keep);
+                }
+            }
+            self.wedges.settle(&self.faces, &roles);
+            let mut new_vertex = vec![0; self.vertices + 1];
+            compact::number(&mut roles, &mut new_vertex);
+            let mut origin: Vec<u32> = (0..self.faces.len() as u32).collect();
+            compact::faces(&roles, &mut self.faces, &mut origin);
+            self.faces.truncate(origin.len());
+            self.vertices = new_vertex[self.vertices] as usize;
+            self.wedges.compact(&self.faces, &new_vertex);
+        }
+
+        /// Corners, starts, numbers and origins of what lives.
+        fn left(&mut self) -> (Vec<Face>, Vec<u32>, Vec<f32>, Vec<u32>) {
+            let (corners, starts) = self.wedges.connectivity();
+            let (corners, starts) = (corners[..self.faces.len()].to_vec(), starts[..=self.vertices].to_vec());
+            (corners, starts, self.wedges.rows().all().to_vec(), self.wedges.origin.clone())
+        }
+    }
+
+    #[test]
+    fn wedges_that_are_vertices_are_kept_as_any_others() {
+        let (mut as_vertices, mut by_corners) = (Run::new(), Run::new());
+        assert!(as_vertices.wedges.are_vertices && as_vertices.vertices > 2 * CHUNK);
+        by_corners.wedges.are_vertices = false;
+        for _ in 0..3 {
+            as_vertices.round(None);
+            by_corners.round(None);
+            assert!(as_vertices.wedges.are_vertices);
+            assert_eq!(as_vertices.left(), by_corners.left());
+        }
+        let (_, starts, rows, origin) = as_vertices.left();
+        assert_eq!((rows[0], origin[0]), (0.125, origin[0] | MOVED_FROM));
+        assert_eq!(starts.last(), Some(&(origin.len() as u32)));
+    }
+
+    #[test]
+    fn a_vertex_may_come_to_have_the_wedges_of_two() {
+        let mut run = Run::new();
+        run.round(None);
+        run.round(Some(14));
+        assert!(!run.wedges.are_vertices && run.wedges.len() == run.vertices + 1);
+        let (_, starts, ..) = run.left();
+        // Of fourteen vertices two went.
+        let of = |vertex: usize| starts[vertex + 1] - starts[vertex];
+        assert_eq!([of(11), of(12), of(13)], [1, 2, 1]);
+    }
 }

@@ -167,7 +167,7 @@ impl Prepared {
     fn place(&mut self, input: &[DVec3], faces: &[[u32; 3]], fans: &[Fan], held: &[bool], options: &Options) {
         let Self { frame, rings, carried, .. } = &*self;
         let wedges = carried.wedges.as_ref();
-        let is_whole = wedges.map(|wedges| wedges.whole_faces(faces)).unwrap_or_default();
+        let seams = wedges.and_then(|wedges| Some((wedges, wedges.whole_faces(faces)?)));
         let row = |uses: &mut Vec<EdgeUse>, (vertex, (&origin, &fan)): (usize, (&u32, &Fan))| {
             let on_border = match fan {
                 Fan::Closed => false,
@@ -180,7 +180,9 @@ impl Prepared {
             let joined = is_complex && options.joins();
             let ring = rings.ring(vertex as u32);
             let at_rim = on_border || is_complex;
-            let seam = wedges.map_or(0, |wedges| wedges.seam_flags(vertex as u32, faces, &is_whole, ring, at_rim));
+            let seam = seams
+                .as_ref()
+                .map_or(0, |(wedges, is_whole)| wedges.seam_flags(vertex as u32, faces, is_whole, ring, at_rim));
             let seam = if seam != 0 && options.attributes.lock_seams { seam | LOCKED } else { seam };
             let flags = if on_border { BORDER } else { 0 }
                 | if locked { LOCKED } else { 0 }

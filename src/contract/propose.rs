@@ -79,6 +79,10 @@ impl Proposal {
                 borders: queue.buffer(if border_vertices > 0 { vertices.max(2) } else { 1 })?,
             })
         };
+        let attributes = match (Spreads::new(queue, wedges)?, wedges) {
+            (Some(spreads), Some(wedges)) => Some((spreads, WedgeBuffers::with_room(queue, wedges)?)),
+            _ => None,
+        };
         let pairs = most_pairs(faces, border_vertices);
         let blocks = vertices.div_ceil(PAIR_BLOCK as usize).max(pairs.div_ceil(GATE_BLOCK as usize));
         Ok(Self {
@@ -86,8 +90,7 @@ impl Proposal {
             border_weight: BORDER_FACTOR * options.border_weight,
             border_vertices,
             volume: (options.metric == Metric::Volume).then(volume).transpose()?,
-            attributes: Spreads::new(queue, wedges)?
-                .zip(wedges.map(|wedges| WedgeBuffers::copy(queue, wedges)).transpose()?),
+            attributes,
             weights: RoundWeights::new(queue, surface, options, border_vertices > 0)?,
             pairs: queue.buffer(pairs)?,
             keys: queue.buffer(pairs)?,

@@ -1,19 +1,19 @@
 //! What the attributes on a side of a pair cost, in double precision: sums over its faces, many numbers at a time.
 //!
 //! Numbers of a row stand side by side, so that a vector holds those of one corner; nothing is added across a vector before
-//! the end, and then in their order. Lanes past the numbers that decide hold anything and are never read.
+//! the end, and then in their order. Lanes past the numbers that are summed hold anything and are never read.
 
 use multiversion::multiversion;
 
 use crate::kernel::attribute_spreads::MOST_COSTED;
 use crate::kernel::gradient_operators::LEAST_HEIGHT;
 use crate::math::DVec3;
-use crate::math::lanes::{NUMBERS as LANES, Numbers, numbers_at};
+use crate::math::lanes::{NUMBERS, Numbers, numbers_at};
 
 use super::placement::Quadric;
 
 /// Blocks of so many for all that decide.
-const BLOCKS: usize = MOST_COSTED / LANES;
+const BLOCKS: usize = MOST_COSTED / NUMBERS;
 
 type Lanes = Numbers<f64>;
 
@@ -105,10 +105,10 @@ impl SideSums {
     /// Forgets all faces, for wedges of two ends whose rows, with so many numbers that count, start there.
     pub fn begin(&mut self, rows: &[f32], starts: [usize; 2], summed: usize) {
         self.weight = 0.0;
-        for (block, terms) in self.terms.iter_mut().enumerate().take(summed.div_ceil(LANES)) {
-            let [a, b] = starts.map(|start| numbers_at(rows, start + block * LANES).map(f64::from));
+        for (block, terms) in self.terms.iter_mut().enumerate().take(summed.div_ceil(NUMBERS)) {
+            let [a, b] = starts.map(|start| numbers_at(rows, start + block * NUMBERS).map(f64::from));
             *terms = Terms::default();
-            for lane in 0..LANES {
+            for lane in 0..NUMBERS {
                 (terms.half[lane], terms.mean[lane]) = ((b[lane] - a[lane]) * 0.5, (a[lane] + b[lane]) * 0.5);
             }
         }
@@ -117,10 +117,10 @@ impl SideSums {
     /// Adds faces, whose rows are among `rows`, and to `quadric` what their first `costed` numbers cost as long as the new
     /// wedge has the means.
     pub fn add_faces(&mut self, faces: &[FaceTerm], rows: &[f32], costed: usize, quadric: &mut Quadric) {
-        for (block, terms) in self.terms.iter_mut().enumerate().take(costed.div_ceil(LANES)) {
+        for (block, terms) in self.terms.iter_mut().enumerate().take(costed.div_ceil(NUMBERS)) {
             let mut sums = QuadricLanes::default();
-            add_faces(faces, rows, block * LANES, terms, &mut sums);
-            sums.add_to(quadric, (costed - block * LANES).min(LANES));
+            add_faces(faces, rows, block * NUMBERS, terms, &mut sums);
+            sums.add_to(quadric, (costed - block * NUMBERS).min(NUMBERS));
         }
         self.weight += faces.iter().map(|face| face.weight).sum::<f64>();
     }
@@ -130,17 +130,17 @@ impl SideSums {
         if self.weight <= 0.0 {
             return;
         }
-        for (block, terms) in self.terms.iter().enumerate().take(costed.div_ceil(LANES)) {
+        for (block, terms) in self.terms.iter().enumerate().take(costed.div_ceil(NUMBERS)) {
             let mut sums = QuadricLanes::default();
             add_means(terms, self.weight, &mut sums);
-            sums.add_to(saved, (costed - block * LANES).min(LANES));
+            sums.add_to(saved, (costed - block * NUMBERS).min(NUMBERS));
         }
     }
 
     /// Half the difference of the ends' numbers, their mean, Σ |n| g and Σ |n| e of each number.
-    fn numbers(&self, costed: usize) -> impl Iterator<Item = (f64, f64, DVec3, f64)> {
-        (0..costed).map(|i| {
-            let (terms, lane) = (&self.terms[i / LANES], i % LANES);
+    fn numbers(&self, count: usize) -> impl Iterator<Item = (f64, f64, DVec3, f64)> {
+        (0..count).map(|i| {
+            let (terms, lane) = (&self.terms[i / NUMBERS], i % NUMBERS);
             let g = DVec3::from(terms.g.map(|column| column[lane]));
             (terms.half[lane], terms.mean[lane], g, terms.e[lane])
         })
@@ -168,9 +168,9 @@ impl SideSums {
     }
 
     /// The best numbers at a place.
-    pub fn least(&self, costed: usize, x: DVec3) -> impl Iterator<Item = f32> {
+    pub fn least(&self, summed: usize, x: DVec3) -> impl Iterator<Item = f32> {
         let inverse = if self.weight > 0.0 { 1.0 / self.weight } else { 0.0 };
-        self.numbers(costed).map(move |(_, mean, g, e)| (mean + (g.dot(x) + e) * inverse) as f32)
+        self.numbers(summed).map(move |(_, mean, g, e)| (mean + (g.dot(x) + e) * inverse) as f32)
     }
 }
 
@@ -180,7 +180,7 @@ fn add_faces(faces: &[FaceTerm], rows: &[f32], first: usize, terms: &mut Terms, 
     for face in faces {
         let [v0, v1, v2] = face.starts.map(|start| numbers_at(rows, start + first));
         let FaceTerm { c1, c2, c1_at, c2_at, weight, offset, .. } = *face;
-        for lane in 0..LANES {
+        for lane in 0..NUMBERS {
             let at = f64::from(v0[lane]);
             let (d1, d2) = (f64::from(v1[lane]) - at, f64::from(v2[lane]) - at);
             let g = [c1.x * d1 + c2.x * d2, c1.y * d1 + c2.y * d2, c1.z * d1 + c2.z * d2];
@@ -198,7 +198,7 @@ fn add_faces(faces: &[FaceTerm], rows: &[f32], first: usize, terms: &mut Terms, 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
 fn add_means(terms: &Terms, weight: f64, sums: &mut QuadricLanes) {
     let inverse = 1.0 / weight;
-    for lane in 0..LANES {
+    for lane in 0..NUMBERS {
         let g = [terms.g[0][lane] * inverse, terms.g[1][lane] * inverse, terms.g[2][lane] * inverse];
         sums.add(lane, g, terms.e[lane] * inverse, weight);
     }
@@ -206,8 +206,8 @@ fn add_means(terms: &Terms, weight: f64, sums: &mut QuadricLanes) {
 
 /// Keeps numbers within those of the rows that start there, or no farther off than `past` of each times their range.
 pub fn clamp_to(starts: &[usize], rows: &[f32], numbers: &mut [f32], past: impl Fn(usize) -> f32) {
-    for (block, own) in numbers.chunks_mut(LANES).enumerate() {
-        let first = block * LANES;
+    for (block, own) in numbers.chunks_mut(NUMBERS).enumerate() {
+        let first = block * NUMBERS;
         let [low, high] = range_of(starts, rows, first);
         for (lane, number) in own.iter_mut().enumerate() {
             if low[lane] <= high[lane] {
@@ -221,10 +221,10 @@ pub fn clamp_to(starts: &[usize], rows: &[f32], numbers: &mut [f32], past: impl 
 /// The least and the greatest of each number from `first` on.
 #[multiversion(targets("x86_64+avx2"))]
 fn range_of(starts: &[usize], rows: &[f32], first: usize) -> [Numbers<f32>; 2] {
-    let (mut low, mut high) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
+    let (mut low, mut high) = ([f32::INFINITY; NUMBERS], [f32::NEG_INFINITY; NUMBERS]);
     for start in starts {
         let numbers = numbers_at(rows, start + first);
-        for lane in 0..LANES {
+        for lane in 0..NUMBERS {
             low[lane] = if numbers[lane] < low[lane] { numbers[lane] } else { low[lane] };
             high[lane] = if numbers[lane] > high[lane] { numbers[lane] } else { high[lane] };
         }

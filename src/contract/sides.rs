@@ -78,7 +78,7 @@ impl Side {
 pub struct Sides {
     pub faces: Vec<CornerFace>,
     pub sides: Vec<Side>,
-    /// Those over the faces of each; there may be more than sides.
+    /// The sums over the faces of each side; longer than `sides` where more were needed before.
     sums: Vec<SideSums>,
     /// The end whose wedges stay as they are, and whose place is that of the new vertex.
     pub fixed: Option<usize>,

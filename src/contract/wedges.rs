@@ -53,7 +53,7 @@ pub struct Wedges {
     pub(super) roles: Vec<u32>,
     /// The material of each, where it matters which seams yield.
     pub(super) materials: Vec<u32>,
-    /// Whether every vertex has one, which has its number then.
+    /// Whether every vertex has one, which then has its number, and even where it lost its corners.
     pub(super) are_vertices: bool,
     pub(super) scratch: Scratch,
 }
@@ -129,16 +129,12 @@ impl Wedges {
     pub fn rows(&mut self) -> WedgeRows<'_> {
         let Self { layout, buffers, origin, roles, materials, .. } = self;
         let WedgeBuffers { corners, starts, rows, .. } = buffers;
-        let (corners, starts, rows) = (corners.host(), starts.host(), rows.host_mut());
+        let (corners, starts, rows) =
+            (corners.host(), starts.host(), &mut rows.host_mut()[..origin.len() * layout.width]);
         WedgeRows { layout, corners, starts, materials, vertex: 0, first: 0, rows, origin, roles }
     }
 
-    /// Whether no vertex has more than one.
-    pub fn are_vertices(&self) -> bool {
-        self.are_vertices
-    }
-
-    /// What kernels read: the wedges of all corners, and where those of each vertex begin.
+    /// The wedges of all corners, and where those of each vertex begin; longer than what lives.
     pub fn connectivity(&self) -> (&[Face], &[u32]) {
         (self.buffers.corners.host(), self.buffers.starts.host())
     }

@@ -74,20 +74,20 @@ impl Wedges {
         (starts[vertex as usize]..wedge).find(agrees).unwrap_or(wedge)
     }
 
-    /// Of which faces all vertices have one wedge; empty where all of all have.
-    pub fn whole_faces(&self, faces: &[[u32; 3]]) -> Vec<bool> {
-        if self.are_vertices() {
-            return Vec::new();
+    /// Of which faces all vertices have one wedge; `None` where all of all have.
+    pub fn whole_faces(&self, faces: &[[u32; 3]]) -> Option<Vec<bool>> {
+        if self.are_vertices {
+            return None;
         }
         let (_, starts) = self.connectivity();
         let is_one = |&v: &u32| starts[v as usize + 1] - starts[v as usize] == 1;
-        faces.par_iter().with_min_len(CHUNK).map(|face| face.iter().all(is_one)).collect()
+        Some(faces.par_iter().with_min_len(CHUNK).map(|face| face.iter().all(is_one)).collect())
     }
 
     /// The flags of a vertex that lies on a seam: [`SEAM`], and [`LOCKED`] or [`CORNER`] where it may not move along it.
     /// `is_whole` tells faces whose vertices have one wedge each.
     pub fn seam_flags(&self, vertex: u32, faces: &[[u32; 3]], is_whole: &[bool], ring: &[u32], on_border: bool) -> u32 {
-        if ring.iter().all(|&f| is_whole.get(f as usize).is_none_or(|&is_whole| is_whole)) {
+        if ring.iter().all(|&f| is_whole[f as usize]) {
             return 0;
         }
         let (corners, starts) = self.connectivity();

@@ -1,5 +1,5 @@
 //! What the attributes add to the sums of every vertex: how far their gradients over its faces spread. Twin:
-//! `shaders/attribute_spreads.wgsl`, line for line.
+//! `shaders/attribute_spreads.wgsl`, number by number: the same operations in the same order, eight numbers side by side here.
 //!
 //! # Reference
 //! \[HO99\]: the faces of a wedge agree in its numbers at its place v, and with the gradients g and their mean ḡ differ at x
@@ -151,7 +151,7 @@ fn plus_lanes(sum: f32, lanes: &[f32]) -> f32 {
 #[inline(always)]
 fn add_wedge(mut spread: Sym3, faces: &[u32], rows: Rows<'_>, gradients: &mut Vec<Gradients>) -> Sym3 {
     for first in (0..rows.costed).step_by(NUMBERS) {
-        // Only a loop is compiled for the instruction set of its caller.
+        // Filled by a loop: a closure given to `extend` would not be compiled for the caller's instruction set.
         gradients.resize(gradients.len().max(faces.len()), Gradients::default());
         let gradients = &mut gradients[..faces.len()];
         let mut weight = 0.0;

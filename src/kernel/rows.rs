@@ -151,14 +151,6 @@ pub struct GradientOperator {
     pub root: f32,
 }
 
-impl GradientOperator {
-    /// What the differences to b and to c are multiplied by.
-    #[inline(always)]
-    pub fn along(self) -> [[f32; 3]; 2] {
-        [[self.bx, self.by, self.bz], [self.cx, self.cy, self.cz]]
-    }
-}
-
 /// The cotangents at the corners of a face, and their shares of its area.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]

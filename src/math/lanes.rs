@@ -125,18 +125,18 @@ mod tests {
     /// Quotient, root and difference of two numbers.
     #[repr(C)]
     #[derive(Clone, Copy, bytemuck::Zeroable, Pod)]
-    struct Numbers {
+    struct Operands {
         a: f32,
         b: f32,
     }
 
-    impl Lane for Numbers {
-        type Source<'a> = &'a [Numbers];
+    impl Lane for Operands {
+        type Source<'a> = &'a [Operands];
         type Params = f32;
         type Output = [u32; 4];
 
         #[inline(always)]
-        fn load(index: usize, source: &[Numbers]) -> Self {
+        fn load(index: usize, source: &[Operands]) -> Self {
             source[index]
         }
 
@@ -148,17 +148,17 @@ mod tests {
     }
 
     /// Every pair of numbers at the edges of the range, of rounding and of zero.
-    fn hostile() -> Vec<Numbers> {
+    fn hostile() -> Vec<Operands> {
         let least = f32::MIN_POSITIVE;
         let edges = [0.0, 1e-45, least / 2.0, least, LEAST, 1e-20, 0.1, 1.0, 1.000_000_1, 3.0, 1e19, 1e30, f32::MAX];
         let signed: Vec<f32> = edges.into_iter().flat_map(|x| [x, -x]).collect();
-        signed.iter().flat_map(|&a| signed.iter().map(move |&b| Numbers { a, b })).collect()
+        signed.iter().flat_map(|&a| signed.iter().map(move |&b| Operands { a, b })).collect()
     }
 
     #[test]
     fn lanes_have_the_bits_of_scalar_calls() {
         let numbers = hostile();
-        let mut columns = Columns::<Numbers, 2>::new();
+        let mut columns = Columns::<Operands, 2>::new();
         // Blocks of all lengths: whole ones, and ends that leave lanes unused.
         for len in (1..=9).chain([31, LANES - 1, LANES]) {
             for first in (0..numbers.len() - len).step_by(len) {
@@ -173,6 +173,14 @@ mod tests {
 
     #[test]
     fn no_outputs_need_no_rows() {
-        compute(5, &[][..], 1.0, &mut Columns::<Numbers, 2>::new(), &mut []);
+        compute(5, &[][..], 1.0, &mut Columns::<Operands, 2>::new(), &mut []);
+    }
+
+    #[test]
+    fn numbers_past_the_end_are_zero() {
+        let rows: Vec<f32> = (1..=10).map(|i| i as f32).collect();
+        assert_eq!(numbers_at(&rows, 2), [3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0]);
+        assert_eq!(numbers_at(&rows, 7), [8.0, 9.0, 10.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!([10, 99].map(|start| numbers_at(&rows, start)), [[0.0; NUMBERS]; 2]);
     }
 }
