@@ -18,6 +18,8 @@ fn gradient_operator(a: vec3f, b: vec3f, c: vec3f, normal: Normal) -> GradientOp
 
 fn run(i: u32) {
     let face = load_faces(i);
-    let corners = array(xyz(load_positions(face.a)), xyz(load_positions(face.b)), xyz(load_positions(face.c)));
-    store_operators(i, gradient_operator(corners[0], corners[1], corners[2], load_normals(i)));
+    let a = xyz(load_positions(face.a));
+    let b = xyz(load_positions(face.b));
+    let c = xyz(load_positions(face.c));
+    store_operators(i, gradient_operator(a, b, c, load_normals(i)));
 }

@@ -10,7 +10,8 @@
 //! other vertex on a seam stays.
 //!
 //! # Invariants
-//! - Between rounds the wedges of a vertex stand together, in the order of the vertices; each has a corner.
+//! - Between rounds the wedges of a vertex stand together, in the order of the vertices; each has a corner, but where every
+//!   vertex has one: that of a vertex which lost its faces stays.
 //! - Within a round faces keep the wedges that they had as it began. A contraction writes the rows of all wedges that become
 //!   one, so that the row of a corner is current whatever became of its vertex; `roles` tell which are one by now.
 
