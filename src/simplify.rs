@@ -220,8 +220,28 @@ pub struct Phases {
     pub flip: f64,
     /// Moving data to and from the GPU.
     pub transfer: f64,
+    /// Back to meshes in the input's order.
+    pub restore: f64,
     /// The whole call.
     pub total: f64,
+}
+
+impl std::iter::Sum for Phases {
+    fn sum<I: Iterator<Item = Self>>(runs: I) -> Self {
+        runs.fold(Self::default(), |a, b| Self {
+            weld: a.weld + b.weld,
+            build: a.build + b.build,
+            cost: a.cost + b.cost,
+            select: a.select + b.select,
+            filter: a.filter + b.filter,
+            apply: a.apply + b.apply,
+            fit: a.fit + b.fit,
+            flip: a.flip + b.flip,
+            transfer: a.transfer + b.transfer,
+            restore: a.restore + b.restore,
+            total: a.total + b.total,
+        })
+    }
 }
 
 /// A simplified mesh and how it came about.

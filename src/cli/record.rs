@@ -138,6 +138,8 @@ impl From<contract::QuadricRecord> for Stored {
 #[derive(Debug, Clone, Serialize)]
 pub struct Seconds {
     pub read: f64,
+    /// From mesh in memory to mesh in memory; phases of it follow.
+    pub solve: f64,
     pub weld: f64,
     pub build: f64,
     pub cost: f64,
@@ -147,6 +149,7 @@ pub struct Seconds {
     pub fit: f64,
     pub flip: f64,
     pub transfer: f64,
+    pub restore: f64,
     pub write: f64,
     pub measure: f64,
     pub total: f64,
@@ -165,9 +168,25 @@ pub struct Clocks {
 impl Seconds {
     /// The library's phases between the program's own.
     pub fn new(phases: &Phases, clocks: &Clocks) -> Self {
-        let Phases { weld, build, cost, select, filter, apply, fit, flip, transfer, .. } = *phases;
-        let Clocks { read, write, measure, total, .. } = *clocks;
-        Self { read, weld, build, cost, select, filter, apply, fit, flip, transfer, write, measure, total }
+        let Phases { weld, build, cost, select, filter, apply, fit, flip, transfer, restore, .. } = *phases;
+        let Clocks { read, solve, write, measure, total } = *clocks;
+        Self {
+            read,
+            solve,
+            weld,
+            build,
+            cost,
+            select,
+            filter,
+            apply,
+            fit,
+            flip,
+            transfer,
+            restore,
+            write,
+            measure,
+            total,
+        }
     }
 }
 

@@ -297,7 +297,9 @@ impl<'a> Run<'a> {
             on_gpu: self.follower.is_some(),
             ..RoundRecord::default()
         });
+        let restoring = self.seconds.restore;
         let (committed, spent) = self.commit_levels(goal);
+        let restored = self.seconds.restore - restoring;
         let committed_at = clock.elapsed().as_secs_f64();
         let before = self.time_moving();
         if !committed.contractions.is_empty() {
@@ -306,7 +308,7 @@ impl<'a> Run<'a> {
         }
         let moved_up = self.time_moving().saturating_sub(before).as_secs_f64();
         self.seconds.transfer += moved + moved_up;
-        let [select, filter, apply] = shares(spent, committed_at - evaluated);
+        let [select, filter, apply] = shares(spent, committed_at - evaluated - restored);
         self.seconds.select += select;
         self.seconds.filter += filter;
         self.seconds.apply += apply + clock.elapsed().as_secs_f64() - committed_at - moved_up;

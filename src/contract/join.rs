@@ -57,7 +57,7 @@ impl Joins {
             *pair = [u.min(w), u.max(w)];
         }
         // Between vertices of a surface: those that lost all their faces have nothing to bring along.
-        let has_face = referenced(faces, became.len());
+        let has_face = referenced(faces.iter().copied(), became.len());
         self.pairs.retain(|[u, w]| u != w && has_face[*u as usize] && has_face[*w as usize]);
         self.pairs.par_sort_unstable();
         self.pairs.dedup();
@@ -80,7 +80,7 @@ impl Joins {
 }
 
 /// Which of `count` vertices have a face.
-pub fn referenced<'a>(faces: impl IntoIterator<Item = &'a Face>, count: usize) -> Vec<bool> {
+pub fn referenced(faces: impl IntoIterator<Item = Face>, count: usize) -> Vec<bool> {
     let mut has_face = vec![false; count];
     faces.into_iter().flat_map(|face| face.corners()).for_each(|v| has_face[v as usize] = true);
     has_face

@@ -75,13 +75,12 @@ impl Layer {
     }
 
     /// Its numbers of a row, as meshes hold them.
-    pub fn stored(&self, row: &[f32]) -> Vec<f32> {
-        let mut numbers: Vec<f32> = self.of(row).iter().map(|x| x / self.scale).collect();
+    pub fn store(&self, row: &[f32], out: &mut [f32]) {
+        out.iter_mut().zip(self.of(row)).for_each(|(out, x)| *out = x / self.scale);
         if self.kind == Kind::Luv {
-            let color = luv::srgb([0, 1, 2].map(|i| f64::from(numbers[i]) * LUV));
-            numbers.iter_mut().zip(color).for_each(|(number, channel)| *number = channel as f32);
+            let color = luv::srgb([0, 1, 2].map(|i| f64::from(out[i]) * LUV));
+            out.iter_mut().zip(color).for_each(|(number, channel)| *number = channel as f32);
         }
-        numbers
     }
 }
 

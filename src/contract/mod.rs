@@ -44,6 +44,7 @@ mod prepare;
 mod propose;
 mod quadrics;
 mod quantize;
+mod ranks;
 mod record;
 mod restore;
 mod scan;

@@ -12,6 +12,7 @@ use crate::simplify::MOVED;
 
 use super::carry::{Carried, MOVED_FROM};
 use super::join::referenced;
+use super::ranks::Ranks;
 use super::unwedge::Split;
 
 /// Rows that a thread moves at a time.
@@ -27,58 +28,72 @@ pub struct Placed<'a> {
     pub roles: &'a [u32],
 }
 
+impl Placed<'_> {
+    /// A face as it is now.
+    pub fn face(&self, face: u32) -> Face {
+        let [a, b, c] = self.faces[face as usize].corners().map(|v| renamed(v, self.roles[v as usize]));
+        Face { a, b, c }
+    }
+
+    /// Those that live, with their numbers.
+    pub fn live_faces(&self) -> impl Iterator<Item = (u32, Face)> + Clone {
+        (0..self.faces.len() as u32).map(|f| (f, self.face(f))).filter(|(_, face)| face.is_live())
+    }
+}
+
 /// The mesh of what lives of a surface and what it carries, and the input vertex at the position of each vertex, or [`MOVED`].
 ///
 /// Vertices that lost all their faces, where parts met back to back, are left out; one whose corners disagree in what vertices
 /// carry becomes several. A vertex takes the place of the input vertex that it stands at or began as, a face that of its own:
 /// what nothing happened to comes back as it was.
 pub fn restore(input: &Mesh, frame: Frame, placed: Placed<'_>, carried: &Carried) -> (Mesh, Vec<u32>) {
-    let Placed { positions, origin, faces, roles } = placed;
+    let Placed { positions, origin, .. } = placed;
     let face_origin = &carried.face_origin;
-    let now = |face: &Face| {
-        let [a, b, c] = face.corners().map(|v| renamed(v, roles[v as usize]));
-        Face { a, b, c }
-    };
-    let faces_now: Vec<Face> = faces.par_iter().with_min_len(ROWS).map(now).collect();
-    let face_order = || by_origin(face_origin, TURNED, input.faces.len(), |f| faces_now[f].is_live());
     let at = |v: u32| model_position(input, frame, origin[v as usize], positions[v as usize]);
-    let in_order = |f: u32, [a, b, c]: [u32; 3]| {
-        if face_origin[f as usize] & TURNED == 0 { [a, b, c] } else { [a, c, b] }
+    let face_order = || {
+        let live = placed.live_faces().map(|(f, _)| f);
+        by_origin(live, input.faces.len(), |f| face_origin[f as usize] & !TURNED)
     };
     let Some(wedges) = &carried.wedges else {
         let vertices = || {
-            let has_face = referenced(faces_now.iter().filter(|face| face.is_live()), positions.len());
-            by_origin(origin, MOVED_FROM, input.positions.len(), |v| has_face[v])
+            let has_face = referenced(placed.live_faces().map(|(_, face)| face), positions.len());
+            let live = (0..positions.len() as u32).filter(|&v| has_face[v as usize]);
+            by_origin(live, input.positions.len(), |v| origin[v as usize] & !MOVED_FROM)
         };
         let (vertex_order, face_order) = rayon::join(vertices, face_order);
         let mut new_vertex = vec![0; origin.len()];
         (0..).zip(&vertex_order).for_each(|(new, &old)| new_vertex[old as usize] = new);
-        let corners = |&f: &u32| in_order(f, faces_now[f as usize].corners().map(|v| new_vertex[v as usize]));
+        let corners =
+            |&f: &u32| as_input(face_origin[f as usize], placed.face(f).corners().map(|v| new_vertex[v as usize]));
         let mesh = Mesh {
             positions: vertex_order.par_iter().with_min_len(ROWS).map(|&v| at(v)).collect(),
             faces: face_order.par_iter().with_min_len(ROWS).map(corners).collect(),
             ..Mesh::default()
         };
         let stays = |&v: &u32| if origin[v as usize] & MOVED_FROM == 0 { origin[v as usize] } else { MOVED };
-        return (mesh, vertex_order.iter().map(stays).collect());
+        return (mesh, vertex_order.par_iter().with_min_len(ROWS).map(stays).collect());
     };
-    let face_order = face_order();
-    let split = Split::new(input, wedges, &faces_now, &face_order, origin);
-    let corners = |&f: &u32| in_order(f, split.corners(f as usize));
-    let texcoords = |&f: &u32| {
-        let [a, b, c] = split.texcoords(f as usize);
-        if face_origin[f as usize] & TURNED == 0 { [a, b, c] } else { [a, c, b] }
+    let (split, face_order) = rayon::join(|| Split::new(input, wedges, placed), face_order);
+    let corners = |&f: &u32| as_input(face_origin[f as usize], split.corners(f as usize));
+    let texcoords = |&f: &u32| as_input(face_origin[f as usize], split.texcoords(f as usize));
+    let materials = || {
+        let of_face: Vec<u32> = face_order.iter().map(|&f| face_origin[f as usize] & !TURNED).collect();
+        Some(input.materials.as_ref().filter(|_| wedges.layout.has_materials)?.take(&of_face))
     };
-    let of_face: Vec<u32> = face_order.iter().map(|&f| face_origin[f as usize] & !TURNED).collect();
     let mut mesh = Mesh {
         positions: split.vertices().map(at).collect(),
         faces: face_order.par_iter().with_min_len(ROWS).map(corners).collect(),
         texcoords: split.has_texcoords().then(|| face_order.par_iter().with_min_len(ROWS).map(texcoords).collect()),
-        materials: input.materials.as_ref().filter(|_| wedges.layout.has_materials).map(|rows| rows.take(&of_face)),
+        materials: materials(),
         ..Mesh::default()
     };
     split.fill(&mut mesh);
     (mesh, split.origins().map(|origin| origin.unwrap_or(MOVED)).collect())
+}
+
+/// What belongs to the corners of a face of this origin, in the order that the input had them.
+fn as_input<T>(origin: u32, [a, b, c]: [T; 3]) -> [T; 3] {
+    if origin & TURNED == 0 { [a, b, c] } else { [a, c, b] }
 }
 
 /// Where a vertex of this origin and row lies in model units: what stands at an input vertex, exactly there.
@@ -87,14 +102,12 @@ pub fn model_position(input: &Mesh, frame: Frame, origin: u32, row: Position) ->
     kept.copied().unwrap_or_else(|| frame.to_model(row.xyz()))
 }
 
-/// The live rows in ascending order of their origins, which differ and, less a flag, lie below `count`.
-fn by_origin(origins: &[u32], flag: u32, count: usize, is_live: impl Fn(usize) -> bool) -> Vec<u32> {
-    const NONE: u32 = u32::MAX;
-    let mut rows = vec![NONE; count];
-    let live = (0..).zip(origins).filter(|&(row, _)| is_live(row as usize));
-    live.for_each(|(row, &origin): (u32, _)| rows[(origin & !flag) as usize] = row);
-    rows.retain(|&row| row != NONE);
-    rows
+/// Rows in ascending order of their origins, which differ and lie below `count`.
+fn by_origin(rows: impl Iterator<Item = u32> + Clone, count: usize, origin: impl Fn(u32) -> u32) -> Vec<u32> {
+    let ranks = Ranks::new(rows.clone().map(&origin), count);
+    let mut ordered = vec![0; ranks.len()];
+    rows.for_each(|row| ordered[ranks.of(origin(row))] = row);
+    ordered
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 //! it was, even in the midst of a round.
 
 use std::borrow::Cow;
+use std::time::Instant;
 
 use crate::backend::{Queue, fallback};
 use crate::kernel::rows::Position;
@@ -38,7 +39,9 @@ impl Run<'_> {
         let frame = self.prepared.frame;
         let (faces, roles) = (&self.host.faces.host()[..faces], self.host.roles.host());
         let placed = Placed { positions, origin, faces, roles };
+        let clock = Instant::now();
         let (mesh, vertex_origin) = restore(self.input, frame, placed, &self.prepared.carried);
+        self.seconds.restore += clock.elapsed().as_secs_f64();
         self.seconds.total = self.clock.elapsed().as_secs_f64();
         let mut device = self.device.description();
         if self.device.is_gpu() && !self.rounds.iter().any(|round| round.on_gpu) {
@@ -69,7 +72,7 @@ impl Run<'_> {
     /// The vertices fitted to the original, where asked for, with the origins that they have then: on the GPU if that
     /// evaluated a round.
     fn fit(&mut self) -> Option<(Vec<Position>, Vec<u32>)> {
-        let clock = std::time::Instant::now();
+        let clock = Instant::now();
         let is_last = self.levels.goal().is_none();
         let (original, history) = self.history.as_mut()?;
         let owners = history.owners(original.positions.len());

@@ -182,12 +182,22 @@ impl Wedges {
     /// The normal and the color of a vertex with one wedge, for a log.
     pub fn of_vertex(&self, vertex: u32) -> (Option<Vec3>, Option<[f32; 4]>) {
         let row = self.row(self.buffers.starts.host()[vertex as usize]);
-        let stored = |origin: Origin| {
-            let layer = self.layout.layers.iter().find(|layer| layer.origin == origin)?;
-            Some(layer.stored(row))
-        };
-        let color = stored(Origin::Colors).map(|color| [color[0], color[1], color[2], color[3]]);
-        (stored(Origin::Normals).map(|normal| Vec3::from_slice(&normal)), color)
+        let layer = |origin: Origin| self.layout.layers.iter().find(|layer| layer.origin == origin);
+        let (mut normal, mut color) = ([0.0; 3], [0.0; 4]);
+        let normal = layer(Origin::Normals).map(|layer| layer.store(row, &mut normal)).map(|()| Vec3::from(normal));
+        let color = layer(Origin::Colors).map(|layer| layer.store(row, &mut color)).map(|()| color);
+        (normal, color)
+    }
+
+    /// The vertex that these faces have each wedge at by now; `u32::MAX` where none has it.
+    pub fn vertices(&self, faces: impl Iterator<Item = (u32, Face)>) -> Vec<u32> {
+        let (corners, mut vertices) = (self.buffers.corners.host(), vec![NO_WEDGE; self.len()]);
+        for (number, face) in faces {
+            for (vertex, wedge) in face.corners().into_iter().zip(corners[number as usize].corners()) {
+                vertices[now(wedge, &self.roles) as usize] = vertex;
+            }
+        }
+        vertices
     }
 }
 

@@ -93,7 +93,9 @@ fn json_has_every_figure() {
         let first = &results[0];
         assert!(first["same_bytes_as"].is_null() && first["rounds"].as_u64() > Some(0));
         assert_eq!((&first["rounds_on_gpu"], &first["bytes_moved"]), (&0.into(), &0.into()));
-        for phase in ["read", "weld", "build", "cost", "select", "filter", "apply", "transfer", "write", "total"] {
+        for phase in
+            ["read", "weld", "build", "cost", "select", "filter", "apply", "transfer", "restore", "write", "total"]
+        {
             assert!(first["phases"][phase].as_f64() >= Some(0.0), "{phase}");
         }
     }

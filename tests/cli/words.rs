@@ -72,8 +72,8 @@ fn json_has_its_fields() {
     expected.sort_unstable();
     assert_eq!(keys(&record), expected);
     let seconds = [
-        "apply", "build", "cost", "filter", "fit", "flip", "measure", "read", "select", "total", "transfer", "weld",
-        "write",
+        "apply", "build", "cost", "filter", "fit", "flip", "measure", "read", "restore", "select", "solve", "total",
+        "transfer", "weld", "write",
     ];
     assert_eq!(keys(&record["seconds"]), seconds);
     assert_eq!(keys(&record["blocked"]), ["aspect", "border", "error", "flip", "link", "lock", "seam", "texture"]);

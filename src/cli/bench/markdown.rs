@@ -118,11 +118,11 @@ fn rounds(figures: &Figures) -> String {
 
 /// The phases of the median runs, in milliseconds.
 fn phases(job: &JobRecord) -> String {
-    let names = ["weld", "build", "cost", "select", "filter", "apply", "transfer", "write"];
+    let names = ["weld", "build", "cost", "select", "filter", "apply", "transfer", "restore", "write"];
     let mut table = Table::new(["ms of the median run"].into_iter().chain(names));
     for figures in &job.results {
         if let Some(p) = &figures.phases {
-            let secs = [p.weld, p.build, p.cost, p.select, p.filter, p.apply, p.transfer, p.write];
+            let secs = [p.weld, p.build, p.cost, p.select, p.filter, p.apply, p.transfer, p.restore, p.write];
             table.rows.push([figures.device.clone()].into_iter().chain(secs.map(millis)).collect());
         }
     }

@@ -13,11 +13,12 @@ use coarsen::{Device, Mesh, Method, Outcome, StopReason, simplify_levels};
 
 use super::console::{self, Verbosity};
 use super::failure::{at, refuse};
+use super::record::Clocks;
 use super::setup::timed;
 use super::verbose::{kernel_table, round_table};
 use super::{Exit, interrupt, weights};
 pub use job::Job;
-use record::{Record, Seconds};
+use record::Record;
 
 /// Runs the job.
 ///
@@ -41,8 +42,8 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
     let ranges = written?;
     let (measured, measure) = timed(|| measure(job, &input, &outcomes, &device));
     let measured = measured?;
-    let seconds = Seconds { read, solve, write, measure, total: clock.elapsed().as_secs_f64() };
-    let record = Record::new(job, &input, &outcomes, (&ranges, &measured), &device, seconds);
+    let clocks = Clocks { read, solve, write, measure, total: clock.elapsed().as_secs_f64() };
+    let record = Record::new(job, &input, &outcomes, (&ranges, &measured), &device, &clocks);
     // Last: where it is, everything that it names is complete.
     if let Some(path) = &job.manifest {
         formats::write_file(path, &record.manifest(&input, &job.outputs, path)?)?;
@@ -58,11 +59,16 @@ fn measure(job: &Job, input: &Mesh, outcomes: &[Outcome], device: &Device) -> an
     measured.map_err(|error| at(job.setup.source.to_string().as_ref(), error))
 }
 
-/// The tables of rounds and kernels: contraction has one run for all levels, other methods have one for each.
+/// What levels had a run of their own, or the last, where contraction had one for all.
+fn runs<'a>(method: &Method, outcomes: &'a [Outcome]) -> &'a [Outcome] {
+    let one_run = matches!(method, Method::Contract(_));
+    if one_run { &outcomes[outcomes.len().saturating_sub(1)..] } else { outcomes }
+}
+
+/// The tables of rounds and kernels.
 fn tables(method: &Method, outcomes: &[Outcome], device: &Device) -> impl Iterator<Item = String> {
     let one_run = matches!(method, Method::Contract(_));
-    let runs = if one_run { &outcomes[outcomes.len().saturating_sub(1)..] } else { outcomes };
-    let rounds = runs.iter().enumerate().filter_map(move |(number, outcome)| {
+    let rounds = runs(method, outcomes).iter().enumerate().filter_map(move |(number, outcome)| {
         let table = round_table(&outcome.rounds)?;
         Some(if one_run { table } else { format!("level {}:\n{table}", number + 1) })
     });

@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::job::{Job, Outputs, Screen};
 use super::write::Ranges;
 use crate::cli::memory;
-use crate::cli::record::{blocked_by, driver, name, words_of};
+use crate::cli::record::{Clocks, Seconds, blocked_by, driver, name, words_of};
 
 /// A chain, as `--json` prints it. Fields are only ever added under this `schema`.
 #[derive(Debug, Serialize)]
@@ -79,15 +79,6 @@ struct Told {
     error: &'static str,
 }
 
-#[derive(Debug, Serialize)]
-pub struct Seconds {
-    pub read: f64,
-    pub solve: f64,
-    pub write: f64,
-    pub measure: f64,
-    pub total: f64,
-}
-
 impl Record {
     /// The record of a chain that is done; `measured` as many as levels, or none.
     pub fn new(
@@ -96,7 +87,7 @@ impl Record {
         outcomes: &[Outcome],
         (ranges, measured): (&Ranges, &[Measurement]),
         device: &Device,
-        seconds: Seconds,
+        clocks: &Clocks,
     ) -> Self {
         let (method, metric) = words_of(&job.setup.method);
         let level = |(number, outcome): (usize, &Outcome)| {
@@ -138,8 +129,11 @@ impl Record {
             vertices_in: input.positions.len(),
             screen: Told::new(&job.screen, !measured.is_empty()),
             levels: outcomes.iter().enumerate().map(level).collect(),
-            simplify_ms: seconds.solve * 1e3,
-            seconds,
+            simplify_ms: clocks.solve * 1e3,
+            seconds: Seconds::new(
+                &super::runs(&job.setup.method, outcomes).iter().map(|run| run.seconds).sum(),
+                clocks,
+            ),
             peak_memory: memory::peak(),
             warnings,
             tells_distances: job.screen.is_asked,
