@@ -415,3 +415,24 @@ fn what_seams_refuse_does_not_fill_the_next_gate() {
         assert!(on_gpu.rounds.iter().any(|round| round.on_gpu));
     }
 }
+
+/// Differences of such numbers are infinite.
+#[test]
+fn numbers_of_any_size_are_carried() {
+    let mut mesh = dressed(40, 24);
+    let mut sign = [f32::MAX, f32::MIN, 0.0, 1.0].into_iter().cycle();
+    mesh.channels.retain(|channel| channel.kind != ChannelKind::Joints && channel.kind != ChannelKind::Tangent);
+    mesh.channels.iter_mut().flat_map(|channel| &mut channel.values).for_each(|x| *x = sign.next().unwrap_or(0.0));
+    for texture in [false, true] {
+        if let Some(rows) = mesh.texcoords.as_mut().filter(|_| texture) {
+            rows.iter_mut().flatten().for_each(|uv| *uv = (*uv - 0.5) * f32::MAX);
+        }
+        for seams in [Seams::Hold, Seams::Yield] {
+            let outcome = run(&mesh, Attributes { seams, ..Attributes::default() }, 0.3);
+            let mut numbers = outcome.mesh.channels.iter().flat_map(|channel| &channel.values);
+            assert!(numbers.all(|x| x.is_finite()), "texture {texture}, {seams:?}");
+            let mut texcoords = outcome.mesh.texcoords.iter().flatten().flatten();
+            assert!(texcoords.all(|uv| uv.is_finite()), "texture {texture}, {seams:?}");
+        }
+    }
+}

@@ -9,9 +9,8 @@ use crate::spatial::triangle::closest_point;
 
 use super::chart::{Chart, NEAR, place, rounded};
 use super::filter::Rejection;
-use super::layout::{Kind, Layer, Origin};
+use super::layout::{Kind, Layer, Layout, Origin};
 use super::patch::Patch;
-use super::side_sums::clamp_to;
 use super::sides::{CornerFace, ENDS, Side, Sides};
 use super::wedges::WedgeRows;
 
@@ -28,8 +27,6 @@ pub struct Blend {
     nearest: Vec<f32>,
     /// For each side the first that has the same of a layer.
     leaders: Vec<usize>,
-    /// Where the rows around a side start.
-    starts: Vec<usize>,
     chart: Chart,
 }
 
@@ -66,7 +63,7 @@ impl Blend {
             }
             if !sides.apart {
                 row.iter_mut().zip(sides.least(number, x)).for_each(|(number, least)| *number = least);
-                stay_near(wedges, sides, number, row, &mut self.starts);
+                layout.layers.iter().for_each(|layer| stay_near(layout, layer, sides, number, row));
             }
             layout.layers.iter().for_each(|layer| restrict(layer, layer.of_mut(row)));
         }
@@ -137,7 +134,7 @@ impl Blend {
                         let share = if weight + own > 0.0 { (own / (weight + own)) as f32 } else { 0.5 };
                         let row = &self.rows[side * layout.width..][..layout.width];
                         if layer.kind != Kind::Joints {
-                            shared.iter_mut().zip(layer.of(row)).for_each(|(a, b)| *a += (b - *a) * share);
+                            shared.iter_mut().zip(layer.of(row)).for_each(|(a, b)| *a = toward(*a, *b, share));
                         }
                         weight += own;
                     }
@@ -196,24 +193,16 @@ impl Blend {
     }
 }
 
-/// Keeps the numbers that decide within those of the side's corners: past a thin face a linear function may be anything.
-/// Those of one end alone have to reach out to the new vertex.
-/// `starts` is overwritten.
-fn stay_near(wedges: &WedgeRows<'_>, sides: &Sides, side: usize, row: &mut [f32], starts: &mut Vec<usize>) {
-    let (layout, is_alone) = (wedges.layout, sides.sides[side].is_alone());
-    let in_texture =
-        |i: usize| layout.of_kind(Kind::Texcoords).any(|layer| (layer.first..layer.first + 2).contains(&i));
-    let past = |i: usize| match is_alone {
-        true => PAST,
-        false if !sides.yields && in_texture(i) => NEAR as f32,
-        false => 0.0,
+/// Keeps the numbers of a layer that are summed within those of the side's corners: past a thin face a linear function may be
+/// anything. Those of one end alone have to reach out to the new vertex.
+fn stay_near(layout: &Layout, layer: &Layer, sides: &Sides, side: usize, row: &mut [f32]) {
+    let past = match layer.kind {
+        _ if sides.sides[side].is_alone() => PAST,
+        Kind::Texcoords if !sides.yields => NEAR as f32,
+        _ => 0.0,
     };
-    // The first corner of each of its faces has one of its own wedges.
-    let own = sides.sides[side].own(ENDS);
-    let around = of_side(sides, side).flat_map(|face| [face.wedges[1], face.wedges[2]]);
-    starts.clear();
-    starts.extend(own.chain(around).map(|wedge| wedges.start(wedge)));
-    clamp_to(starts, wedges.all(), &mut row[..layout.summed], past);
+    let own = row[..layout.summed].iter_mut().enumerate().skip(layer.first).take(layer.width);
+    own.for_each(|(number, x)| *x = sides.held(side, number, *x, past));
 }
 
 /// The faces of a side.
@@ -239,13 +228,21 @@ fn between(layer: &Layer, rows: [&[f32]; 3], weights: [f32; 3], out: &mut [f32])
         return joints_between(rows, weights, out);
     }
     for (i, out) in out.iter_mut().enumerate() {
-        *out = rows[0][i] * weights[0] + rows[1][i] * weights[1] + rows[2][i] * weights[2];
+        let sum = rows[0][i] * weights[0] + rows[1][i] * weights[1] + rows[2][i] * weights[2];
+        // Weights may be past 1 by rounding.
+        *out = sum.clamp(f32::MIN, f32::MAX);
     }
     if layer.kind == Kind::Tangent {
         let nearest = (0..3).fold(0, |best, k| if weights[k] > weights[best] { k } else { best });
         out[3] = rows[nearest][3];
     }
     restrict(layer, out);
+}
+
+/// `share` of the way from a number to another, whose difference may be infinite.
+fn toward(a: f32, b: f32, share: f32) -> f32 {
+    let way = b - a;
+    if way.is_finite() { a + way * share } else { a * (1.0 - share) + b * share }
 }
 
 /// Joints with their weights added up, the greatest of them, whose sum is 1.

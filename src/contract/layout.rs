@@ -76,7 +76,8 @@ impl Layer {
 
     /// Its numbers of a row, as meshes hold them.
     pub fn store(&self, row: &[f32], out: &mut [f32]) {
-        out.iter_mut().zip(self.of(row)).for_each(|(out, x)| *out = x / self.scale);
+        // The greatest of numbers may have become greater by rounding.
+        out.iter_mut().zip(self.of(row)).for_each(|(out, x)| *out = (x / self.scale).clamp(f32::MIN, f32::MAX));
         if self.kind == Kind::Luv {
             let color = luv::srgb([0, 1, 2].map(|i| f64::from(out[i]) * LUV));
             out.iter_mut().zip(color).for_each(|(number, channel)| *number = channel as f32);

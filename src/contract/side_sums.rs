@@ -59,6 +59,21 @@ struct Terms {
     /// Σ |n| g and Σ |n| e, of numbers less the mean.
     g: [Lanes; 3],
     e: Lanes,
+    /// The least and the greatest of the corners.
+    low: Numbers<f32>,
+    high: Numbers<f32>,
+}
+
+impl Terms {
+    /// Widens the range of the numbers to those of another corner.
+    #[expect(clippy::inline_always, reason = "compiled for the instruction set of its caller")]
+    #[inline(always)]
+    fn hold(&mut self, numbers: &Numbers<f32>) {
+        for (lane, &x) in numbers.iter().enumerate() {
+            self.low[lane] = if x < self.low[lane] { x } else { self.low[lane] };
+            self.high[lane] = if x > self.high[lane] { x } else { self.high[lane] };
+        }
+    }
 }
 
 /// Sums of |n| (g·x + e)², a number to a lane.
@@ -106,10 +121,12 @@ impl SideSums {
     pub fn begin(&mut self, rows: &[f32], starts: [usize; 2], summed: usize) {
         self.weight = 0.0;
         for (block, terms) in self.terms.iter_mut().enumerate().take(summed.div_ceil(NUMBERS)) {
-            let [a, b] = starts.map(|start| numbers_at(rows, start + block * NUMBERS).map(f64::from));
-            *terms = Terms::default();
+            let [first, second] = starts.map(|start| numbers_at(rows, start + block * NUMBERS));
+            *terms = Terms { low: first, high: first, ..Terms::default() };
+            terms.hold(&second);
             for lane in 0..NUMBERS {
-                (terms.half[lane], terms.mean[lane]) = ((b[lane] - a[lane]) * 0.5, (a[lane] + b[lane]) * 0.5);
+                let (a, b) = (f64::from(first[lane]), f64::from(second[lane]));
+                (terms.half[lane], terms.mean[lane]) = ((b - a) * 0.5, (a + b) * 0.5);
             }
         }
     }
@@ -167,6 +184,15 @@ impl SideSums {
         ROUNDING * ROUNDING * self.weight * self.numbers(costed).map(square).sum::<f64>()
     }
 
+    /// A number brought to those of the corners, or no farther off than `past` of their range.
+    pub fn held(&self, number: usize, x: f32, past: f32) -> f32 {
+        let (terms, lane) = (&self.terms[number / NUMBERS], number % NUMBERS);
+        let (low, high) = (terms.low[lane], terms.high[lane]);
+        // A range may be infinite.
+        let past = if past > 0.0 { (high - low) * past } else { 0.0 };
+        x.max(low - past).min(high + past)
+    }
+
     /// The best numbers at a place.
     pub fn least(&self, summed: usize, x: DVec3) -> impl Iterator<Item = f32> {
         let inverse = if self.weight > 0.0 { 1.0 / self.weight } else { 0.0 };
@@ -180,6 +206,9 @@ fn add_faces(faces: &[FaceTerm], rows: &[f32], first: usize, terms: &mut Terms, 
     for face in faces {
         let [v0, v1, v2] = face.starts.map(|start| numbers_at(rows, start + first));
         let FaceTerm { c1, c2, c1_at, c2_at, weight, offset, .. } = *face;
+        // The first corner has the wedge of an end.
+        terms.hold(&v1);
+        terms.hold(&v2);
         for lane in 0..NUMBERS {
             let at = f64::from(v0[lane]);
             let (d1, d2) = (f64::from(v1[lane]) - at, f64::from(v2[lane]) - at);
@@ -202,34 +231,6 @@ fn add_means(terms: &Terms, weight: f64, sums: &mut QuadricLanes) {
         let g = [terms.g[0][lane] * inverse, terms.g[1][lane] * inverse, terms.g[2][lane] * inverse];
         sums.add(lane, g, terms.e[lane] * inverse, weight);
     }
-}
-
-/// Keeps numbers within those of the rows that start there, or no farther off than `past` of each times their range.
-pub fn clamp_to(starts: &[usize], rows: &[f32], numbers: &mut [f32], past: impl Fn(usize) -> f32) {
-    for (block, own) in numbers.chunks_mut(NUMBERS).enumerate() {
-        let first = block * NUMBERS;
-        let [low, high] = range_of(starts, rows, first);
-        for (lane, number) in own.iter_mut().enumerate() {
-            if low[lane] <= high[lane] {
-                let past = (high[lane] - low[lane]) * past(first + lane);
-                *number = number.clamp(low[lane] - past, high[lane] + past);
-            }
-        }
-    }
-}
-
-/// The least and the greatest of each number from `first` on.
-#[multiversion(targets("x86_64+avx2"))]
-fn range_of(starts: &[usize], rows: &[f32], first: usize) -> [Numbers<f32>; 2] {
-    let (mut low, mut high) = ([f32::INFINITY; NUMBERS], [f32::NEG_INFINITY; NUMBERS]);
-    for start in starts {
-        let numbers = numbers_at(rows, start + first);
-        for lane in 0..NUMBERS {
-            low[lane] = if numbers[lane] < low[lane] { numbers[lane] } else { low[lane] };
-            high[lane] = if numbers[lane] > high[lane] { numbers[lane] } else { high[lane] };
-        }
-    }
-    [low, high]
 }
 
 #[cfg(test)]
@@ -318,13 +319,23 @@ mod tests {
     #[test]
     fn each_number_of_any_block_is_held() {
         let rows: Vec<f32> = (0..3).flat_map(|r| (0..12).map(move |i| (i * (r + 1)) as f32)).collect();
-        let mut row = vec![100.0; 12];
-        row[0] = -1.0;
-        clamp_to(&[0, 12, 24], &rows, &mut row[..11], |_| 0.0);
-        let expected: Vec<f32> = (0..11).map(|i| (3 * i) as f32).chain([100.0]).collect();
-        assert_eq!(row, expected);
+        let mut sums = SideSums::default();
+        sums.begin(&rows, [0, 24], 12);
+        let held = |x: f32, past: f32| (0..12).map(|i| sums.held(i, x, past)).collect::<Vec<_>>();
+        let times = |by: f32| (0..12).map(|i| i as f32 * by).collect::<Vec<_>>();
+        assert_eq!((held(100.0, 0.0), held(-100.0, 0.0)), (times(3.0), times(1.0)));
         // And within half of their range beside them.
-        clamp_to(&[12, 24], &rows, &mut row[8..], |i| if i < 4 { 0.5 } else { 0.0 });
-        assert_eq!(row[8..], [0.0, 3.5, 7.0, 10.5]);
+        assert_eq!((held(100.0, 0.5), held(-100.0, 0.5)), (times(4.0), times(0.0)));
+        assert_eq!(sums.held(8, 17.0, 0.0), 17.0);
+    }
+
+    #[test]
+    fn numbers_of_the_faces_hold_too_whatever_their_range() {
+        let (faces, mut rows) = terms(2);
+        (rows[4], rows[10]) = (f32::MAX, f32::MIN);
+        let mut sums = between(&rows, 2);
+        assert!(sums.held(0, 1e30, 0.0) < 1e30);
+        sums.add_faces(&faces, &rows, 2, &mut Quadric::default());
+        assert_eq!([0.0, 0.5].map(|past| sums.held(0, 1e30, past)), [1e30; 2]);
     }
 }

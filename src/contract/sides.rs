@@ -137,8 +137,7 @@ impl Sides {
         for (end, at, faces, dies) in parts {
             self.faces.extend(faces.iter().map(|face| {
                 let ([v1, v2], [p1, p2], normal) = (face.others, face.points, face.normal);
-                let first = face.half_edge as usize % 3;
-                let wedges = [0, 1, 2].map(|k| rows.wedge(face.half_edge / 3, (first + k) % 3));
+                let wedges = rows.wedges_from(face.half_edge);
                 CornerFace { end, corners: [pair[end], v1, v2], wedges, points: [at, p1, p2], normal, dies }
             }));
         }
@@ -324,6 +323,11 @@ impl Sides {
     /// The best numbers of a side at a place.
     pub fn least(&self, side: usize, x: DVec3) -> impl Iterator<Item = f32> {
         self.sums[side].least(self.summed, x)
+    }
+
+    /// A number of a side held by those of its corners, or no farther off than `past` of their range.
+    pub fn held(&self, side: usize, number: usize, x: f32, past: f32) -> f32 {
+        self.sums[side].held(number, x, past)
     }
 
     /// The share of a side in the area around a pair.

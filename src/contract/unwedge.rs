@@ -147,7 +147,11 @@ impl<'a> Split<'a> {
             let (input_face, corner, changed) = self.wedges.input_corner(wedge);
             match (&self.input.texcoords, layer) {
                 (Some(rows), _) if !changed => rows[input_face][corner],
-                (_, Some(layer)) => Vec2::from_slice(layer.of(row)) / layer.scale,
+                (_, Some(layer)) => {
+                    let mut uv = [0.0; 2];
+                    layer.store(row, &mut uv);
+                    uv.into()
+                }
                 _ => Vec2::ZERO,
             }
         })

@@ -267,6 +267,16 @@ impl<'a> WedgeRows<'a> {
         self.corners[face as usize].corners()[corner]
     }
 
+    /// Those that the corners of a face had, from that of a half-edge on.
+    pub fn wedges_from(&self, half_edge: u32) -> [u32; 3] {
+        let [a, b, c] = self.corners[half_edge as usize / 3].corners();
+        match half_edge % 3 {
+            0 => [a, b, c],
+            1 => [b, c, a],
+            _ => [c, a, b],
+        }
+    }
+
     /// What it is now.
     pub fn now(&self, wedge: u32) -> u32 {
         match self.roles[self.local(wedge)] {
