@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::kernel::cells::PIECE_FACES;
 use crate::kernel::rows::Face;
-use crate::mesh::adjacency::group_into;
+use crate::mesh::adjacency::{Stretch, group_into};
 
 use super::left::NONE;
 
@@ -30,7 +30,7 @@ impl Pieces {
         };
         let mut starts = vec![0; cell_count + 1];
         let mut faces = Vec::new();
-        group_into(cell_faces.len(), touched, &mut starts, |total| {
+        group_into(&Stretch::any(cell_faces.len()), touched, &mut starts, |total| {
             faces = vec![0; total];
             &mut faces
         });

@@ -3,11 +3,14 @@
 //!
 //! The host counts rings anew from the faces, which a GPU cannot do in a fixed order; it merges them instead.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::kernel::contract_vertices::{GONE, VERTEX};
 use crate::kernel::rows::{Face, Position, with_hub};
 use crate::kernel::split::{CHUNK, chunk_bounds, split_at_bounds};
+use crate::mesh::adjacency::Stretch;
 
 /// Numbers live vertices without gaps: `new_vertex` becomes how many come before each, and every role the new number of
 /// what its vertex has become.
@@ -31,22 +34,28 @@ pub fn number(roles: &mut [u32], new_vertex: &mut [u32]) {
     });
 }
 
-/// Renames the corners of all faces, moves those that still live to the front, and the rows that go with them.
-pub fn faces(renamed: &[u32], faces: &mut [Face], rows: &mut Vec<u32>) {
-    let counts = faces.par_chunks_mut(CHUNK).zip(rows.par_chunks_mut(CHUNK)).map(|(faces, rows)| {
-        let mut live = 0;
+/// Renames the corners of all faces, moves those that still live to the front, and the rows that go with them; returns which
+/// vertices stretches of them have.
+pub fn faces(renamed: &[u32], faces: &mut [Face], rows: &mut Vec<u32>) -> Vec<Stretch> {
+    let chunks = faces.par_chunks_mut(CHUNK).zip(rows.par_chunks_mut(CHUNK)).map(|(faces, rows)| {
+        let (mut live, mut low, mut high) = (0, u32::MAX, 0);
         for i in 0..faces.len() {
             let [a, b, c] = faces[i].corners().map(|corner| renamed[corner as usize]);
             let face = Face { a, b, c };
             (faces[live], rows[live]) = (face, rows[i]);
             live += usize::from(face.is_live());
+            (low, high) = (low.min(a).min(b).min(c), high.max(a).max(b).max(c));
         }
-        live
+        (live, low as usize..high as usize + 1)
     });
-    let counts: Vec<usize> = counts.collect();
-    close_gaps(faces, 1, &counts);
-    let left = close_gaps(rows, 1, &counts);
+    let (counts, keys): (Vec<usize>, Vec<Range<usize>>) = chunks.unzip();
+    let (_, left) = rayon::join(|| close_gaps(faces, 1, &counts), || close_gaps(rows, 1, &counts));
     rows.truncate(left);
+    let stretch = |end: &mut usize, (count, keys)| {
+        let first = std::mem::replace(end, *end + count);
+        Some(Stretch { items: first..*end, keys })
+    };
+    counts.into_iter().zip(keys).scan(0, stretch).collect()
 }
 
 /// Keeps the rows of live vertices: where the next entry of `new_vertex` is greater.

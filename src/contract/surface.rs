@@ -116,36 +116,41 @@ impl Surface {
         let new_vertex = &mut self.new_vertex.host_mut()[..=old_count];
         let roles = &mut self.roles.host_mut()[vertices];
         compact::number(roles, new_vertex);
-        compact::faces(roles, &mut self.faces.host_mut()[..self.face_count], &mut carried.face_origin);
+        let own = &mut self.faces.host_mut()[..self.face_count];
+        let stretches = compact::faces(roles, own, &mut carried.face_origin);
         roles.fill(0);
         let new_vertex = &*new_vertex;
         (self.vertex_count, self.face_count) = (new_vertex[old_count] as usize, faces_left);
-
-        let faces = &self.faces.host()[..faces_left];
-        let (starts, rings) = (&mut self.ring_starts.host_mut()[..=self.vertex_count], self.ring_faces.host_mut());
-        group_into(faces_left, |face| faces[face].corners(), starts, |total| &mut rings[..total]);
-        if let Some(wedges) = &mut carried.wedges {
-            wedges.compact(faces, new_vertex);
-        }
-
         if self.spare.is_none() {
             let quadrics = self.quadrics.is_some().then(|| queue.buffer(self.vertex_count)).transpose()?;
             self.spare = Some((queue.buffer(self.vertex_count)?, quadrics));
         }
-        if let Some((positions, quadrics)) = &mut self.spare {
-            compact::move_live(&self.positions.host()[vertices], new_vertex, positions.host_mut());
-            compact::mark_hubs(&mut positions.host_mut()[..self.vertex_count], &*starts);
-            std::mem::swap(&mut self.positions, positions);
-            if let (Some(own), Some(spare)) = (&mut self.quadrics, quadrics) {
-                compact::move_live(&own.host()[vertices], new_vertex, spare.host_mut());
-                std::mem::swap(own, spare);
+
+        let Self { positions, faces, ring_starts, ring_faces, quadrics, spare, .. } = self;
+        let faces = &faces.host()[..faces_left];
+        let (starts, rings) = (&mut ring_starts.host_mut()[..=self.vertex_count], ring_faces.host_mut());
+        let count_rings =
+            || group_into(&stretches, |face| faces[face].corners(), &mut *starts, |total| &mut rings[..total]);
+        let move_rows = || {
+            if let Some((next, next_quadrics)) = spare {
+                compact::move_live(&positions.host()[vertices], new_vertex, next.host_mut());
+                std::mem::swap(positions, next);
+                if let (Some(own), Some(next)) = (quadrics, next_quadrics) {
+                    compact::move_live(&own.host()[vertices], new_vertex, next.host_mut());
+                    std::mem::swap(own, next);
+                }
             }
-        }
+            if let Some(wedges) = &mut carried.wedges {
+                wedges.compact(faces, new_vertex);
+            }
+            carried.compact(new_vertex);
+        };
+        rayon::join(count_rings, move_rows);
+        compact::mark_hubs(&mut self.positions.host_mut()[..self.vertex_count], &*starts);
         // What held the whole input is far larger than any later round needs: the second allocates what stays.
         if old_count == self.roles.len() && old_count >= LARGE_VERTICES {
             self.spare = None;
         }
-        carried.compact(new_vertex);
         Ok(())
     }
 }

@@ -144,26 +144,42 @@ pub(crate) fn group<const K: usize>(
 ) -> (Vec<u32>, Vec<u32>) {
     let mut starts = vec![0; key_count + 1];
     let mut items = Vec::new();
-    group_into(item_count, keys, &mut starts, |total| {
+    group_into(&Stretch::any(item_count), keys, &mut starts, |total| {
         items = vec![0; total];
         &mut items
     });
     (starts, items)
 }
 
-/// [`group`] into `starts`, one more than keys, and the items that `room` has for as many as there are.
+/// Consecutive items whose keys are known to lie in a range.
+#[derive(Debug, Clone)]
+pub(crate) struct Stretch {
+    pub items: Range<usize>,
+    pub keys: Range<usize>,
+}
+
+impl Stretch {
+    /// So many items of which nothing is known.
+    pub fn any(item_count: usize) -> [Self; 1] {
+        [Self { items: 0..item_count, keys: 0..usize::MAX }]
+    }
+}
+
+/// [`group`] of the items of `stretches`, one after the other, into `starts`, one more than keys, and what `room` has for as
+/// many as there are. A band passes over no stretch that has none of its keys.
 pub(crate) fn group_into<'r, const K: usize>(
-    item_count: usize,
+    stretches: &[Stretch],
     keys: impl Fn(usize) -> [u32; K] + Sync,
     starts: &mut [u32],
     room: impl FnOnce(usize) -> &'r mut [u32],
 ) {
     let key_count = starts.len() - 1;
+    let item_count: usize = stretches.iter().map(|stretch| stretch.items.len()).sum();
     let bands = if item_count * K < PARALLEL_KEYS { 1 } else { rayon::current_num_threads().clamp(1, MOST_BANDS) };
     let band_len = key_count.div_ceil(bands).max(1);
     starts.fill(0);
     starts[..key_count].par_chunks_mut(band_len).enumerate().for_each(|(band, counts)| {
-        for_keys_in(band * band_len..band * band_len + counts.len(), item_count, &keys, |key, _| counts[key] += 1);
+        for_keys_in(band * band_len..band * band_len + counts.len(), stretches, &keys, |key, _| counts[key] += 1);
     });
     let mut total = 0;
     for start in starts.iter_mut() {
@@ -181,7 +197,7 @@ pub(crate) fn group_into<'r, const K: usize>(
     // The starts serve as cursors: filled, each has become the start of its successor, and one shift puts them right.
     starts[..key_count].par_chunks_mut(band_len).zip(rows).enumerate().for_each(|(band, (cursors, row))| {
         let first = cursors[0];
-        for_keys_in(band * band_len..band * band_len + cursors.len(), item_count, &keys, |key, item| {
+        for_keys_in(band * band_len..band * band_len + cursors.len(), stretches, &keys, |key, item| {
             row[(cursors[key] - first) as usize] = item as u32;
             cursors[key] += 1;
         });
@@ -192,14 +208,18 @@ pub(crate) fn group_into<'r, const K: usize>(
 
 fn for_keys_in<const K: usize>(
     band: Range<usize>,
-    item_count: usize,
+    stretches: &[Stretch],
     keys: &(impl Fn(usize) -> [u32; K] + Sync),
     mut visit: impl FnMut(usize, usize),
 ) {
-    for item in 0..item_count {
-        for key in keys(item) {
-            if band.contains(&(key as usize)) {
-                visit(key as usize - band.start, item);
+    let meets = |stretch: &&Stretch| stretch.keys.start < band.end && band.start < stretch.keys.end;
+    for Stretch { items, keys: within } in stretches.iter().filter(meets) {
+        let is_inside = band.start <= within.start && within.end <= band.end;
+        for item in items.clone() {
+            for key in keys(item) {
+                if is_inside || band.contains(&(key as usize)) {
+                    visit(key as usize - band.start, item);
+                }
             }
         }
     }
@@ -268,6 +288,35 @@ mod tests {
         let one = pool(1).install(|| Rings::new(&faces, vertex_count as usize));
         for threads in [2, 3, 11] {
             assert_eq!(pool(threads).install(|| Rings::new(&faces, vertex_count as usize)), one);
+        }
+    }
+
+    #[test]
+    fn stretches_do_not_show() {
+        let faces: Vec<[u32; 3]> = (0..40_000u32).map(|i| [i / 2, i / 2 + 1, i / 2 + 90]).collect();
+        let expected = Rings::new(&faces, 20_090);
+        let stretch = |first: usize| {
+            let items = first..(first + 300).min(faces.len());
+            let corners = || faces[items.clone()].iter().flatten();
+            let keys = corners().min().map_or(0, |&v| v as usize)..corners().max().map_or(0, |&v| v as usize + 1);
+            Stretch { items, keys }
+        };
+        let stretches: Vec<Stretch> = (0..faces.len()).step_by(300).map(stretch).collect();
+        for threads in [1, 3] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
+            let (mut starts, mut items) = (vec![0; 20_091], Vec::new());
+            pool.install(|| {
+                group_into(
+                    &stretches,
+                    |f| faces[f],
+                    &mut starts,
+                    |total| {
+                        items = vec![0; total];
+                        &mut items
+                    },
+                );
+            });
+            assert_eq!((&starts, &items), (&expected.starts, &expected.faces), "{threads} threads");
         }
     }
 
