@@ -41,6 +41,8 @@ pub fn run(args: &args::Sample) -> anyhow::Result<Exit> {
         return Err(refuse(Exit::Interrupted, "interrupted, nothing is written"));
     }
     written?;
-    console::say(format!("'{}': {} vertices, {} faces", args.output, counts[0], counts[1]));
+    if !args.quiet {
+        console::say(format!("'{}': {} vertices, {} faces", args.output, counts[0], counts[1]));
+    }
     Ok(Exit::Done)
 }

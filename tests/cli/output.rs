@@ -177,6 +177,8 @@ fn samples_are_written() {
     dir.run("simplify sample:part@2k same.stl -r 1 -g cpu").succeeds();
     assert!(fs::read(dir.path("part.stl")).expect("a file") == fs::read(dir.path("same.stl")).expect("a file"));
     dir.run("sample part@2k part.stl").fails(8, &["'part.stl' exists: give -w to replace it"]);
+    let [told, quiet] = ["", " -q"].map(|option| dir.run(&format!("sample part@2k part.stl -w{option}")));
+    assert!(told.err.contains("'part.stl': ") && quiet.err.is_empty(), "{} {}", told.err, quiet.err);
     dir.run("sample horse horse.ply").fails(2, &["no sample 'horse'"]);
     dir.run("sample part part.xyz").fails(5, &["'.xyz'"]);
     assert_eq!(dir.files(), ["part.stl", "same.stl"]);

@@ -26,4 +26,10 @@ pub struct Sample {
     /// As in `coarsen simplify`.
     #[arg(short = 'w', long)]
     pub overwrite: bool,
+
+    /// Print errors only
+    ///
+    /// Prints nothing but errors to standard error: not what was written.
+    #[arg(short, long)]
+    pub quiet: bool,
 }
