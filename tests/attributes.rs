@@ -299,16 +299,20 @@ fn levels_before_seams_yield_stay() {
     assert_eq!((held.stop, held.mesh.faces.len()), (StopReason::Stuck, 12));
 }
 
+/// The torus of 24 by 12 with other materials: eighteen places where four blocks of them meet.
+fn with_blocks(mesh: Mesh) -> Mesh {
+    let block = |face: u32| face / 2 / 12 / 4 + face / 2 % 12 / 4;
+    let of_face = (0..mesh.faces.len() as u32).map(|face| block(face) % 3).collect();
+    Mesh { materials: mesh.materials.map(|materials| Materials { of_face, ..materials }), ..mesh }
+}
+
 /// A texture cut along two lines, creases and three materials, down to a few faces.
 #[test]
 fn seams_yield_without_cracks_and_folds() {
     let mut mesh = dressed(24, 12);
     // One that folds holds everything.
     mesh.channels.retain(|channel| channel.name != "TEXCOORD_1");
-    // Eighteen places where four blocks of materials meet.
-    let block = |face: u32| face / 2 / 12 / 4 + face / 2 % 12 / 4;
-    let of_face = (0..mesh.faces.len() as u32).map(|face| block(face) % 3).collect();
-    mesh.materials = mesh.materials.map(|materials| Materials { of_face, ..materials });
+    let mesh = with_blocks(mesh);
     let [yielding, holding] = yielding_and_holding();
     for metric in [Metric::Volume, Metric::Plane] {
         let [yielding, holding] = [&yielding, &holding].map(|options| Options { metric, ..options.clone() });
@@ -416,23 +420,29 @@ fn what_seams_refuse_does_not_fill_the_next_gate() {
     }
 }
 
-/// Differences of such numbers are infinite.
+/// Differences of such numbers are infinite, along seams that hold and along others that yield.
 #[test]
 fn numbers_of_any_size_are_carried() {
-    let mut mesh = dressed(40, 24);
-    let mut sign = [f32::MAX, f32::MIN, 0.0, 1.0].into_iter().cycle();
-    mesh.channels.retain(|channel| channel.kind != ChannelKind::Joints && channel.kind != ChannelKind::Tangent);
-    mesh.channels.iter_mut().flat_map(|channel| &mut channel.values).for_each(|x| *x = sign.next().unwrap_or(0.0));
-    for texture in [false, true] {
+    let wild = |texture: bool| {
+        let mut mesh = with_blocks(dressed(24, 12));
+        let mut number = [f32::MAX, f32::MIN, 0.0, 1.0, -f32::MAX / 3.0].into_iter().cycle();
+        // A second texture that folds holds everything.
+        mesh.channels.retain(|channel| channel.name == "heat");
+        mesh.channels[0].values.iter_mut().for_each(|x| *x = number.next().unwrap_or(0.0));
         if let Some(rows) = mesh.texcoords.as_mut().filter(|_| texture) {
             rows.iter_mut().flatten().for_each(|uv| *uv = (*uv - 0.5) * f32::MAX);
         }
-        for seams in [Seams::Hold, Seams::Yield] {
-            let outcome = run(&mesh, Attributes { seams, ..Attributes::default() }, 0.3);
-            let mut numbers = outcome.mesh.channels.iter().flat_map(|channel| &channel.values);
-            assert!(numbers.all(|x| x.is_finite()), "texture {texture}, {seams:?}");
-            let mut texcoords = outcome.mesh.texcoords.iter().flatten().flatten();
-            assert!(texcoords.all(|uv| uv.is_finite()), "texture {texture}, {seams:?}");
-        }
+        mesh
+    };
+    for (seams, texture) in [(Seams::Hold, false), (Seams::Hold, true), (Seams::Yield, false), (Seams::Yield, true)] {
+        let mesh = wild(texture);
+        let outcome = run(&mesh, Attributes { seams, ..Attributes::default() }, 0.05);
+        let yields = outcome.warnings.iter().any(|warning| warning.contains("yield"));
+        assert_eq!(yields, seams == Seams::Yield, "{:?}", outcome.warnings);
+        assert!(outcome.mesh.faces.len() < mesh.faces.len(), "nothing was contracted");
+        let mut numbers = outcome.mesh.channels.iter().flat_map(|channel| &channel.values);
+        assert!(numbers.all(|x| x.is_finite()), "texture {texture}, {seams:?}");
+        let mut texcoords = outcome.mesh.texcoords.iter().flatten().flatten();
+        assert!(texcoords.all(|uv| uv.is_finite()), "texture {texture}, {seams:?}");
     }
 }

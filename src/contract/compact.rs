@@ -34,8 +34,8 @@ pub fn number(roles: &mut [u32], new_vertex: &mut [u32]) {
     });
 }
 
-/// Renames the corners of all faces, moves those that still live to the front, and the rows that go with them; returns which
-/// vertices stretches of them have.
+/// Renames the corners of all faces, moves those that still live to the front, and the rows that go with them; returns the
+/// vertices that stretches of them have, in ranges that hold those of faces that died, too.
 pub fn faces(renamed: &[u32], faces: &mut [Face], rows: &mut Vec<u32>) -> Vec<Stretch> {
     let chunks = faces.par_chunks_mut(CHUNK).zip(rows.par_chunks_mut(CHUNK)).map(|(faces, rows)| {
         let (mut live, mut low, mut high) = (0, u32::MAX, 0);
@@ -119,4 +119,34 @@ pub fn move_live<T: Copy + Send + Sync>(rows: &[T], new_vertex: &[u32], out: &mu
 pub fn mark_hubs(positions: &mut [Position], ring_starts: &[u32]) {
     let rows = positions.par_iter_mut().zip(ring_starts.par_windows(2)).with_min_len(CHUNK);
     rows.for_each(|(position, ends)| position.flags = with_hub(position.flags, ends[1] - ends[0]));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three chunks of a strip, of which the second dies.
+    #[test]
+    fn stretches_hold_the_corners_of_what_lives() {
+        let count = 2 * CHUNK + 100;
+        let dies = |face: usize| (CHUNK..2 * CHUNK).contains(&face) || face.is_multiple_of(3);
+        let face = |f: usize| {
+            let a = f as u32;
+            if dies(f) { Face { a, b: a, c: a + 2 } } else { Face { a, b: a + 2, c: a + 4 } }
+        };
+        let mut strip: Vec<Face> = (0..count).map(face).collect();
+        let mut rows: Vec<u32> = (0..count as u32).collect();
+        let renamed: Vec<u32> = (0..count as u32 + 4).map(|vertex| vertex / 2).collect();
+        let stretches = faces(&renamed, &mut strip, &mut rows);
+        assert!(rows.iter().copied().eq((0..count as u32).filter(|&f| !dies(f as usize))));
+        let mut end = 0;
+        for Stretch { items, keys } in stretches {
+            assert_eq!(items.start, end);
+            end = items.end;
+            let corners = || strip[items.clone()].iter().flat_map(|face| face.corners().map(|v| v as usize));
+            assert!(corners().all(|vertex| keys.contains(&vertex)), "{keys:?}");
+            assert!(keys.len() <= CHUNK / 2 + 3);
+        }
+        assert_eq!(end, rows.len());
+    }
 }

@@ -10,10 +10,7 @@ use crate::kernel::split::CHUNK;
 
 use super::compact::{close_gaps, keep_live, keep_live_rows};
 use super::surface::LARGE_VERTICES;
-use super::wedges::{OWN, Wedges, now};
-
-/// A wedge without a corner has no vertex.
-const NO_VERTEX: u32 = u32::MAX;
+use super::wedges::{NO_VERTEX, OWN, Wedges, now};
 
 /// What compaction works in.
 #[derive(Debug, Default)]

@@ -74,7 +74,14 @@ impl Layer {
         &mut row[self.first..self.first + self.width]
     }
 
-    /// Its numbers of a row, as meshes hold them.
+    /// Its numbers of a row, as meshes hold them, of which there are `N`.
+    pub fn stored<const N: usize>(&self, row: &[f32]) -> [f32; N] {
+        let mut numbers = [0.0; N];
+        self.store(row, &mut numbers);
+        numbers
+    }
+
+    /// [`Layer::stored`] into `out`.
     pub fn store(&self, row: &[f32], out: &mut [f32]) {
         // The greatest of numbers may have become greater by rounding.
         out.iter_mut().zip(self.of(row)).for_each(|(out, x)| *out = (x / self.scale).clamp(f32::MIN, f32::MAX));

@@ -76,15 +76,15 @@ pub fn restore(input: &Mesh, frame: Frame, placed: Placed<'_>, carried: &Carried
     let (split, face_order) = rayon::join(|| Split::new(input, wedges, placed), face_order);
     let corners = |&f: &u32| as_input(face_origin[f as usize], split.corners(f as usize));
     let texcoords = |&f: &u32| as_input(face_origin[f as usize], split.texcoords(f as usize));
-    let materials = || {
+    let materials = input.materials.as_ref().filter(|_| wedges.layout.has_materials).map(|rows| {
         let of_face: Vec<u32> = face_order.iter().map(|&f| face_origin[f as usize] & !TURNED).collect();
-        Some(input.materials.as_ref().filter(|_| wedges.layout.has_materials)?.take(&of_face))
-    };
+        rows.take(&of_face)
+    });
     let mut mesh = Mesh {
         positions: split.vertices().map(at).collect(),
         faces: face_order.par_iter().with_min_len(ROWS).map(corners).collect(),
         texcoords: split.has_texcoords().then(|| face_order.par_iter().with_min_len(ROWS).map(texcoords).collect()),
-        materials: materials(),
+        materials,
         ..Mesh::default()
     };
     split.fill(&mut mesh);

@@ -190,7 +190,9 @@ impl SideSums {
         let (low, high) = (terms.low[lane], terms.high[lane]);
         // A range may be infinite.
         let past = if past > 0.0 { (high - low) * past } else { 0.0 };
-        x.max(low - past).min(high + past)
+        let (low, high) = ((low - past).max(f32::MIN), (high + past).min(f32::MAX));
+        let x = if x >= low { x } else { low };
+        if x <= high { x } else { high }
     }
 
     /// The best numbers at a place.
@@ -327,6 +329,8 @@ mod tests {
         // And within half of their range beside them.
         assert_eq!((held(100.0, 0.5), held(-100.0, 0.5)), (times(4.0), times(0.0)));
         assert_eq!(sums.held(8, 17.0, 0.0), 17.0);
+        // A zero keeps its sign.
+        assert!(sums.held(0, -0.0, 0.0).is_sign_negative() && sums.held(0, 0.0, 0.0).is_sign_positive());
     }
 
     #[test]
@@ -337,5 +341,7 @@ mod tests {
         assert!(sums.held(0, 1e30, 0.0) < 1e30);
         sums.add_faces(&faces, &rows, 2, &mut Quadric::default());
         assert_eq!([0.0, 0.5].map(|past| sums.held(0, 1e30, past)), [1e30; 2]);
+        let wild = [f32::INFINITY, f32::NEG_INFINITY, f32::NAN];
+        assert_eq!(wild.map(|x| sums.held(0, x, 0.5)), [f32::MAX, f32::MIN, f32::MIN]);
     }
 }

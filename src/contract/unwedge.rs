@@ -11,12 +11,12 @@ use super::carry::MOVED_FROM;
 use super::layout::{Layer, Origin};
 use super::ranks::Ranks;
 use super::restore::Placed;
-use super::wedges::Wedges;
+use super::wedges::{NO_VERTEX, Wedges};
 
 /// Rows that a thread fills at a time.
 const ROWS: usize = 1 << 12;
 
-/// No vertex.
+/// None.
 const NONE: u32 = u32::MAX;
 
 /// A vertex of the result.
@@ -44,67 +44,14 @@ pub struct Split<'a> {
 impl<'a> Split<'a> {
     /// Splits the vertices of the faces that live.
     pub fn new(input: &'a Mesh, wedges: &'a Wedges, placed: Placed<'a>) -> Self {
-        let (of_wedge, origin) = (wedges.vertices(placed.live_faces()), placed.origin);
-        let mut split = Self { input, wedges, vertices: Vec::new(), of_wedge, origin };
-        let kept = split.join();
-        split.vertices = in_order(kept, input.positions.len());
-        // Wedges that were joined follow the one that is kept.
+        let origin = placed.origin;
+        let (kept, kept_as) = join(input, wedges, origin, &wedges.vertices(placed.live_faces()));
+        let vertices = in_order(kept, input.positions.len());
         let mut number = vec![NONE; wedges.len()];
-        (0..).zip(&split.vertices).for_each(|(new, vertex)| number[vertex.wedge as usize] = new);
-        split.of_wedge.iter_mut().filter(|kept| **kept != NONE).for_each(|kept| *kept = number[*kept as usize]);
-        split
-    }
-
-    /// Joins the wedges at a place that agree: in `of_wedge`, which has their places, they are given the one that is kept. Those
-    /// are returned by place, source and number.
-    fn join(&mut self) -> Vec<Vertex> {
-        let mut first = vec![NONE; self.origin.len()];
-        let mut others = Vec::new();
-        for (wedge, &at) in (0..).zip(&self.of_wedge).filter(|(_, at)| **at != NONE) {
-            match &mut first[at as usize] {
-                first if *first == NONE => *first = wedge,
-                _ => others.push((at, wedge)),
-            }
-        }
-        others.sort_unstable();
-        let mut others = others.chunk_by(|a, b| a.0 == b.0).peekable();
-        let mut kept = Vec::with_capacity(first.len());
-        for (at, &wedge) in (0..).zip(&first).filter(|(_, wedge)| **wedge != NONE) {
-            let begin = kept.len();
-            self.of_wedge[wedge as usize] = wedge;
-            kept.push(Vertex { source: self.source(wedge), at, wedge });
-            if let Some(group) = others.next_if(|group| group[0].0 == at) {
-                let mut group: Vec<Vertex> =
-                    group.iter().map(|&(at, wedge)| Vertex { source: self.source(wedge), at, wedge }).collect();
-                group.extend(kept.pop());
-                group.sort_unstable();
-                for vertex in group {
-                    let known = kept[begin..].iter().find(|known| self.agree(vertex.wedge, known.wedge));
-                    self.of_wedge[vertex.wedge as usize] = known.map_or(vertex.wedge, |known| known.wedge);
-                    if known.is_none() {
-                        kept.push(vertex);
-                    }
-                }
-            }
-            // A vertex that is not split goes by its own origin.
-            if let [only] = &mut kept[begin..] {
-                only.source = self.origin[at as usize] & !MOVED_FROM;
-            }
-        }
-        kept
-    }
-
-    /// The input vertex that a wedge has the numbers of, or began as.
-    fn source(&self, wedge: u32) -> u32 {
-        let (face, corner, _) = self.wedges.input_corner(wedge);
-        self.input.faces[face][corner]
-    }
-
-    /// Whether two wedges have the same of what vertices carry.
-    fn agree(&self, first: u32, second: u32) -> bool {
-        let (a, b) = (self.wedges.row(first), self.wedges.row(second));
-        let layers = self.wedges.layout.layers.iter().filter(|layer| layer.origin != Origin::Texcoords);
-        layers.into_iter().all(|layer| layer.of(a).iter().zip(layer.of(b)).all(|(a, b)| a.to_bits() == b.to_bits()))
+        (0..).zip(&vertices).for_each(|(new, vertex)| number[vertex.wedge as usize] = new);
+        let of_kept = |kept: u32| if kept == NONE { NONE } else { number[kept as usize] };
+        let of_wedge = kept_as.into_iter().map(of_kept).collect();
+        Self { input, wedges, vertices, of_wedge, origin }
     }
 
     /// The vertices of the surface that those of the result stand at.
@@ -147,11 +94,7 @@ impl<'a> Split<'a> {
             let (input_face, corner, changed) = self.wedges.input_corner(wedge);
             match (&self.input.texcoords, layer) {
                 (Some(rows), _) if !changed => rows[input_face][corner],
-                (_, Some(layer)) => {
-                    let mut uv = [0.0; 2];
-                    layer.store(row, &mut uv);
-                    uv.into()
-                }
+                (_, Some(layer)) => layer.stored(row).into(),
                 _ => Vec2::ZERO,
             }
         })
@@ -191,6 +134,57 @@ impl<'a> Split<'a> {
         });
         rows
     }
+}
+
+/// Joins the wedges at a place that agree; `places` has that of each. Returns those that are kept, by place, source and number,
+/// and which of them each has become.
+fn join(input: &Mesh, wedges: &Wedges, origin: &[u32], places: &[u32]) -> (Vec<Vertex>, Vec<u32>) {
+    let vertex = |at: u32, wedge: u32| {
+        let (face, corner, _) = wedges.input_corner(wedge);
+        Vertex { source: input.faces[face][corner], at, wedge }
+    };
+    let mut first = vec![NONE; origin.len()];
+    let mut others = Vec::new();
+    for (wedge, &at) in (0..).zip(places).filter(|(_, at)| **at != NO_VERTEX) {
+        match &mut first[at as usize] {
+            first if *first == NONE => *first = wedge,
+            _ => others.push((at, wedge)),
+        }
+    }
+    others.sort_unstable();
+    let mut others = others.chunk_by(|a, b| a.0 == b.0).peekable();
+    let mut kept: Vec<Vertex> = Vec::with_capacity(first.len());
+    let mut kept_as = vec![NONE; places.len()];
+    for (at, &wedge) in (0..).zip(&first).filter(|(_, wedge)| **wedge != NONE) {
+        let begin = kept.len();
+        if let Some(group) = others.next_if(|group| group[0].0 == at) {
+            let mut group: Vec<Vertex> = group.iter().map(|&(at, wedge)| vertex(at, wedge)).collect();
+            group.push(vertex(at, wedge));
+            group.sort_unstable();
+            for vertex in group {
+                let known = kept[begin..].iter().find(|known| agree(wedges, vertex.wedge, known.wedge));
+                kept_as[vertex.wedge as usize] = known.map_or(vertex.wedge, |known| known.wedge);
+                if known.is_none() {
+                    kept.push(vertex);
+                }
+            }
+        } else {
+            kept_as[wedge as usize] = wedge;
+            kept.push(Vertex { source: NONE, at, wedge });
+        }
+        // A vertex that is not split goes by its own origin.
+        if let [only] = &mut kept[begin..] {
+            only.source = origin[at as usize] & !MOVED_FROM;
+        }
+    }
+    (kept, kept_as)
+}
+
+/// Whether two wedges have the same of what vertices carry.
+fn agree(wedges: &Wedges, first: u32, second: u32) -> bool {
+    let (a, b) = (wedges.row(first), wedges.row(second));
+    let mut layers = wedges.layout.layers.iter().filter(|layer| layer.origin != Origin::Texcoords);
+    layers.all(|layer| layer.of(a).iter().zip(layer.of(b)).all(|(a, b)| a.to_bits() == b.to_bits()))
 }
 
 /// Vertices by their sources, places and wedges; sources lie below `bound`.

@@ -38,6 +38,8 @@ use super::yielding::Yields;
 pub const OWN: u32 = u32::MAX;
 /// No wedge.
 pub const NO_WEDGE: u32 = u32::MAX;
+/// What a wedge without a corner is at.
+pub const NO_VERTEX: u32 = u32::MAX;
 
 /// The share of vertices with more than two wedges from which normals are those of facets.
 const FACETS: f64 = 0.5;
@@ -183,15 +185,13 @@ impl Wedges {
     pub fn of_vertex(&self, vertex: u32) -> (Option<Vec3>, Option<[f32; 4]>) {
         let row = self.row(self.buffers.starts.host()[vertex as usize]);
         let layer = |origin: Origin| self.layout.layers.iter().find(|layer| layer.origin == origin);
-        let (mut normal, mut color) = ([0.0; 3], [0.0; 4]);
-        let normal = layer(Origin::Normals).map(|layer| layer.store(row, &mut normal)).map(|()| Vec3::from(normal));
-        let color = layer(Origin::Colors).map(|layer| layer.store(row, &mut color)).map(|()| color);
-        (normal, color)
+        let normal = layer(Origin::Normals).map(|layer| Vec3::from(layer.stored(row)));
+        (normal, layer(Origin::Colors).map(|layer| layer.stored(row)))
     }
 
-    /// The vertex that these faces have each wedge at by now; `u32::MAX` where none has it.
+    /// The vertex that these faces have each wedge at by now; [`NO_VERTEX`] where none has it.
     pub fn vertices(&self, faces: impl Iterator<Item = (u32, Face)>) -> Vec<u32> {
-        let (corners, mut vertices) = (self.buffers.corners.host(), vec![NO_WEDGE; self.len()]);
+        let (corners, mut vertices) = (self.buffers.corners.host(), vec![NO_VERTEX; self.len()]);
         for (number, face) in faces {
             for (vertex, wedge) in face.corners().into_iter().zip(corners[number as usize].corners()) {
                 vertices[now(wedge, &self.roles) as usize] = vertex;

@@ -131,12 +131,12 @@ pub fn from_corner([a, b, c]: [u32; 3], vertex: u32) -> Option<[u32; 3]> {
 
 /// Below this many keys a second thread costs more than it brings.
 const PARALLEL_KEYS: usize = 1 << 15;
-/// Every thread reads all keys, so more bands than this only add reading.
+/// Where nothing is known of the items every thread reads all keys, so more bands than this only add reading.
 const MOST_BANDS: usize = 8;
 
 /// Items by key in compressed rows: offsets (one more than keys) and item indices, ascending within a key.
 ///
-/// Every thread owns a band of keys and passes over all items, so that the order needs neither atomics nor sorting.
+/// Every thread owns a band of keys and reads all items, so that the order needs neither atomics nor sorting.
 pub(crate) fn group<const K: usize>(
     item_count: usize,
     key_count: usize,
@@ -166,7 +166,7 @@ impl Stretch {
 }
 
 /// [`group`] of the items of `stretches`, one after the other, into `starts`, one more than keys, and what `room` has for as
-/// many as there are. A band passes over no stretch that has none of its keys.
+/// many as there are. A band skips stretches that have none of its keys.
 pub(crate) fn group_into<'r, const K: usize>(
     stretches: &[Stretch],
     keys: impl Fn(usize) -> [u32; K] + Sync,
@@ -291,18 +291,20 @@ mod tests {
         }
     }
 
+    /// With ends at those of bands, ranges wider than need be, and stretches of nothing.
     #[test]
     fn stretches_do_not_show() {
         let faces: Vec<[u32; 3]> = (0..40_000u32).map(|i| [i / 2, i / 2 + 1, i / 2 + 90]).collect();
         let expected = Rings::new(&faces, 20_090);
-        let stretch = |first: usize| {
-            let items = first..(first + 300).min(faces.len());
-            let corners = || faces[items.clone()].iter().flatten();
-            let keys = corners().min().map_or(0, |&v| v as usize)..corners().max().map_or(0, |&v| v as usize + 1);
-            Stretch { items, keys }
-        };
-        let stretches: Vec<Stretch> = (0..faces.len()).step_by(300).map(stretch).collect();
-        for threads in [1, 3] {
+        for (len, slack, threads) in [(1, 0, 3), (7, 0, 2), (300, 0, 1), (300, 5, 3)] {
+            let stretch = |first: usize| {
+                let items = first..(first + len).min(faces.len());
+                let corners = || faces[items.clone()].iter().flatten();
+                let low = corners().min().map_or(0, |&v| v as usize).saturating_sub(slack);
+                let keys = low..corners().max().map_or(0, |&v| v as usize + 1 + slack);
+                [Stretch { items, keys }, Stretch { items: first..first, keys: 0..0 }]
+            };
+            let stretches: Vec<Stretch> = (0..faces.len()).step_by(len).flat_map(stretch).collect();
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
             let (mut starts, mut items) = (vec![0; 20_091], Vec::new());
             pool.install(|| {
@@ -316,7 +318,7 @@ mod tests {
                     },
                 );
             });
-            assert_eq!((&starts, &items), (&expected.starts, &expected.faces), "{threads} threads");
+            assert_eq!((&starts, &items), (&expected.starts, &expected.faces), "{len}, {slack}, {threads} threads");
         }
     }
 

@@ -59,15 +59,19 @@ fn measure(job: &Job, input: &Mesh, outcomes: &[Outcome], device: &Device) -> an
     measured.map_err(|error| at(job.setup.source.to_string().as_ref(), error))
 }
 
-/// What levels had a run of their own, or the last, where contraction had one for all.
+/// The outcomes that tell of a whole run: all, or the last where one run made all levels.
 fn runs<'a>(method: &Method, outcomes: &'a [Outcome]) -> &'a [Outcome] {
-    let one_run = matches!(method, Method::Contract(_));
-    if one_run { &outcomes[outcomes.len().saturating_sub(1)..] } else { outcomes }
+    if is_one_run(method) { &outcomes[outcomes.len().saturating_sub(1)..] } else { outcomes }
+}
+
+/// Contraction makes all levels in one run.
+fn is_one_run(method: &Method) -> bool {
+    matches!(method, Method::Contract(_))
 }
 
 /// The tables of rounds and kernels.
 fn tables(method: &Method, outcomes: &[Outcome], device: &Device) -> impl Iterator<Item = String> {
-    let one_run = matches!(method, Method::Contract(_));
+    let one_run = is_one_run(method);
     let rounds = runs(method, outcomes).iter().enumerate().filter_map(move |(number, outcome)| {
         let table = round_table(&outcome.rounds)?;
         Some(if one_run { table } else { format!("level {}:\n{table}", number + 1) })
