@@ -10,7 +10,7 @@ use crate::kernel::split::CHUNK;
 
 use super::compact::{close_gaps, keep_live, keep_live_rows};
 use super::surface::LARGE_VERTICES;
-use super::wedges::{NO_VERTEX, OWN, Wedges, now};
+use super::wedges::{NO_VERTEX, OWN, Wedges, find_owners, now};
 
 /// What compaction works in.
 #[derive(Debug, Default)]
@@ -82,11 +82,7 @@ impl Wedges {
         let starts = &mut self.buffers.starts.host_mut()[..=vertices];
         owners.clear();
         owners.resize(self.origin.len(), NO_VERTEX);
-        for (face, wedges) in faces.iter().zip(&*corners) {
-            for (vertex, wedge) in face.corners().into_iter().zip(wedges.corners()) {
-                owners[wedge as usize] = vertex;
-            }
-        }
+        find_owners(faces.iter().copied().zip(corners.iter().copied()), &self.roles, owners);
         let with_corners = || (0..).zip(&*owners).filter(|(_, owner)| **owner != NO_VERTEX);
         starts.fill(0);
         with_corners().for_each(|(_, &owner): (u32, _)| starts[owner as usize + 1] += 1);

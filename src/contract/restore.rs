@@ -16,7 +16,7 @@ use super::ranks::Ranks;
 use super::unwedge::Split;
 
 /// Rows that a thread moves at a time.
-const ROWS: usize = 1 << 12;
+pub const ROWS: usize = 1 << 12;
 
 /// A surface: vertices where they are now, with the origins that they have there, faces as the round found them, and what it
 /// made of every vertex; between rounds nothing.

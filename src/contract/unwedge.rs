@@ -10,11 +10,8 @@ use crate::mesh::{Channel, Mesh};
 use super::carry::MOVED_FROM;
 use super::layout::{Layer, Origin};
 use super::ranks::Ranks;
-use super::restore::Placed;
+use super::restore::{Placed, ROWS};
 use super::wedges::{NO_VERTEX, Wedges};
-
-/// Rows that a thread fills at a time.
-const ROWS: usize = 1 << 12;
 
 /// None.
 const NONE: u32 = u32::MAX;

@@ -192,12 +192,17 @@ impl Wedges {
     /// The vertex that these faces have each wedge at by now; [`NO_VERTEX`] where none has it.
     pub fn vertices(&self, faces: impl Iterator<Item = (u32, Face)>) -> Vec<u32> {
         let (corners, mut vertices) = (self.buffers.corners.host(), vec![NO_VERTEX; self.len()]);
-        for (number, face) in faces {
-            for (vertex, wedge) in face.corners().into_iter().zip(corners[number as usize].corners()) {
-                vertices[now(wedge, &self.roles) as usize] = vertex;
-            }
-        }
+        find_owners(faces.map(|(number, face)| (face, corners[number as usize])), &self.roles, &mut vertices);
         vertices
+    }
+}
+
+/// Notes the vertex that each wedge is at by now, of faces with the wedges of their corners.
+pub fn find_owners(faces: impl Iterator<Item = (Face, Face)>, roles: &[u32], owners: &mut [u32]) {
+    for (face, wedges) in faces {
+        for (vertex, wedge) in face.corners().into_iter().zip(wedges.corners()) {
+            owners[now(wedge, roles) as usize] = vertex;
+        }
     }
 }
 

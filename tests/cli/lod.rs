@@ -31,6 +31,10 @@ fn every_level_is_a_file() {
         );
     }
     assert!(ran.err.contains("→ 3 levels, read "), "{}", ran.err);
+    // What the run spent on its phases, those of all levels.
+    let seconds = |phase: &str| record["seconds"][phase].as_f64().expect("seconds");
+    let spent = ["weld", "build", "cost", "select", "filter", "apply", "restore"].map(seconds);
+    assert!(spent.iter().all(|&secs| secs > 0.0) && spent.iter().sum::<f64>() <= seconds("solve"), "{spent:?}");
 }
 
 #[test]

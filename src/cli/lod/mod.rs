@@ -9,6 +9,7 @@ use std::time::Instant;
 
 use coarsen::formats::{self, Scene};
 use coarsen::metrics::{self, deviation};
+use coarsen::simplify::Phases;
 use coarsen::{Device, Mesh, Method, Outcome, StopReason, simplify_levels};
 
 use super::console::{self, Verbosity};
@@ -64,6 +65,12 @@ fn runs<'a>(method: &Method, outcomes: &'a [Outcome]) -> &'a [Outcome] {
     if is_one_run(method) { &outcomes[outcomes.len().saturating_sub(1)..] } else { outcomes }
 }
 
+/// What a chain spent on each phase: a run tells of all of its levels but for what is turned after it.
+fn phases(method: &Method, outcomes: &[Outcome]) -> Phases {
+    let flip = outcomes.iter().map(|outcome| outcome.seconds.flip).sum();
+    Phases { flip, ..runs(method, outcomes).iter().map(|run| run.seconds).sum() }
+}
+
 /// Contraction makes all levels in one run.
 fn is_one_run(method: &Method) -> bool {
     matches!(method, Method::Contract(_))
@@ -99,4 +106,29 @@ fn tell(job: &Job, record: &Record, outcomes: &[Outcome], device: &Device) -> an
     }
     // The files were complete before the interruption could be heeded; the shell is to know of it all the same.
     Ok(if interrupt::asked() { Exit::Interrupted } else { Exit::Done })
+}
+
+#[cfg(test)]
+mod tests {
+    use coarsen::backend::Selector;
+    use coarsen::{Budget, cluster, contract};
+
+    use super::*;
+
+    #[test]
+    fn phases_are_those_of_one_run_or_of_all() {
+        let (mesh, device) = (coarsen::mesh::shapes::icosphere(2), Device::open(&Selector::Cpu, 1).expect("a CPU"));
+        let contraction = Method::Contract(contract::Options::default());
+        let budgets = [0.5, 0.25].map(Budget::keep);
+        let mut levels = simplify_levels(&mesh, &contraction, &budgets, &device, None).expect("a chain");
+        for (outcome, secs) in levels.iter_mut().zip([1.0, 3.0]) {
+            outcome.seconds = Phases { cost: secs, restore: 10.0 * secs, flip: secs, ..Phases::default() };
+        }
+        let of = |method: &Method| {
+            let Phases { cost, restore, flip, .. } = phases(method, &levels);
+            [cost, restore, flip]
+        };
+        assert_eq!(of(&contraction), [3.0, 30.0, 4.0]);
+        assert_eq!(of(&Method::Cluster(cluster::Options::default())), [4.0, 40.0, 4.0]);
+    }
 }

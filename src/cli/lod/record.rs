@@ -130,10 +130,7 @@ impl Record {
             screen: Told::new(&job.screen, !measured.is_empty()),
             levels: outcomes.iter().enumerate().map(level).collect(),
             simplify_ms: clocks.solve * 1e3,
-            seconds: Seconds::new(
-                &super::runs(&job.setup.method, outcomes).iter().map(|run| run.seconds).sum(),
-                clocks,
-            ),
+            seconds: Seconds::new(&super::phases(&job.setup.method, outcomes), clocks),
             peak_memory: memory::peak(),
             warnings,
             tells_distances: job.screen.is_asked,
