@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
-use crate::kernel::pairs::half_edge_corners;
+use crate::kernel::pairs::{half_edge_corners, half_edge_ends};
 use crate::kernel::rows::{BORDER, Candidate, Contraction, Face, JOINED};
 use crate::simplify::Blocked;
 
@@ -32,6 +32,10 @@ use super::surface::Surface;
 const PATCH: usize = 1 << 12;
 /// How many patches the next level joins to one.
 const GROWTH: usize = 16;
+/// Patches that a surface is cut into at least: threads share few badly.
+const FEWEST: usize = 8;
+/// Vertices from which a surface is cut: below, rounds are cheap, and with few faces left the order counts.
+const CUT: usize = 1 << 13;
 /// One attempt in this many is timed: a clock takes as long as a tenth of an attempt.
 const TIMED: u32 = 16;
 
@@ -157,12 +161,13 @@ impl Committer {
         let dearest = candidates.iter().map(|candidate| candidate.key).max().map_or(0.0, f32::from_bits);
         let task = Task { rules: self.rules, of: quota.of, may_wait, dearest, commit: self.commits };
         self.commits += 1;
-        let mut size = PATCH;
-        while 2 * size <= surface.vertex_count && !candidates.is_empty() {
+        for size in patch_sizes(surface.vertex_count) {
+            if candidates.is_empty() {
+                break;
+            }
             // As many faces as on the inside: what fits the quota as such fits at any border.
             let fitting = quota.faces.saturating_sub(done.0.faces_removed) / quota.of.most_faces();
             self.commit_patches(Patch::whole(surface, carried).split(size), size, candidates, fitting, task, &mut done);
-            size *= GROWTH;
         }
         candidates.extend(joining);
         let clock = Instant::now();
@@ -218,14 +223,22 @@ impl Committer {
     }
 }
 
+/// How many vertices the patches of each level have on a surface of so many. The halves come last, so that little is left to
+/// one thread.
+fn patch_sizes(vertices: usize) -> Vec<usize> {
+    if vertices < CUT {
+        return Vec::new();
+    }
+    let smallest = PATCH.min(vertices.div_ceil(FEWEST));
+    let growing = std::iter::successors(Some(smallest), |size| Some(size * GROWTH));
+    growing.take_while(|size| 4 * size <= vertices).chain([vertices.div_ceil(2)]).collect()
+}
+
 /// The ends of a candidate: of its half-edge, or past these of one of the pairs without an edge, where it may be one.
 fn ends(candidate: Candidate, faces: &[Face], joins: &[[u32; 2]]) -> Option<[u32; 2]> {
     match (candidate.half_edge as usize).checked_sub(3 * faces.len()) {
         Some(join) => joins.get(join).copied(),
-        None => {
-            let [u, w, _] = half_edge_corners(candidate.half_edge, faces);
-            Some([u, w])
-        }
+        None => Some(half_edge_ends(candidate.half_edge, faces)),
     }
 }
 
@@ -317,7 +330,7 @@ impl<'a> Work<'a> {
             return self.attempt_triangle(candidate);
         }
         let Some([u, w]) = ends(candidate, self.patch.connectivity.faces, self.joins) else { return true };
-        if u == w || !self.patch.is_free(u) || !self.patch.is_free(w) {
+        if (u == w) | !self.patch.is_free(u) | !self.patch.is_free(w) {
             return true;
         }
         if !self.held.is_empty() && (self.held.contains(&u) || self.held.contains(&w)) {
@@ -407,5 +420,19 @@ impl<'a> Work<'a> {
 
     fn examining(&self) -> Duration {
         self.timed * self.attempts / self.attempts.div_ceil(TIMED).max(1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn patches_are_many_and_halves_come_last() {
+        assert!(patch_sizes(CUT - 1).is_empty());
+        assert_eq!(patch_sizes(CUT), [1_024, 4_096]);
+        assert_eq!(patch_sizes(50_000), [4_096, 25_000]);
+        assert_eq!(patch_sizes(500_000), [4_096, 65_536, 250_000]);
+        assert_eq!(patch_sizes(5_000_001), [4_096, 65_536, 1_048_576, 2_500_001]);
     }
 }

@@ -8,7 +8,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::kernel::cost_histogram::{BUCKET_SHIFT, BUCKETS};
-use crate::kernel::pairs::pairs_at;
+use crate::kernel::pairs::append_pairs;
 use crate::kernel::rows::{Candidate, Edge};
 use crate::kernel::split::CHUNK;
 use crate::kernel::stars::Stars;
@@ -85,7 +85,7 @@ impl<K: FnMut(&[Edge], &mut [u32])> Worker<K> {
     fn list(&mut self, vertices: Range<u32>, stars: &Stars<'_>, listed: &mut Vec<Candidate>) {
         let Self { keys_of, pairs, keys, histogram } = self;
         pairs.clear();
-        vertices.for_each(|vertex| pairs_at(vertex, stars, |pair| pairs.push(pair)));
+        vertices.for_each(|vertex| append_pairs(vertex, stars, pairs));
         keys.resize(pairs.len(), 0);
         keys_of(pairs, keys);
         keys.iter().for_each(|key| histogram[(key >> BUCKET_SHIFT) as usize] += 1);

@@ -46,61 +46,12 @@ const WINDOW: usize = 8;
 /// Edges of more than two faces, and those whose faces disagree in orientation, have both ends locked: no pair.
 #[inline(always)]
 pub fn lists(u: u32, w: u32, stars: &Stars<'_>) -> bool {
-    if u > w {
-        return false;
-    }
     let (at_u, at_w) = (stars.positions[u as usize].flags, stars.positions[w as usize].flags);
-    at_u & at_w & LOCKED == 0 && (at_u | at_w) & HUB == 0
+    (u < w) & (at_u & at_w & LOCKED == 0) & ((at_u | at_w) & HUB == 0)
 }
 
 /// Tells the pairs that `u` lists, in the order of its ring.
-///
-/// The shader walks the ring for every spoke. Here the corners of a ring of ordinary length are read once and compared each
-/// with each, which takes no branch that depends on them.
-#[inline(always)]
 pub fn pairs_at(u: u32, stars: &Stars<'_>, mut tell: impl FnMut(Edge)) {
-    let at_u = stars.positions[u as usize].flags;
-    if at_u & HUB != 0 {
-        return;
-    }
-    let ring = stars.ring(u);
-    if ring.len() > WINDOW {
-        pairs_walking(u, stars, &mut tell);
-        return;
-    }
-    let (mut next, mut last) = ([NO_FACE; WINDOW], [NO_FACE; WINDOW]);
-    let mut corners = [0; WINDOW];
-    for (i, &f) in ring.iter().enumerate() {
-        let spoke = spoke(stars.faces[f as usize], u);
-        (corners[i], next[i], last[i]) = (spoke.corner, spoke.next, spoke.last);
-    }
-    for (i, &f) in ring.iter().enumerate() {
-        let w = next[i];
-        if lists(u, w, stars) {
-            let across = first_of(last, w);
-            let across = if across < ring.len() { ring[across] } else { NO_FACE };
-            tell(Edge { half_edge: 3 * f + corners[i], across });
-        }
-        let w = last[i];
-        if at_u & BORDER != 0 && lists(u, w, stars) && first_of(next, w) == WINDOW {
-            tell(Edge { half_edge: 3 * f + (corners[i] + 2) % 3, across: NO_FACE });
-        }
-    }
-}
-
-/// Where `vertex` first is among `vertices`, or their number.
-#[inline(always)]
-fn first_of(vertices: [u32; WINDOW], vertex: u32) -> usize {
-    let mut found = 1 << WINDOW;
-    for (i, other) in vertices.into_iter().enumerate() {
-        found |= u32::from(other == vertex) << i;
-    }
-    found.trailing_zeros() as usize
-}
-
-/// [`pairs_at`] of a long ring.
-#[cold]
-fn pairs_walking(u: u32, stars: &Stars<'_>, tell: &mut impl FnMut(Edge)) {
     let around = |f: u32| spoke(stars.faces[f as usize], u);
     for &f in stars.ring(u) {
         let own = around(f);
@@ -115,6 +66,54 @@ fn pairs_walking(u: u32, stars: &Stars<'_>, tell: &mut impl FnMut(Edge)) {
             tell(Edge { half_edge: 3 * f + (own.corner + 2) % 3, across: NO_FACE });
         }
     }
+}
+
+/// Appends what [`pairs_at`] tells.
+///
+/// Around most vertices with next to no branch that depends on the mesh: a window of faces is read whatever the length of the
+/// ring, and their corners are compared each with each.
+#[inline(always)]
+pub fn append_pairs(u: u32, stars: &Stars<'_>, pairs: &mut Vec<Edge>) {
+    let ring = stars.ring(u);
+    let is_ordinary = stars.positions[u as usize].flags & (BORDER | HUB) == 0;
+    if !is_ordinary || ring.is_empty() || ring.len() > WINDOW {
+        append_walking(u, stars, pairs);
+        return;
+    }
+    // Past its end the window repeats the last face, which is found first where it is.
+    let (mut half_edges, mut next, mut last) = ([0; WINDOW], [0; WINDOW], [0; WINDOW]);
+    for i in 0..WINDOW {
+        let f = ring[i.min(ring.len() - 1)];
+        let spoke = spoke(stars.faces[f as usize], u);
+        (half_edges[i], next[i], last[i]) = (3 * f + spoke.corner, spoke.next, spoke.last);
+    }
+    let mut listed = 0;
+    for (i, &w) in next.iter().enumerate() {
+        listed |= u32::from((i < ring.len()) & lists(u, w, stars)) << i;
+    }
+    while listed != 0 {
+        let i = listed.trailing_zeros() as usize % WINDOW;
+        listed &= listed - 1;
+        let across = first_of(last, next[i]);
+        let across = if across < ring.len() { ring[across] } else { NO_FACE };
+        pairs.push(Edge { half_edge: half_edges[i], across });
+    }
+}
+
+/// Where `vertex` first is among `vertices`, or at least their number.
+#[inline(always)]
+fn first_of(vertices: [u32; WINDOW], vertex: u32) -> usize {
+    let mut found = 1 << WINDOW;
+    for (i, other) in vertices.into_iter().enumerate() {
+        found |= u32::from(other == vertex) << i;
+    }
+    found.trailing_zeros() as usize
+}
+
+/// [`append_pairs`] at a border and around a long ring.
+#[cold]
+fn append_walking(u: u32, stars: &Stars<'_>, pairs: &mut Vec<Edge>) {
+    pairs_at(u, stars, |pair| pairs.push(pair));
 }
 
 /// The ends of a half-edge, without a branch.
@@ -142,37 +141,51 @@ mod tests {
     use super::*;
     use crate::kernel::rows::Position;
 
-    /// A fan of `len` faces around vertex 0 and their rings.
-    fn fan(len: u32, is_closed: bool) -> (Vec<Face>, Vec<u32>, Vec<u32>) {
-        let rim = if is_closed { len } else { len + 1 };
-        let faces: Vec<Face> = (0..len).map(|i| Face { a: 0, b: 1 + i, c: 1 + (i + 1) % rim }).collect();
+    /// Faces and their rings.
+    type Rings = (Vec<Face>, Vec<u32>, Vec<u32>);
+
+    fn rings(faces: Vec<Face>, vertices: u32) -> Rings {
         let (mut starts, mut rings) = (vec![0], Vec::new());
-        for vertex in 0..=rim {
-            rings.extend((0..len).filter(|&f| has(faces[f as usize], vertex)));
+        for vertex in 0..vertices {
+            rings.extend((0..faces.len() as u32).filter(|&f| has(faces[f as usize], vertex)));
             starts.push(rings.len() as u32);
         }
+        // What a round before left.
+        rings.extend([u32::MAX; WINDOW]);
         (faces, starts, rings)
+    }
+
+    /// A fan of `len` faces around vertex 0; closed, it has a face more between the rim and a vertex below for each.
+    fn fan(len: u32, is_closed: bool) -> Rings {
+        let rim = if is_closed { len } else { len + 1 };
+        let side = |i: u32| [1 + i, 1 + (i + 1) % rim];
+        let mut faces: Vec<Face> = (0..len).map(side).map(|[b, c]| Face { a: 0, b, c }).collect();
+        if is_closed {
+            faces.extend((0..len).map(side).map(|[b, a]| Face { a, b, c: len + 1 }));
+        }
+        rings(faces, len + 2)
     }
 
     #[test]
     fn every_edge_is_listed_once_with_both_its_faces() {
         for (len, is_closed) in (3..20).flat_map(|len| [(len, true), (len, false)]) {
             let (faces, ring_starts, ring_faces) = fan(len, is_closed);
-            let positions = [Position { flags: BORDER, ..Position::default() }; 32];
+            let flags = if is_closed { 0 } else { BORDER };
+            let positions = [Position { flags, ..Position::default() }; 32];
             let stars =
                 Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
-            let (mut found, mut walked) = (Vec::new(), Vec::new());
+            let (mut found, mut told) = (Vec::new(), Vec::new());
             for u in 0..ring_starts.len() as u32 - 1 {
-                pairs_at(u, &stars, |edge| found.push(edge));
-                pairs_walking(u, &stars, &mut |edge| walked.push(edge));
+                append_pairs(u, &stars, &mut found);
+                pairs_at(u, &stars, |edge| told.push(edge));
             }
-            assert_eq!(found, walked);
+            assert_eq!(found, told);
             let mut ends: Vec<[u32; 2]> = found
                 .iter()
                 .map(|edge| {
                     let [u, w, _] = half_edge_corners(edge.half_edge, &faces);
                     let with_both = |f: &u32| has(faces[*f as usize], u) && has(faces[*f as usize], w);
-                    let mut around: Vec<u32> = (0..len).filter(with_both).collect();
+                    let mut around: Vec<u32> = (0..faces.len() as u32).filter(with_both).collect();
                     around.retain(|&f| f != edge.half_edge / 3);
                     assert_eq!(around.first().copied().unwrap_or(NO_FACE), edge.across, "{len}: {u} to {w}");
                     [u.min(w), u.max(w)]
@@ -180,7 +193,7 @@ mod tests {
                 .collect();
             ends.sort_unstable();
             ends.dedup();
-            let edges = if is_closed { 2 * len } else { 2 * len + 1 };
+            let edges = if is_closed { 3 * len } else { 2 * len + 1 };
             assert_eq!((ends.len(), found.len()), (edges as usize, edges as usize));
         }
     }
@@ -192,7 +205,9 @@ mod tests {
             let positions = [Position { flags, ..Position::default() }; 8];
             let stars =
                 Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
-            (0..6).for_each(|u| pairs_at(u, &stars, |edge| panic!("{edge:?}")));
+            let mut found = Vec::new();
+            (0..6).for_each(|u| append_pairs(u, &stars, &mut found));
+            assert_eq!(found, []);
         }
     }
 

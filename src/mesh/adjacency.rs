@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::PARALLEL_ROWS;
+
 /// The faces around every vertex, in compressed rows.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Rings {
@@ -19,8 +21,18 @@ impl Rings {
     /// # Panics
     /// When a corner is not below `vertex_count`; [`Mesh::check`](super::Mesh::check) rules that out.
     pub fn new(faces: &[[u32; 3]], vertex_count: usize) -> Self {
-        let (starts, faces) = group(faces.len(), vertex_count, |f| faces[f]);
-        Self { starts, faces }
+        let stretches = Stretch::of_faces(faces);
+        let (mut starts, mut rings) = (vec![0; vertex_count + 1], Vec::new());
+        group_into(
+            &stretches,
+            |f| faces[f],
+            &mut starts,
+            |total| {
+                rings = vec![0; total];
+                &mut rings
+            },
+        );
+        Self { starts, faces: rings }
     }
 
     /// The number of vertices.
@@ -159,6 +171,18 @@ pub(crate) struct Stretch {
 }
 
 impl Stretch {
+    /// Stretches of faces, with the ranges of their corners.
+    fn of_faces(faces: &[[u32; 3]]) -> Vec<Self> {
+        let stretch = |(chunk, rows): (usize, &[[u32; 3]])| {
+            let ends =
+                |(low, high): (u32, u32), &[a, b, c]: &[u32; 3]| (low.min(a).min(b).min(c), high.max(a).max(b).max(c));
+            let (low, high) = rows.iter().fold((u32::MAX, 0), ends);
+            let first = chunk * PARALLEL_ROWS;
+            Self { items: first..first + rows.len(), keys: low as usize..high as usize + 1 }
+        };
+        faces.par_chunks(PARALLEL_ROWS).enumerate().map(stretch).collect()
+    }
+
     /// So many items of which nothing is known.
     pub fn any(item_count: usize) -> [Self; 1] {
         [Self { items: 0..item_count, keys: 0..usize::MAX }]

@@ -14,7 +14,7 @@ use super::curve::Curve;
 use super::limits::check_weld;
 use super::near::within;
 use super::topology::has_repeated_corner;
-use super::{Mesh, PARALLEL_ROWS};
+use super::{Mesh, PARALLEL_ROWS, task_len};
 use crate::error::{Error, Result};
 use crate::math::DVec3;
 
@@ -187,12 +187,12 @@ struct SortedFaces {
     duplicates: Vec<u32>,
 }
 
-/// Vertices whose faces a task sorts, at least.
-const BAND: usize = 1 << 13;
+/// Vertices whose faces a task sorts, at least, and in large meshes.
+const BAND: (usize, usize) = (1 << 11, 1 << 13);
 /// Bands at most: every chunk counts each.
 const MOST_BANDS: usize = 1 << 12;
-/// Faces that a task hands to bands, at least.
-const CHUNK: usize = 1 << 15;
+/// Faces that a task hands to bands, at least, and in large meshes.
+const CHUNK: (usize, usize) = (1 << 13, 1 << 15);
 /// Chunks at most: every band reads each.
 const MOST_CHUNKS: usize = 1 << 9;
 
@@ -258,9 +258,9 @@ fn lowest_of(&[a, b, c]: &[u32; 3]) -> u32 {
 
 /// Renames the corners of `faces`, drops those with a repeated one, and sorts the rest.
 fn sort_faces(faces: &[[u32; 3]], names: &[u32], vertex_count: usize) -> SortedFaces {
-    let band_len = vertex_count.div_ceil(MOST_BANDS).max(BAND).next_power_of_two();
+    let band_len = task_len(vertex_count, BAND).max(vertex_count.div_ceil(MOST_BANDS)).next_power_of_two();
     let band_count = vertex_count.div_ceil(band_len).max(1);
-    let chunk_len = faces.len().div_ceil(MOST_CHUNKS).max(CHUNK);
+    let chunk_len = task_len(faces.len(), CHUNK).max(faces.len().div_ceil(MOST_CHUNKS));
     let renamed = Renamed { faces, names, band_len };
     let chunks: Vec<Chunk> = (0..faces.len().div_ceil(chunk_len))
         .into_par_iter()

@@ -6,6 +6,7 @@
 
 use rayon::prelude::*;
 
+use super::{PARALLEL_ROWS, task_len};
 use crate::math::DVec3;
 
 /// Bits of a coordinate in a key.
@@ -13,10 +14,10 @@ const AXIS_BITS: u32 = 10;
 /// Bits of a key that one pass sorts by.
 const DIGIT_BITS: u32 = 10;
 const DIGITS: usize = 1 << DIGIT_BITS;
-/// Points that a task turns into keys.
-const CHUNK: usize = 1 << 15;
+/// Points that a task turns into keys, at least, and of many.
+const CHUNK: (usize, usize) = (1 << 13, 1 << 15);
 /// Points that a task sorts, before its last digit is completed.
-const SORTED: usize = 1 << 14;
+const SORTED: (usize, usize) = (1 << 12, 1 << 14);
 /// Points of one key that are compared each with each.
 const FEW: usize = 16;
 
@@ -38,7 +39,7 @@ impl Curve {
     pub fn new(points: &[DVec3]) -> Self {
         let bounds = bounds(points);
         let chunks = keyed_chunks(points, Cells::new(bounds));
-        let tasks = tasks(&chunks);
+        let tasks = tasks(&chunks, task_len(points.len(), SORTED));
         let mut order = vec![0; points.len()];
         let mut rest = order.as_mut_slice();
         let mut outputs = Vec::with_capacity(tasks.len());
@@ -65,7 +66,7 @@ impl Curve {
 fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
     let Some(&first) = points.first() else { return (DVec3::ZERO, DVec3::ZERO) };
     points
-        .par_chunks(CHUNK)
+        .par_chunks(PARALLEL_ROWS)
         .map(|points| points.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p))))
         .reduce(|| (first, first), |(a, b), (c, d)| (a.min(c), b.max(d)))
 }
@@ -120,8 +121,9 @@ impl Chunk {
 }
 
 fn keyed_chunks(points: &[DVec3], cells: Cells) -> Vec<Chunk> {
+    let len = task_len(points.len(), CHUNK);
     let chunk = |keyed: &mut Vec<Row>, (number, points): (usize, &[DVec3])| {
-        let first = (number * CHUNK) as u64;
+        let first = (number * len) as u64;
         keyed.clear();
         keyed.extend((first..).zip(points).map(|(index, &point)| cells.key(point) << 32 | index));
         let mut cursors = vec![0_u32; DIGITS];
@@ -137,7 +139,7 @@ fn keyed_chunks(points: &[DVec3], cells: Cells) -> Vec<Chunk> {
         }
         Chunk { rows, starts }
     };
-    points.par_chunks(CHUNK).enumerate().map_init(Vec::new, chunk).collect()
+    points.par_chunks(len).enumerate().map_init(Vec::new, chunk).collect()
 }
 
 /// Digits that one task sorts.
@@ -147,13 +149,14 @@ struct Task {
     len: usize,
 }
 
-fn tasks(chunks: &[Chunk]) -> Vec<Task> {
+/// Tasks of so many points at least.
+fn tasks(chunks: &[Chunk], sorted: usize) -> Vec<Task> {
     let mut tasks = Vec::new();
     let mut task = Task { first_digit: 0, end_digit: 0, len: 0 };
     for digit in 0..DIGITS {
         task.end_digit = digit + 1;
         task.len += chunks.iter().map(|chunk| chunk.digits(digit, digit + 1).size_hint().0).sum::<usize>();
-        if task.len >= SORTED || digit + 1 == DIGITS {
+        if task.len >= sorted || digit + 1 == DIGITS {
             tasks.push(std::mem::replace(&mut task, Task { first_digit: digit + 1, end_digit: 0, len: 0 }));
         }
     }

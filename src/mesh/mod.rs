@@ -54,6 +54,12 @@ use crate::math::{DVec3, Vec2, Vec3};
 /// The fewest rows worth handing to another thread.
 const PARALLEL_ROWS: usize = 4096;
 
+/// How many of so many rows a task takes, within these bounds: threads share few large tasks badly.
+fn task_len(rows: usize, (least, most): (usize, usize)) -> usize {
+    const TASKS: usize = 32;
+    (rows / TASKS).clamp(least, most)
+}
+
 /// An indexed triangle mesh.
 ///
 /// Vertices may repeat positions (a soup, a crease, a seam); `weld` joins them. Faces are counter-clockwise from outside.
