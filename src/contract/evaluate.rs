@@ -1,5 +1,7 @@
 //! Evaluating a round on the host: sums, the cost of every pair, the gate. A GPU does the same in [`super::propose`].
 
+use std::ops::Range;
+
 use crate::backend::{Buffer, Queue, Row};
 use crate::error::Result;
 use crate::kernel::face_normals::FaceNormals;
@@ -10,6 +12,7 @@ use crate::kernel::rows::{BorderSum, Candidate, Edge, HUB, Normal, PlaneQuadric,
 use crate::kernel::stars::Stars;
 use crate::kernel::volume_costs::{self, BORDER_FACTOR, VolumeBlock, VolumeRows};
 use crate::kernel::volume_sums::VolumeSums;
+use crate::kernel::warm::faces_near;
 use crate::kernel::weigh_keys::{weigh_keys, weighed_key};
 
 use super::attribute_rows::Spreads;
@@ -161,13 +164,14 @@ impl Costs<'_> {
         let Surface { positions, faces, ring_starts, ring_faces, vertex_count, face_count, .. } = surface;
         let stars = Stars::on_host(positions, faces, ring_starts, ring_faces);
         let has_hub = |pair: [u32; 2]| pair.into_iter().any(|v| stars.positions[v as usize].flags & HUB != 0);
+        let near = |vertices| faces_near(vertices, stars.ring_starts, stars.ring_faces, *face_count);
         let past = 3 * *face_count as u32;
         match (self.volume, quadrics(surface, self.weights)) {
             (Some(Volume { normals, sums, borders }), _) => {
                 let params = volume_costs::Params::new(self.placement, self.border_weight);
                 let rows = VolumeRows::on_host(positions, faces, normals, sums, borders, params);
                 let weights = self.weights.map(|weights| weights.weights().host());
-                let mut histogram = listing.list(*vertex_count, &stars, || {
+                let costing = || {
                     let mut block = VolumeBlock::new();
                     move |pairs: &[Edge], keys: &mut [u32]| {
                         rows.keys(pairs, &mut block, keys);
@@ -175,7 +179,9 @@ impl Costs<'_> {
                             weigh_keys(pairs, faces.host(), weights, keys);
                         }
                     }
-                });
+                };
+                let warm_up = |vertices: Range<usize>| rows.warm_up(vertices.clone(), near(vertices));
+                let mut histogram = listing.list(*vertex_count, &stars, costing, warm_up);
                 let key_apart = |pair: [u32; 2]| match weights.map(|weights| pair.map(|v| weights[v as usize])) {
                     Some([first, second]) => weighed_key(rows.key_apart(pair), first, second),
                     None => rows.key_apart(pair),
@@ -186,10 +192,12 @@ impl Costs<'_> {
             (None, Some(quadrics)) => {
                 let params = plane_costs::Params::new(self.placement);
                 let rows = PlaneRows::on_host(positions, faces, quadrics, params);
-                let mut histogram = listing.list(*vertex_count, &stars, || {
+                let costing = || {
                     let mut block = PlaneBlock::new();
                     move |pairs: &[Edge], keys: &mut [u32]| rows.keys(pairs, &mut block, keys)
-                });
+                };
+                let warm_up = |vertices: Range<usize>| rows.warm_up(vertices.clone(), near(vertices));
+                let mut histogram = listing.list(*vertex_count, &stars, costing, warm_up);
                 listing.list_apart(joins, past, &mut histogram, |pair| (!has_hub(pair)).then(|| rows.key_apart(pair)));
                 histogram
             }

@@ -5,6 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::kernel::split::CHUNK;
+use crate::kernel::warm::{faces_near, warm_up};
 use crate::math::Vec3;
 use crate::mesh::orient::input_corner;
 use crate::mesh::{Mesh, Rings};
@@ -142,6 +143,7 @@ impl Input<'_> {
     fn find(&self, rings: &Rings, vertices: Range<usize>) -> Found {
         let mut found = Found::default();
         let mut row = vec![0.0; self.layout.width];
+        self.warm_up(rings, vertices.clone());
         for vertex in vertices {
             let first = found.origin.len();
             found.sources.clear();
@@ -155,6 +157,18 @@ impl Input<'_> {
             found.counts.push((found.origin.len() - first) as u32);
         }
         found
+    }
+
+    /// Reads once what corners of consecutive vertices begin as, all at a time.
+    fn warm_up(&self, rings: &Rings, vertices: Range<usize>) {
+        let near = faces_near(vertices, &rings.starts, &rings.faces, self.faces.len());
+        let first_of = |&origin: &u32| {
+            let (face, corner) = input_corner(origin, 0);
+            let Source { vertex, texcoords: [u, v], material } = Source::of(self.mesh, self.layout, face, corner);
+            vertex ^ u ^ v ^ material
+        };
+        warm_up(&self.faces[near.clone()]);
+        std::hint::black_box(self.face_origin[near].iter().map(first_of).fold(0, |all, bits| all ^ bits));
     }
 
     /// The wedge of a corner of the input, of those from `first` on or new; `row` is overwritten.

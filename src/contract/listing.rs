@@ -23,19 +23,22 @@ pub struct Listing {
 }
 
 impl Listing {
-    /// Lists the pairs at `vertices` vertices. `costing` makes a function that writes the keys of pairs, one for each thread.
-    /// Returns how many pairs have keys in each bucket of the histogram.
+    /// Lists the pairs at `vertices` vertices. `costing` makes a function that writes the keys of pairs, one for each thread;
+    /// `warm_up` reads what it needs around the vertices of a task. Returns how many pairs have keys in each bucket of the
+    /// histogram.
     pub fn list<K: FnMut(&[Edge], &mut [u32]) + Send>(
         &mut self,
         vertices: usize,
         stars: &Stars<'_>,
         costing: impl Fn() -> K + Sync + Send,
+        warm_up: impl Fn(Range<usize>) + Sync + Send,
     ) -> Vec<u32> {
         self.tasks.resize_with(vertices.div_ceil(VERTICES_EACH), Vec::new);
         let worker = || Worker { keys_of: costing(), pairs: Vec::new(), keys: Vec::new(), histogram: no_pairs() };
         let workers = self.tasks.par_iter_mut().enumerate().fold(worker, |mut worker, (task, listed)| {
-            let first = task * VERTICES_EACH;
-            worker.list(first as u32..vertices.min(first + VERTICES_EACH) as u32, stars, listed);
+            let own = task * VERTICES_EACH..vertices.min((task + 1) * VERTICES_EACH);
+            warm_up(own.clone());
+            worker.list(own.start as u32..own.end as u32, stars, listed);
             worker
         });
         workers.map(|worker| worker.histogram).reduce(no_pairs, |mut sums, counts| {

@@ -10,6 +10,7 @@
 use crate::kernel::contract_faces::renamed;
 use crate::kernel::contract_vertices::{GONE, KEEPS};
 use crate::kernel::rows::{Contraction, Face, PlaneQuadric, Position};
+use crate::kernel::warm::{faces_near, warm_up};
 use crate::math::Vec3;
 
 use super::carry::{Carried, CarriedRows};
@@ -104,20 +105,21 @@ impl<'a> Patch<'a> {
         (Self { connectivity, first, positions, quadrics, roles, carried }, others)
     }
 
-    /// Reads all of it once in the order of memory, which the hardware foresees, so that reading it in the order of cost
-    /// finds it in the cache.
+    /// Reads all of it once, before it is read in the order of cost.
     pub fn warm_up(&self) {
         let Connectivity { faces, ring_starts, ring_faces } = self.connectivity;
         let (first, last) = (self.first as usize, self.first as usize + self.len());
         let starts = &ring_starts[first..=last];
         let rings = &ring_faces[starts[0] as usize..starts[self.len()] as usize];
-        let low = rings.first().map_or(0, |&face| face as usize);
-        let high = (low + 2 * self.len()).min(faces.len());
-        let mut sum = 0;
-        sum += touched(starts) + touched(rings) + touched(&faces[low..high]);
-        sum += touched(self.positions) + touched(self.quadrics);
-        sum += self.wedges().map_or(0, |wedges| wedges.touched(low..high));
-        std::hint::black_box(sum);
+        let near = faces_near(first..last, ring_starts, ring_faces, faces.len());
+        warm_up(starts);
+        warm_up(rings);
+        warm_up(&faces[near.clone()]);
+        warm_up(self.positions);
+        warm_up(self.quadrics);
+        if let Some(wedges) = self.wedges() {
+            wedges.warm_up(near);
+        }
     }
 
     /// How many vertices it has.
@@ -192,10 +194,4 @@ impl<'a> Patch<'a> {
         self.roles[vanished] = GONE | keep;
         Contraction { keep, gone, x, y, z, flags }
     }
-}
-
-/// Reads a byte of every cache line of `rows`.
-pub fn touched<T: bytemuck::NoUninit>(rows: &[T]) -> usize {
-    const LINE: usize = 64;
-    bytemuck::cast_slice::<T, u8>(rows).iter().step_by(LINE).map(|&byte| usize::from(byte)).sum()
 }

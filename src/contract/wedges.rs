@@ -22,6 +22,7 @@ use rayon::prelude::*;
 use crate::backend::Buffer;
 use crate::kernel::rows::Face;
 use crate::kernel::split::CHUNK;
+use crate::kernel::warm::warm_up;
 use crate::math::Vec3;
 use crate::mesh::orient::input_corner;
 use crate::mesh::{Mesh, Rings};
@@ -31,7 +32,6 @@ use super::carry::MOVED_FROM;
 use super::gather_wedges::{Creases, Gathered, gather};
 use super::keep_wedges::Scratch;
 use super::layout::{Kind, Layout, Origin};
-use super::patch::touched;
 use super::yielding::Yields;
 
 /// A wedge that is still itself.
@@ -252,9 +252,11 @@ impl<'a> WedgeRows<'a> {
         (Self { layout, corners, starts, materials, vertex, first, rows, origin, roles }, others)
     }
 
-    /// Reads a byte of every cache line of these rows and of those of the corners of `faces`.
-    pub fn touched(&self, faces: Range<usize>) -> usize {
-        touched(&self.corners[faces]) + touched(self.rows) + touched(self.roles)
+    /// Reads these rows once, and those of the corners of `faces`.
+    pub fn warm_up(&self, faces: Range<usize>) {
+        warm_up(&self.corners[faces]);
+        warm_up(self.rows);
+        warm_up(self.roles);
     }
 
     fn local(&self, wedge: u32) -> usize {

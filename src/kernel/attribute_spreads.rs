@@ -10,12 +10,14 @@
 //!
 //! Gathers: one invocation a vertex, for each of its wedges the ring in ascending face order, so the sums are repeatable.
 
+use std::ops::Range;
+
 use multiversion::multiversion;
 use rayon::prelude::*;
 
 use super::pair_quadric::NO_AREA;
 use super::rows::{Face, GradientOperator, HUB_FACES, VolumeSum};
-use super::split::CHUNK;
+use super::warm::{faces_near, warm_up};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::exact::{LEAST_FACTOR, Sym3, add, divide, flush, mul, sub, sym_add, sym_scale};
 use crate::math::lanes::{NUMBERS, Numbers, numbers_at};
@@ -60,6 +62,9 @@ params! {
 
 type Lanes = Numbers<f32>;
 
+/// Vertices of a task on the host: the rows around them fit a core's second cache.
+const VERTICES_EACH: usize = 1 << 11;
+
 /// What spreads are found from, on the host.
 #[derive(Clone, Copy)]
 struct Rows<'a> {
@@ -68,6 +73,17 @@ struct Rows<'a> {
     values: &'a [f32],
     width: usize,
     costed: usize,
+}
+
+impl Rows<'_> {
+    /// Reads the rows of the wedges of consecutive vertices once, and those of faces near them.
+    fn warm_up(&self, vertices: Range<usize>, rings: Rings<'_>, wedge_starts: &[u32]) {
+        let [first, end] = [vertices.start, vertices.end].map(|vertex| wedge_starts[vertex] as usize * self.width);
+        let faces = faces_near(vertices, rings.starts, rings.faces, self.corners.len().min(self.operators.len()));
+        warm_up(&self.values[first..end]);
+        warm_up(&self.operators[faces.clone()]);
+        warm_up(&self.corners[faces]);
+    }
 }
 
 /// The faces around vertices, on the host.
@@ -266,8 +282,12 @@ impl Kernel for AttributeSpreads<'_> {
             costed: self.costed as usize,
         };
         let wedge_starts = self.wedge_starts.host();
-        let sums = self.sums.host_mut()[..self.vertex_count as usize].par_chunks_mut(CHUNK).enumerate();
-        sums.for_each(|(chunk, sums)| add_spreads(chunk * CHUNK, rings, wedge_starts, rows, sums));
+        let sums = self.sums.host_mut()[..self.vertex_count as usize].par_chunks_mut(VERTICES_EACH).enumerate();
+        sums.for_each(|(chunk, sums)| {
+            let vertices = chunk * VERTICES_EACH..chunk * VERTICES_EACH + sums.len();
+            rows.warm_up(vertices.clone(), rings, wedge_starts);
+            add_spreads(vertices.start, rings, wedge_starts, rows, sums);
+        });
     }
 }
 

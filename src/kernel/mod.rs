@@ -70,6 +70,7 @@ pub mod stars;
 pub mod triangle_costs;
 pub mod volume_costs;
 pub mod volume_sums;
+pub mod warm;
 pub mod weigh_keys;
 pub mod weigh_quadrics;
 

@@ -4,6 +4,8 @@
 //! \[GH97\] section 3: the sum of both ends' quadrics at its least point. Departs: both are moved to the pair's
 //! midpoint first, where single precision suffices, and the solve is regularized towards it.
 
+use std::ops::Range;
+
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
@@ -14,6 +16,7 @@ use super::pairs::half_edge_ends;
 use super::plane_quadric::{moved, sum_moved};
 use super::rows::{Edge, Face, PlaneQuadric, Position};
 use super::split::CHUNK;
+use super::warm::warm_up;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
 use crate::math::exact::{mul, scale3, sub3, trace};
@@ -104,6 +107,13 @@ impl<'a> PlaneRows<'a> {
         params: Params,
     ) -> Self {
         Self { positions: positions.host(), faces: faces.host(), quadrics: quadrics.host(), params }
+    }
+
+    /// Reads the rows of consecutive vertices once, and those of faces near them.
+    pub fn warm_up(&self, vertices: Range<usize>, faces: Range<usize>) {
+        warm_up(&self.positions[vertices.clone()]);
+        warm_up(&self.quadrics[vertices]);
+        warm_up(&self.faces[faces]);
     }
 
     /// The key of two vertices that no edge joins.

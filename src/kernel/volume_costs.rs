@@ -7,6 +7,8 @@
 //! instead of a choice of independent constraints; a pair at a border drops the volume constraint and adds the border
 //! term of its ends.
 
+use std::ops::Range;
+
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
@@ -18,6 +20,7 @@ use super::pairs::{NO_FACE, half_edge_ends};
 use super::rows::{BORDER, BorderSum, Edge, Face, Normal, Position, VolumeSum};
 use super::split::CHUNK;
 use super::volume_sums::border_term;
+use super::warm::warm_up;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, Switch, params};
 use crate::math::Vec3;
 use crate::math::exact::{Sym3, add3, dot3, mul, outer, scale3, sub3, sym_add, sym_scale, trace};
@@ -181,6 +184,14 @@ impl<'a> VolumeRows<'a> {
     ) -> Self {
         let (positions, faces, normals) = (positions.host(), faces.host(), normals.host());
         Self { positions, faces, normals, sums: sums.host(), borders: borders.host(), params }
+    }
+
+    /// Reads the rows of consecutive vertices once, and those of faces near them.
+    pub fn warm_up(&self, vertices: Range<usize>, faces: Range<usize>) {
+        warm_up(&self.positions[vertices.clone()]);
+        warm_up(&self.sums[vertices]);
+        warm_up(&self.faces[faces.clone()]);
+        warm_up(&self.normals[faces]);
     }
 
     /// The key of two vertices that no edge joins.

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::rows::{BORDER, BorderSum, FLAGS, Face, HUB, Normal, Position, VolumeSum};
 use super::split::CHUNK;
 use super::stars::{Stars, faces_with};
+use super::warm::{faces_near, warm_up};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, Switch};
 use crate::math::Vec3;
 use crate::math::exact::{LEAST_FACTOR, Sym3, add3, dot3, flush3, outer, sub3, sym_add, sym_sub};
@@ -113,11 +114,14 @@ impl Kernel for VolumeSums<'_> {
         let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
         let normals = self.normals.host();
         let sums = &mut self.sums.host_mut()[..self.vertex_count as usize];
-        sums.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(vertex, sum)| {
-            let vertex = vertex as u32;
-            *sum = VolumeSum::default();
-            if stars.positions[vertex as usize].flags & HUB == 0 {
-                *sum = volume_sum(vertex, &stars, normals);
+        sums.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, sums)| {
+            let vertices = chunk * CHUNK..chunk * CHUNK + sums.len();
+            warm_up(&normals[faces_near(vertices.clone(), stars.ring_starts, stars.ring_faces, normals.len())]);
+            for (vertex, sum) in vertices.zip(sums) {
+                *sum = VolumeSum::default();
+                if stars.positions[vertex].flags & HUB == 0 {
+                    *sum = volume_sum(vertex as u32, &stars, normals);
+                }
             }
         });
         if self.borders.len() > 1 {

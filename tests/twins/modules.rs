@@ -46,7 +46,7 @@ fn modules(signature: &Signature<'_>, pages: u32) -> Result<[naga::Module; 2], S
 }
 
 /// The files of `src/kernel` that are no kernel's twin, beside those of shared sources.
-const NO_TWINS: [&str; 2] = ["mod", "split"];
+const NO_TWINS: [&str; 3] = ["mod", "split", "warm"];
 
 #[test]
 fn paired() {
