@@ -27,12 +27,12 @@ use super::select::sort;
 use super::star::Outside;
 use super::surface::Surface;
 
-/// Vertices of the smallest patches: their rows fit a core's second cache, and with vertices along a space-filling curve a
+/// Vertices of the smallest patches at most: their rows fit a core's second cache, and with vertices along a space-filling curve a
 /// tenth of the contractions reaches out.
 const PATCH: usize = 1 << 12;
-/// How many patches the next level joins to one.
+/// How many patches the next level joins to one, but for the last, of halves.
 const GROWTH: usize = 16;
-/// Patches that a surface is cut into at least: threads share few badly.
+/// Patches that a surface is cut into at least: two threads share three or five badly.
 const FEWEST: usize = 8;
 /// Vertices from which a surface is cut: below, rounds are cheap, and with few faces left the order counts.
 const CUT: usize = 1 << 13;

@@ -159,16 +159,16 @@ impl Input<'_> {
         found
     }
 
-    /// Reads once what corners of consecutive vertices begin as, all at a time.
+    /// Reads once what corners of consecutive vertices begin as, by loads that do not wait for each other.
     fn warm_up(&self, rings: &Rings, vertices: Range<usize>) {
         let near = faces_near(vertices, &rings.starts, &rings.faces, self.faces.len());
-        let first_of = |&origin: &u32| {
+        let bits_of = |&origin: &u32| {
             let (face, corner) = input_corner(origin, 0);
             let Source { vertex, texcoords: [u, v], material } = Source::of(self.mesh, self.layout, face, corner);
             vertex ^ u ^ v ^ material
         };
         warm_up(&self.faces[near.clone()]);
-        std::hint::black_box(self.face_origin[near].iter().map(first_of).fold(0, |all, bits| all ^ bits));
+        std::hint::black_box(self.face_origin[near].iter().map(bits_of).fold(0, |all, bits| all ^ bits));
     }
 
     /// The wedge of a corner of the input, of those from `first` on or new; `row` is overwritten.

@@ -82,6 +82,7 @@ impl Wedges {
         let starts = &mut self.buffers.starts.host_mut()[..=vertices];
         owners.clear();
         owners.resize(self.origin.len(), NO_VERTEX);
+        // Corners are settled: what each has become is itself.
         find_owners(faces.iter().copied().zip(corners.iter().copied()), &self.roles, owners);
         let with_corners = || (0..).zip(&*owners).filter(|(_, owner)| **owner != NO_VERTEX);
         starts.fill(0);

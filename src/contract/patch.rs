@@ -133,7 +133,8 @@ impl<'a> Patch<'a> {
         vertex.wrapping_sub(self.first) as usize
     }
 
-    /// What `vertex` is now, or `None` if one of both lies outside, as after a larger patch's contraction.
+    /// What `vertex` is now, or `None` if one of both lies outside, as after the contraction of a larger patch, or of a smaller
+    /// one that the border between halves cuts.
     #[inline(always)]
     pub fn current(&self, vertex: u32) -> Option<u32> {
         let now = renamed(vertex, *self.roles.get(self.local(vertex))?);

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::kernel::contract_vertices::VERTEX;
 use crate::kernel::rows::{BORDER, Face, JOINED, LOCKED, Position, SEAM, with_hub};
+use crate::kernel::split::CHUNK;
 use crate::math::DVec3;
 use crate::mesh::adjacency::{EdgeUse, Rings};
 use crate::mesh::arrange::{self, Arranged, NO_FACE_LEFT};
@@ -24,9 +25,6 @@ use super::surface::Start;
 use super::wedges::Wedges;
 use super::yielding::Yields;
 use super::{Metric, Options};
-
-/// Vertices that a thread places at a time.
-const ROWS: usize = 1 << 12;
 
 /// The start of a run on the host.
 #[derive(Debug)]
@@ -192,7 +190,7 @@ impl Prepared {
             Position::new(frame.to_rows(input[origin as usize]), hub)
         };
         let rows: Vec<Position> =
-            carried.origin.par_iter().zip(fans).enumerate().with_min_len(ROWS).map_init(Vec::new, row).collect();
+            carried.origin.par_iter().zip(fans).enumerate().with_min_len(CHUNK).map_init(Vec::new, row).collect();
         self.border_vertices = rows.iter().filter(|p| p.flags & BORDER != 0).count();
         let complex = fans.iter().filter(|&&fan| fan == Fan::Complex).count();
         if complex > 0 && !options.joins() {

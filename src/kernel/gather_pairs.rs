@@ -1,4 +1,4 @@
-//! Writes the pairs that the vertices of every block list. Twin: `shaders/gather_pairs.wgsl`, line for line.
+//! Writes the pairs that the vertices of every block list. Twin: `shaders/gather_pairs.wgsl`, by contract.
 
 use rayon::prelude::*;
 

@@ -52,6 +52,9 @@ pub fn lists(u: u32, w: u32, stars: &Stars<'_>) -> bool {
 
 /// Tells the pairs that `u` lists, in the order of its ring.
 pub fn pairs_at(u: u32, stars: &Stars<'_>, mut tell: impl FnMut(Edge)) {
+    if stars.positions[u as usize].flags & HUB != 0 {
+        return;
+    }
     let around = |f: u32| spoke(stars.faces[f as usize], u);
     for &f in stars.ring(u) {
         let own = around(f);
@@ -100,7 +103,7 @@ pub fn append_pairs(u: u32, stars: &Stars<'_>, pairs: &mut Vec<Edge>) {
     }
 }
 
-/// Where `vertex` first is among `vertices`, or at least their number.
+/// Where `vertex` first is among `vertices`, or their number.
 #[inline(always)]
 fn first_of(vertices: [u32; WINDOW], vertex: u32) -> usize {
     let mut found = 1 << WINDOW;
@@ -110,7 +113,7 @@ fn first_of(vertices: [u32; WINDOW], vertex: u32) -> usize {
     found.trailing_zeros() as usize
 }
 
-/// [`append_pairs`] at a border and around a long ring.
+/// [`append_pairs`] at a border, and where a ring does not fill a window or is longer.
 #[cold]
 fn append_walking(u: u32, stars: &Stars<'_>, pairs: &mut Vec<Edge>) {
     pairs_at(u, stars, |pair| pairs.push(pair));
@@ -155,7 +158,8 @@ mod tests {
         (faces, starts, rings)
     }
 
-    /// A fan of `len` faces around vertex 0; closed, it has a face more between the rim and a vertex below for each.
+    /// A fan of `len` faces around vertex 0, and a vertex without faces; closed, it has a face more between the rim and a
+    /// vertex below for each.
     fn fan(len: u32, is_closed: bool) -> Rings {
         let rim = if is_closed { len } else { len + 1 };
         let side = |i: u32| [1 + i, 1 + (i + 1) % rim];
@@ -163,7 +167,7 @@ mod tests {
         if is_closed {
             faces.extend((0..len).map(side).map(|[b, a]| Face { a, b, c: len + 1 }));
         }
-        rings(faces, len + 2)
+        rings(faces, len + 3)
     }
 
     #[test]
@@ -180,6 +184,15 @@ mod tests {
                 pairs_at(u, &stars, |edge| told.push(edge));
             }
             assert_eq!(found, told);
+            // Where a border is not marked, an edge has no face across.
+            let unmarked = [Position::default(); 32];
+            let stars = Stars { positions: &unmarked, ..stars };
+            let (mut windowed, mut walked) = (Vec::new(), Vec::new());
+            for u in 0..ring_starts.len() as u32 - 1 {
+                append_pairs(u, &stars, &mut windowed);
+                pairs_at(u, &stars, |edge| walked.push(edge));
+            }
+            assert_eq!(windowed, walked);
             let mut ends: Vec<[u32; 2]> = found
                 .iter()
                 .map(|edge| {
@@ -206,7 +219,7 @@ mod tests {
             let stars =
                 Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
             let mut found = Vec::new();
-            (0..6).for_each(|u| append_pairs(u, &stars, &mut found));
+            (0..8).for_each(|u| append_pairs(u, &stars, &mut found));
             assert_eq!(found, []);
         }
     }

@@ -1,4 +1,4 @@
-//! Reading rows once in the order of memory, which the hardware foresees, so that reading them in the order of rings finds them in
+//! Reading rows once in the order of memory, which the hardware foresees, so that reading them in any other order finds them in
 //! the cache.
 
 use std::ops::Range;

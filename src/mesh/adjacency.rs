@@ -16,23 +16,11 @@ pub struct Rings {
 }
 
 impl Rings {
-    /// The rings of `vertex_count` vertices.
-    ///
-    /// # Panics
-    /// When a corner is not below `vertex_count`; [`Mesh::check`](super::Mesh::check) rules that out.
+    /// The rings of `vertex_count` vertices. Corners that are not below that have none; [`Mesh::check`](super::Mesh::check)
+    /// rules them out.
     pub fn new(faces: &[[u32; 3]], vertex_count: usize) -> Self {
-        let stretches = Stretch::of_faces(faces);
-        let (mut starts, mut rings) = (vec![0; vertex_count + 1], Vec::new());
-        group_into(
-            &stretches,
-            |f| faces[f],
-            &mut starts,
-            |total| {
-                rings = vec![0; total];
-                &mut rings
-            },
-        );
-        Self { starts, faces: rings }
+        let (starts, faces) = group_stretches(&Stretch::of_faces(faces), vertex_count, |f| faces[f]);
+        Self { starts, faces }
     }
 
     /// The number of vertices.
@@ -154,9 +142,18 @@ pub(crate) fn group<const K: usize>(
     key_count: usize,
     keys: impl Fn(usize) -> [u32; K] + Sync,
 ) -> (Vec<u32>, Vec<u32>) {
+    group_stretches(&Stretch::any(item_count), key_count, keys)
+}
+
+/// [`group`] of the items of `stretches`, one after the other.
+fn group_stretches<const K: usize>(
+    stretches: &[Stretch],
+    key_count: usize,
+    keys: impl Fn(usize) -> [u32; K] + Sync,
+) -> (Vec<u32>, Vec<u32>) {
     let mut starts = vec![0; key_count + 1];
     let mut items = Vec::new();
-    group_into(&Stretch::any(item_count), keys, &mut starts, |total| {
+    group_into(stretches, keys, &mut starts, |total| {
         items = vec![0; total];
         &mut items
     });
@@ -189,8 +186,7 @@ impl Stretch {
     }
 }
 
-/// [`group`] of the items of `stretches`, one after the other, into `starts`, one more than keys, and what `room` has for as
-/// many as there are. A band skips stretches that have none of its keys.
+/// [`group_stretches`] into `starts`, one more than keys, and what `room` has for as many as there are. A band skips stretches that have none of its keys.
 pub(crate) fn group_into<'r, const K: usize>(
     stretches: &[Stretch],
     keys: impl Fn(usize) -> [u32; K] + Sync,
@@ -319,7 +315,8 @@ mod tests {
     #[test]
     fn stretches_do_not_show() {
         let faces: Vec<[u32; 3]> = (0..40_000u32).map(|i| [i / 2, i / 2 + 1, i / 2 + 90]).collect();
-        let expected = Rings::new(&faces, 20_090);
+        let (starts, rings) = group(faces.len(), 20_090, |f| faces[f]);
+        let expected = Rings { starts, faces: rings };
         for (len, slack, threads) in [(1, 0, 3), (7, 0, 2), (300, 0, 1), (300, 5, 3)] {
             let stretch = |first: usize| {
                 let items = first..(first + len).min(faces.len());
@@ -330,19 +327,9 @@ mod tests {
             };
             let stretches: Vec<Stretch> = (0..faces.len()).step_by(len).flat_map(stretch).collect();
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
-            let (mut starts, mut items) = (vec![0; 20_091], Vec::new());
-            pool.install(|| {
-                group_into(
-                    &stretches,
-                    |f| faces[f],
-                    &mut starts,
-                    |total| {
-                        items = vec![0; total];
-                        &mut items
-                    },
-                );
-            });
-            assert_eq!((&starts, &items), (&expected.starts, &expected.faces), "{len}, {slack}, {threads} threads");
+            let (starts, rings) = pool.install(|| group_stretches(&stretches, 20_090, |f| faces[f]));
+            assert_eq!(Rings { starts, faces: rings }, expected, "{len}, {slack}, {threads} threads");
+            assert_eq!(pool.install(|| Rings::new(&faces, 20_090)), expected);
         }
     }
 

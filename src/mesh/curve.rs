@@ -16,7 +16,7 @@ const DIGIT_BITS: u32 = 10;
 const DIGITS: usize = 1 << DIGIT_BITS;
 /// Points that a task turns into keys, at least, and of many.
 const CHUNK: (usize, usize) = (1 << 13, 1 << 15);
-/// Points that a task sorts, before its last digit is completed.
+/// Points that a task sorts, at least, and of many; before its last digit is completed.
 const SORTED: (usize, usize) = (1 << 12, 1 << 14);
 /// Points of one key that are compared each with each.
 const FEW: usize = 16;

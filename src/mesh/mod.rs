@@ -54,7 +54,8 @@ use crate::math::{DVec3, Vec2, Vec3};
 /// The fewest rows worth handing to another thread.
 const PARALLEL_ROWS: usize = 4096;
 
-/// How many of so many rows a task takes, within these bounds: threads share few large tasks badly.
+/// How many of so many rows a task takes, within these bounds: threads share few large tasks badly, and small ones of a large
+/// mesh are too many for each to look at every other's.
 fn task_len(rows: usize, (least, most): (usize, usize)) -> usize {
     const TASKS: usize = 32;
     (rows / TASKS).clamp(least, most)
