@@ -34,7 +34,8 @@ struct ChartFace {
 impl ChartFace {
     fn holds(&self, at: DVec2) -> bool {
         let [a, b, c] = self.uv;
-        self.area != 0.0 && [[a, b], [b, c], [c, a]].iter().all(|&[a, b]| orientation(a, b, at) * self.area >= 0.0)
+        let is_left = [[a, b], [b, c], [c, a]].map(|[a, b]| orientation(a, b, at) * self.area >= 0.0);
+        (self.area != 0.0) & is_left[0] & is_left[1] & is_left[2]
     }
 }
 
@@ -100,7 +101,8 @@ impl Chart {
     /// Where a place past the rim goes: back towards the nearest point of the faces, and into the repeats of the picture that
     /// they lie in, of this size.
     pub fn back(&self, at: DVec2, repeat: f64) -> DVec2 {
-        if self.faces.iter().any(|face| face.holds(at)) {
+        // Which of them does nobody could foretell: a branch at each would be misjudged.
+        if self.faces.iter().fold(false, |found, face| found | face.holds(at)) {
             return at;
         }
         let edges = self.faces.iter().flat_map(|ChartFace { uv: [a, b, c], .. }| [[a, b], [b, c], [c, a]]);
@@ -116,9 +118,9 @@ impl Chart {
 
     /// Whether all faces that survive keep their side with the new vertex there.
     pub fn keeps(&self, at: DVec2) -> bool {
-        self.survivors().all(|face| {
+        self.faces.iter().fold(true, |all, face| {
             let after = orientation(at, face.uv[1], face.uv[2]) * self.signs[face.side];
-            after > 0.0 || (after >= 0.0 && face.area == 0.0)
+            all & (face.dies | (after > 0.0) | ((after >= 0.0) & (face.area == 0.0)))
         })
     }
 
@@ -130,10 +132,6 @@ impl Chart {
             if self.signs[face.side] >= 0.0 { self.kernel.clip(a, b) } else { self.kernel.clip(b, a) }
         }
         self.kernel.nearest(best, SHRUNK).map(rounded).filter(|&at| self.keeps(at))
-    }
-
-    fn survivors(&self) -> impl Iterator<Item = &ChartFace> {
-        self.faces.iter().filter(|face| !face.dies)
     }
 }
 

@@ -108,9 +108,12 @@ pub fn move_live<T: Copy + Send + Sync>(rows: &[T], new_vertex: &[u32], out: &mu
     let splits: Vec<u32> = bounds.iter().map(|&vertex| new_vertex[vertex]).collect();
     let pieces = split_at_bounds(out, &splits);
     bounds.par_windows(2).zip(pieces).for_each(|(range, out)| {
-        let live = (range[0]..range[1]).filter(|&vertex| new_vertex[vertex + 1] != new_vertex[vertex]);
-        for (vertex, out) in live.zip(out) {
-            *out = rows[vertex];
+        let first = new_vertex[range[0]];
+        // Also those that do not live, until the next takes their place: a branch would be misjudged.
+        for vertex in range[0]..range[1] {
+            if let Some(out) = out.get_mut((new_vertex[vertex] - first) as usize) {
+                *out = rows[vertex];
+            }
         }
     });
 }

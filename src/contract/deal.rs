@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use crate::kernel::pairs::half_edge_corners;
+use crate::kernel::pairs::half_edge_ends;
 use crate::kernel::rows::{Candidate, Face};
 
 /// Candidates that are sorted at a time.
@@ -31,7 +31,7 @@ impl Deal {
         self.starts.resize(candidates.len().div_ceil(CHUNK) * (patches + 2), 0);
         let size = size as u32;
         let patch = |candidate: &Candidate| {
-            let [u, w, _] = half_edge_corners(candidate.half_edge, faces);
+            let [u, w] = half_edge_ends(candidate.half_edge, faces);
             let (first, second) = (u / size, w / size);
             if first == second { first as usize } else { patches }
         };

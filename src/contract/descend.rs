@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::kernel::pairs::half_edge_corners;
+use crate::kernel::pairs::half_edge_ends;
 use crate::kernel::rows::{BORDER, Candidate};
 use crate::simplify::{Blocked, StopReason};
 
@@ -100,7 +100,7 @@ impl Run<'_> {
     /// Whether both ends of a candidate are on a border.
     fn is_border(&self, candidate: &Candidate) -> bool {
         let positions = self.host.positions.host();
-        let [u, w, _] = half_edge_corners(candidate.half_edge, self.host.faces.host());
+        let [u, w] = half_edge_ends(candidate.half_edge, self.host.faces.host());
         positions[u as usize].flags & positions[w as usize].flags & BORDER != 0
     }
 
@@ -108,7 +108,7 @@ impl Run<'_> {
     fn at_free_ends(&self, pool: &[Candidate]) -> Vec<Candidate> {
         let (faces, roles) = (&self.host.faces.host()[..self.host.face_count], self.host.roles.host());
         let is_free = |candidate: &Candidate| {
-            let [u, w, _] = half_edge_corners(candidate.half_edge, faces);
+            let [u, w] = half_edge_ends(candidate.half_edge, faces);
             roles[u as usize] == 0 && roles[w as usize] == 0
         };
         pool.par_iter().filter(|candidate| is_free(candidate)).copied().collect()

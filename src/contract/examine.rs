@@ -143,19 +143,16 @@ impl Examiner {
         self.sides.find(patch, [u, w])?;
         let mut with_means = quadric;
         self.sides.add_to(patch, &mut with_means);
-        if self.sides.yields
-            && (pu.flags | pw.flags) & SEAM != 0
-            && let Some(rows) = patch.wedges()
-        {
-            self.sides.add_seams(rows, [u, w], &mut with_means, SEAM_WEIGHT);
+        if self.sides.yields && (pu.flags | pw.flags) & SEAM != 0 {
+            self.sides.add_seams(patch, [u, w], &mut with_means, SEAM_WEIGHT);
         }
         let with_least = self.sides.with_least(&with_means);
         let mut placing = with_least;
         if pu.flags & pw.flags & SEAM != 0
             && !self.sides.yields
-            && let Some(rows) = patch.wedges().filter(|rows| rows.layout.costed > 0)
+            && patch.wedges().is_some_and(|rows| rows.layout.costed > 0)
         {
-            self.sides.add_seams(rows, [u, w], &mut placing, HELD_SEAM_WEIGHT);
+            self.sides.add_seams(patch, [u, w], &mut placing, HELD_SEAM_WEIGHT);
         }
         let at_end = |end: usize| with_means.value(if end == 0 { -h } else { h }) + self.sides.at_end(end, h);
         let placement = if self.sides.at_an_end { Placement::Endpoint } else { self.rules.placement };

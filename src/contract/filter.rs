@@ -89,8 +89,8 @@ pub fn link_condition(star: &Star, w: u32, flags: [u32; 2]) -> Result<(), Reject
             if k == l || !star.meets_only_at([k, l]) || !leaves_an_edge(star, k) || !leaves_an_edge(star, l) {
                 return Err(Rejection::Link);
             }
-            let joins = |face: &StarFace| face.others.contains(&k) && face.others.contains(&l);
-            if star.first.iter().any(joins) && star.second.iter().any(joins) {
+            let joins = |found: bool, face: &StarFace| found | (face.has(k) & face.has(l));
+            if star.first.iter().fold(false, joins) & star.second.iter().fold(false, joins) {
                 return Err(Rejection::Link);
             }
         }
@@ -102,7 +102,7 @@ pub fn link_condition(star: &Star, w: u32, flags: [u32; 2]) -> Result<(), Reject
 /// Whether the edges from both ends to `tip`, an opposite vertex, become one edge of the same kind as either: not one
 /// without a face, nor one that loses a third.
 fn leaves_an_edge(star: &Star, tip: u32) -> bool {
-    let faces_with_tip = |faces: &[StarFace]| faces.iter().filter(|face| face.others.contains(&tip)).count();
+    let faces_with_tip = |faces: &[StarFace]| faces.iter().map(|face| u32::from(face.has(tip))).sum::<u32>();
     let (first, second) = (faces_with_tip(&star.first), faces_with_tip(&star.second));
     matches!((first.min(second), first.max(second)), (0, 1) | (1, _))
 }

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use crate::kernel::split::CHUNK;
 use crate::kernel::warm::{faces_near, warm_up};
 use crate::math::Vec3;
+use crate::mesh::adjacency::corner_of;
 use crate::mesh::orient::input_corner;
 use crate::mesh::{Mesh, Rings};
 
@@ -148,7 +149,7 @@ impl Input<'_> {
             let first = found.origin.len();
             found.sources.clear();
             for &f in rings.ring(vertex as u32) {
-                let k = corner_of(self.faces[f as usize], vertex);
+                let k = corner_of(self.faces[f as usize], vertex as u32);
                 let corner = input_corner(self.face_origin[f as usize], k);
                 let wedge = self.wedge(corner, &mut found, first, &mut row);
                 found.of_corners.push((wedge - first) as u32);
@@ -209,15 +210,17 @@ fn assemble(found: &[Found], rings: &Rings, faces: &[[u32; 3]]) -> Gathered {
         *start += count;
         Some(*start)
     }));
-    let mut corners;
-    if counts().all(|&count| count == 1) {
-        corners = faces.to_vec();
-    } else {
-        corners = vec![[0; 3]; faces.len()];
-        let mut of_corners = found.iter().flat_map(|found| &found.of_corners);
-        for (vertex, start) in starts[..rings.vertex_count()].iter().enumerate() {
-            for (&f, wedge) in rings.ring(vertex as u32).iter().zip(&mut of_corners) {
-                corners[f as usize][corner_of(faces[f as usize], vertex)] = start + wedge;
+    let mut corners = faces.to_vec();
+    if !counts().all(|&count| count == 1) {
+        let vertices = &starts[..rings.vertex_count()];
+        corners.par_iter_mut().with_min_len(CHUNK).for_each(|face| *face = face.map(|v| vertices[v as usize]));
+        // Most vertices have one wedge, which all of their corners have by now.
+        let parted = starts.windows(2).enumerate().filter(|(_, ends)| ends[1] - ends[0] > 1);
+        for (vertex, start) in parted.map(|(vertex, ends)| (vertex, ends[0])) {
+            let first = rings.starts[vertex / CHUNK * CHUNK];
+            let of_corners = &found[vertex / CHUNK].of_corners[(rings.starts[vertex] - first) as usize..];
+            for (&f, wedge) in rings.ring(vertex as u32).iter().zip(of_corners) {
+                corners[f as usize][corner_of(faces[f as usize], vertex as u32)] = start + wedge;
             }
         }
     }
@@ -234,9 +237,4 @@ fn together<T: Copy>(found: &[Found], of: impl Fn(&Found) -> &Vec<T>) -> Vec<T> 
     let mut all = Vec::with_capacity(found.iter().map(|found| of(found).len()).sum());
     found.iter().for_each(|found| all.extend_from_slice(of(found)));
     all
-}
-
-/// The corner of a face at one of its vertices.
-fn corner_of(face: [u32; 3], vertex: usize) -> usize {
-    face.iter().position(|&v| v as usize == vertex).unwrap_or(0)
 }

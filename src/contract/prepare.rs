@@ -23,7 +23,7 @@ use super::gather_wedges::Creases;
 use super::layout::Layout;
 use super::surface::Start;
 use super::wedges::Wedges;
-use super::yielding::Yields;
+use super::yielding::{Spoke, Yields};
 use super::{Metric, Options};
 
 /// The start of a run on the host.
@@ -166,7 +166,8 @@ impl Prepared {
         let Self { frame, rings, carried, .. } = &*self;
         let wedges = carried.wedges.as_ref();
         let seams = wedges.and_then(|wedges| Some((wedges, wedges.whole_faces(faces)?)));
-        let row = |uses: &mut Vec<EdgeUse>, (vertex, (&origin, &fan)): (usize, (&u32, &Fan))| {
+        let row = |(uses, spokes): &mut (Vec<EdgeUse>, Vec<Spoke>),
+                   (vertex, (&origin, &fan)): (usize, (&u32, &Fan))| {
             let on_border = match fan {
                 Fan::Closed => false,
                 Fan::Open => true,
@@ -178,9 +179,9 @@ impl Prepared {
             let joined = is_complex && options.joins();
             let ring = rings.ring(vertex as u32);
             let at_rim = on_border || is_complex;
-            let seam = seams
-                .as_ref()
-                .map_or(0, |(wedges, is_whole)| wedges.seam_flags(vertex as u32, faces, is_whole, ring, at_rim));
+            let seam = seams.as_ref().map_or(0, |(wedges, is_whole)| {
+                wedges.seam_flags(vertex as u32, faces, is_whole, ring, at_rim, spokes)
+            });
             let seam = if seam != 0 && options.attributes.lock_seams { seam | LOCKED } else { seam };
             let flags = if on_border { BORDER } else { 0 }
                 | if locked { LOCKED } else { 0 }
@@ -189,8 +190,14 @@ impl Prepared {
             let hub = with_hub(flags, ring.len() as u32);
             Position::new(frame.to_rows(input[origin as usize]), hub)
         };
-        let rows: Vec<Position> =
-            carried.origin.par_iter().zip(fans).enumerate().with_min_len(CHUNK).map_init(Vec::new, row).collect();
+        let rows: Vec<Position> = carried
+            .origin
+            .par_iter()
+            .zip(fans)
+            .enumerate()
+            .with_min_len(CHUNK)
+            .map_init(Default::default, row)
+            .collect();
         self.border_vertices = rows.iter().filter(|p| p.flags & BORDER != 0).count();
         let complex = fans.iter().filter(|&&fan| fan == Fan::Complex).count();
         if complex > 0 && !options.joins() {

@@ -22,7 +22,7 @@ const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
 
 /// A face of a side about the middle: what its numbers change by along two of its edges is multiplied by c1 and c2 to be
 /// their gradient.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct FaceTerm {
     c1: DVec3,
     c2: DVec3,
@@ -45,7 +45,7 @@ impl FaceTerm {
         let is_flat = weight <= f64::from(LEAST_HEIGHT) * sides_sq;
         let inverse = if is_flat { 0.0 } else { 1.0 / (weight * weight) };
         let [c1, c2] = [e2.cross(n), n.cross(e1)].map(|c| c * inverse);
-        let offset = if dies { 0.0 } else { 1.0 };
+        let offset = f64::from(u8::from(!dies));
         Self { c1, c2, c1_at: c1.dot(p0), c2_at: c2.dot(p0), weight, offset, starts }
     }
 }
@@ -136,10 +136,9 @@ impl SideSums {
     pub fn add_faces(&mut self, faces: &[FaceTerm], rows: &[f32], costed: usize, quadric: &mut Quadric) {
         for (block, terms) in self.terms.iter_mut().enumerate().take(costed.div_ceil(NUMBERS)) {
             let mut sums = QuadricLanes::default();
-            add_faces(faces, rows, block * NUMBERS, terms, &mut sums);
+            self.weight = add_faces(faces, rows, block * NUMBERS, terms, &mut sums);
             sums.add_to(quadric, (costed - block * NUMBERS).min(NUMBERS));
         }
-        self.weight += faces.iter().map(|face| face.weight).sum::<f64>();
     }
 
     /// Adds what the best numbers save against the means.
@@ -202,10 +201,12 @@ impl SideSums {
     }
 }
 
-/// Adds faces to the terms of the numbers from `first` on.
+/// Adds faces to the terms of the numbers from `first` on, and returns their weight.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
-fn add_faces(faces: &[FaceTerm], rows: &[f32], first: usize, terms: &mut Terms, sums: &mut QuadricLanes) {
+fn add_faces(faces: &[FaceTerm], rows: &[f32], first: usize, terms: &mut Terms, sums: &mut QuadricLanes) -> f64 {
+    let mut total = 0.0;
     for face in faces {
+        total += face.weight;
         let [v0, v1, v2] = face.starts.map(|start| numbers_at(rows, start + first));
         let FaceTerm { c1, c2, c1_at, c2_at, weight, offset, .. } = *face;
         // The first corner has the wedge of an end.
@@ -223,6 +224,7 @@ fn add_faces(faces: &[FaceTerm], rows: &[f32], first: usize, terms: &mut Terms, 
             sums.add(lane, g, e, weight);
         }
     }
+    total
 }
 
 /// Adds `weight` times the square of the weighted mean of all faces' functions.

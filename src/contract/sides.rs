@@ -5,8 +5,11 @@
 //! over its faces of the squared difference between these functions and the new wedge's number s \[HO99\]:
 //! Σ |n| (g·x + e − s)², least where s is the weighted mean of g·x + e.
 
+use std::ops::Range;
+
 use crate::kernel::rows::{LOCKED, SEAM};
 use crate::math::DVec3;
+use crate::mesh::adjacency::corner_of;
 
 use super::filter::Rejection;
 use super::layout::{Kind, Layout};
@@ -77,6 +80,8 @@ impl Side {
 #[derive(Debug, Default)]
 pub struct Sides {
     pub faces: Vec<CornerFace>,
+    /// Of a pair, which of them have both ends.
+    dying: Range<usize>,
     pub sides: Vec<Side>,
     /// The sums over the faces of each side; longer than `sides` where more were needed before.
     sums: Vec<SideSums>,
@@ -92,8 +97,9 @@ pub struct Sides {
     pub yields: bool,
     costed: usize,
     summed: usize,
-    /// Those of the faces of a side.
+    /// Those of all faces, and of the faces of a side.
     terms: Vec<FaceTerm>,
+    own: Vec<FaceTerm>,
     /// The terms that the least numbers save.
     saved: Quadric,
 }
@@ -134,6 +140,7 @@ impl Sides {
         self.clear(rows.layout);
         let parts =
             [(0, -star.h, &star.first, false), (0, -star.h, &star.shared, true), (1, star.h, &star.second, false)];
+        self.dying = star.first.len()..star.first.len() + star.shared.len();
         for (end, at, faces, dies) in parts {
             self.faces.extend(faces.iter().map(|face| {
                 let ([v1, v2], [p1, p2], normal) = (face.others, face.points, face.normal);
@@ -150,7 +157,7 @@ impl Sides {
         for (end, &vertex) in ends.iter().enumerate() {
             for &f in patch.connectivity.ring(vertex) {
                 let corners = patch.connectivity.faces[f as usize].corners();
-                let first = corners.iter().position(|&v| v == vertex).unwrap_or(0);
+                let first = corner_of(corners, vertex);
                 let around = [first, (first + 1) % 3, (first + 2) % 3];
                 let now = around.map(|k| patch.current(corners[k]).unwrap_or(vertex));
                 if now[1] == now[2] || now[1..].iter().any(|v| ends[..end].contains(v)) {
@@ -173,17 +180,14 @@ impl Sides {
         let Some(rows) = patch.wedges() else { return Ok(()) };
         let flags = pair.map(|v| patch.position(v).flags);
         let on_seam = flags.map(|flags| flags & SEAM != 0);
-        for f in 0..self.faces.len() {
-            let face = &self.faces[f];
-            if !face.dies {
-                continue;
-            }
-            let [first, second] = pair.map(|end| face.wedge_at(end).unwrap_or(0));
+        for f in self.dying.clone() {
+            // Seen from the first end.
+            let CornerFace { corners, wedges, .. } = &self.faces[f];
+            let (first, second) = (wedges[0], wedges[if corners[2] == pair[1] { 2 } else { 1 }]);
             if self.sides.iter().all(|side| side.wedges[..2] != [first, second]) {
                 self.push([first, second, first], rows);
             }
         }
-        let dying = || self.faces.iter().filter(|face| face.dies);
         match self.sides.len() {
             0 => {
                 self.find_apart(rows, pair, on_seam == [false, false]);
@@ -198,7 +202,8 @@ impl Sides {
         let is_same = |(face, k): (&CornerFace, usize), (other, l): (&CornerFace, usize)| {
             rows.now(face.wedges[k]) == rows.now(other.wedges[l])
         };
-        let tears = || self.sides.len() < 2 || dying().any(|face| self.closes(face, pair, is_same));
+        let closes = |face: &CornerFace| self.closes(face, pair, is_same);
+        let tears = || self.sides.len() < 2 || self.faces[self.dying.clone()].iter().any(closes);
         if on_seam == [true, true] && tears() {
             return Err(Rejection::Seam);
         }
@@ -286,15 +291,20 @@ impl Sides {
         if costed == 0 || self.apart {
             return;
         }
-        let Self { faces, sides, sums, terms, saved, .. } = self;
+        let Self { faces, sides, sums, terms, own, saved, .. } = self;
+        terms.clear();
+        terms.extend(faces.iter().map(|face| {
+            let CornerFace { points, normal, dies, wedges, .. } = *face;
+            FaceTerm::new(points, normal, dies, wedges.map(|wedge| rows.start(wedge)))
+        }));
         for (side, sums) in sides.iter().zip(sums) {
-            let own = faces.iter().filter(|face| side.has(face));
-            terms.clear();
-            terms.extend(own.map(|face| {
-                let CornerFace { points, normal, dies, wedges, .. } = *face;
-                FaceTerm::new(points, normal, dies, wedges.map(|wedge| rows.start(wedge)))
-            }));
-            sums.add_faces(terms, rows.all(), costed, quadric);
+            // Off the seams it has all of them. Told without a branch at each, which would be misjudged.
+            let has_all = faces.iter().fold(true, |all, face| all & side.has(face));
+            if !has_all {
+                own.clear();
+                own.extend(faces.iter().zip(&*terms).filter(|(face, _)| side.has(face)).map(|(_, term)| *term));
+            }
+            sums.add_faces(if has_all { terms } else { own }, rows.all(), costed, quadric);
             sums.add_saved(costed, saved);
         }
     }

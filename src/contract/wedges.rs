@@ -20,10 +20,12 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::backend::Buffer;
+use crate::kernel::pairs::half_edge_corners;
 use crate::kernel::rows::Face;
 use crate::kernel::split::CHUNK;
 use crate::kernel::warm::warm_up;
 use crate::math::Vec3;
+use crate::mesh::adjacency::corner_of;
 use crate::mesh::orient::input_corner;
 use crate::mesh::{Mesh, Rings};
 
@@ -110,10 +112,10 @@ impl Wedges {
         }
         // Joined vertices have the means of their members, which are at no corner of the input.
         let origin = |vertex: u32| {
-            let corner = rings.ring(vertex).first().map_or((0, 0), |&f| {
-                let k = faces[f as usize].iter().position(|&v| v == vertex).unwrap_or(0);
-                input_corner(face_origin[f as usize], k)
-            });
+            let corner = rings
+                .ring(vertex)
+                .first()
+                .map_or((0, 0), |&f| input_corner(face_origin[f as usize], corner_of(faces[f as usize], vertex)));
             (3 * corner.0 + corner.1) as u32 | MOVED_FROM
         };
         let origin: Vec<u32> = (0..vertices as u32).map(origin).collect();
@@ -276,12 +278,7 @@ impl<'a> WedgeRows<'a> {
 
     /// Those that the corners of a face had, from that of a half-edge on.
     pub fn wedges_from(&self, half_edge: u32) -> [u32; 3] {
-        let [a, b, c] = self.corners[half_edge as usize / 3].corners();
-        match half_edge % 3 {
-            0 => [a, b, c],
-            1 => [b, c, a],
-            _ => [c, a, b],
-        }
+        half_edge_corners(half_edge, self.corners)
     }
 
     /// What it is now.

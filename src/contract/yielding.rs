@@ -18,8 +18,10 @@ use rayon::prelude::*;
 
 use crate::kernel::rows::{CORNER, LOCKED, SEAM};
 use crate::kernel::split::CHUNK;
+use crate::mesh::adjacency::corner_of;
 
 use super::filter::Rejection;
+use super::patch::Patch;
 use super::placement::Quadric;
 use super::sides::{CornerFace, Sides};
 use super::wedges::{WedgeRows, Wedges};
@@ -60,6 +62,27 @@ impl Yields {
     }
 }
 
+/// An edge as a face at one of its vertices has it: the far end, and the wedges at both.
+#[derive(Debug, Clone, Copy)]
+pub struct Spoke {
+    end: u32,
+    wedges: [u32; 2],
+}
+
+/// How many edges of a vertex have faces that disagree in the wedges. They are few, and sorting them would be misjudged at
+/// every step: each is compared with each, without a branch.
+fn count_seams(spokes: &[Spoke]) -> usize {
+    let is_torn = |(i, spoke): &(usize, &Spoke)| {
+        let comes_again = |found: bool, other: &Spoke| found | (other.end == spoke.end);
+        let disagrees = |found: bool, other: &Spoke| {
+            let ([near, far], [own_near, own_far]) = (other.wedges, spoke.wedges);
+            found | ((other.end == spoke.end) & ((near != own_near) | (far != own_far)))
+        };
+        !spokes[..*i].iter().fold(false, comes_again) & spokes[i + 1..].iter().fold(false, disagrees)
+    };
+    spokes.iter().enumerate().filter(is_torn).count()
+}
+
 impl Wedges {
     /// The wedge of a vertex that stands for those that count as one with another, where seams that yield count as none.
     fn standing(&self, vertex: u32, wedge: u32) -> u32 {
@@ -86,25 +109,35 @@ impl Wedges {
 
     /// The flags of a vertex that lies on a seam: [`SEAM`], and [`LOCKED`] or [`CORNER`] where it may not move along it.
     /// `is_whole` tells faces whose vertices have one wedge each.
-    pub fn seam_flags(&self, vertex: u32, faces: &[[u32; 3]], is_whole: &[bool], ring: &[u32], on_border: bool) -> u32 {
+    pub fn seam_flags(
+        &self,
+        vertex: u32,
+        faces: &[[u32; 3]],
+        is_whole: &[bool],
+        ring: &[u32],
+        on_border: bool,
+        spokes: &mut Vec<Spoke>,
+    ) -> u32 {
         if ring.iter().all(|&f| is_whole[f as usize]) {
             return 0;
         }
         let (corners, starts) = self.connectivity();
         let own = |vertex: u32| starts[vertex as usize]..starts[vertex as usize + 1];
-        // The far ends of its edges, with the wedges at both.
-        let spoke = |&f: &u32| {
+        let is_parted = own(vertex).len() > 1;
+        spokes.clear();
+        for &f in ring {
             let (face, wedges) = (faces[f as usize], corners[f as usize].corners());
-            let k = face.iter().position(|&v| v == vertex).unwrap_or(0);
-            let at = self.standing(vertex, wedges[k]);
-            [(k + 1) % 3, (k + 2) % 3].map(|far| (face[far], at, self.standing(face[far], wedges[far])))
-        };
-        let mut spokes: Vec<(u32, u32, u32)> = ring.iter().flat_map(spoke).collect();
-        spokes.sort_unstable();
-        let tears = |uses: &&[(u32, u32, u32)]| uses.iter().any(|with| *with != uses[0]);
-        let seams = spokes.chunk_by(|a, b| a.0 == b.0).filter(tears).count();
+            let k = corner_of(face, vertex);
+            let near = self.standing(vertex, wedges[k]);
+            for far in [(k + 1) % 3, (k + 2) % 3] {
+                // An edge whose ends have one wedge each is no seam.
+                if is_parted | (own(face[far]).len() > 1) {
+                    spokes.push(Spoke { end: face[far], wedges: [near, self.standing(face[far], wedges[far])] });
+                }
+            }
+        }
         let count = own(vertex).filter(|&wedge| self.standing(vertex, wedge) == wedge).count();
-        match (seams, count) {
+        match (count_seams(spokes), count) {
             (0, 0 | 1) => 0,
             (2, 2) if !on_border => SEAM,
             _ if self.layout.yields >= Yields::Corners => SEAM | CORNER,
@@ -161,20 +194,25 @@ impl Sides {
 
     /// Adds to a quadric the squared distances to the seams at a pair that lie along no crease alone, as those to a border.
     /// What costs pairs for the gate knows nothing of them.
-    pub fn add_seams(&self, rows: &WedgeRows<'_>, pair: [u32; 2], quadric: &mut Quadric, weight: f64) {
+    pub fn add_seams(&self, patch: &Patch<'_>, pair: [u32; 2], quadric: &mut Quadric, weight: f64) {
+        let Some(rows) = patch.wedges() else { return };
         let side = |face: &CornerFace, k: usize| [k, (k + 1) % 3].map(|k| (face.corners[k], face.wedges[k]));
         for face in &self.faces {
+            let on_seam = face.corners.map(|v| patch.position(v).flags & SEAM != 0);
             for k in 0..3 {
                 let [from, to] = side(face, k);
-                if !(pair.contains(&from.0) || pair.contains(&to.0)) {
+                // Both ends of a seam are told by their flags: most edges need no search.
+                if !(on_seam[k] & on_seam[(k + 1) % 3]) || !(pair.contains(&from.0) || pair.contains(&to.0)) {
                     continue;
                 }
                 // Each of its two faces tells an edge.
                 let parts = |other: &CornerFace| {
-                    (0..3).map(|l| side(other, l)).any(|[start, end]| {
-                        (start.0, end.0) == (to.0, from.0)
-                            && !(rows.agree_but_in_shading(from.1, end.1) && rows.agree_but_in_shading(to.1, start.1))
-                    })
+                    let runs_back =
+                        |l: usize| (other.corners[l] == to.0) & (other.corners[(l + 1) % 3] == from.0);
+                    (runs_back(0) | runs_back(1) | runs_back(2))
+                        && (0..3).filter(|&l| runs_back(l)).map(|l| side(other, l)).any(|[start, end]| {
+                            !(rows.agree_but_in_shading(from.1, end.1) && rows.agree_but_in_shading(to.1, start.1))
+                        })
                 };
                 if self.faces.iter().any(parts) {
                     let (from, to) = (face.points[k], face.points[(k + 1) % 3]);

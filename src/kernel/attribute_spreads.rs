@@ -226,9 +226,14 @@ fn add_spreads(first: usize, rings: Rings<'_>, wedge_starts: &[u32], rows: Rows<
             spread = add_wedge(spread, ring, rows, &mut gradients);
         } else {
             for wedge in wedges {
-                own.clear();
-                own.extend(ring.iter().filter(|&&f| has_wedge(rows.corners[f as usize], wedge)));
-                spread = add_wedge(spread, &own, rows, &mut gradients);
+                // Written whether it is one or not: a branch would be misjudged at every second.
+                own.resize(ring.len(), 0);
+                let mut count = 0;
+                for &f in ring {
+                    own[count] = f;
+                    count += usize::from(has_wedge(rows.corners[f as usize], wedge));
+                }
+                spread = add_wedge(spread, &own[..count], rows, &mut gradients);
             }
         }
         *sum = with_spread(*sum, spread);

@@ -123,19 +123,21 @@ fn append_walking(u: u32, stars: &Stars<'_>, pairs: &mut Vec<Edge>) {
 #[inline(always)]
 pub fn half_edge_ends(half_edge: u32, faces: &[Face]) -> [u32; 2] {
     let corners: &[u32] = bytemuck::cast_slice(faces);
-    let next = if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 };
-    [corners[half_edge as usize], corners[next as usize]]
+    [half_edge, next_half_edge(half_edge)].map(|half_edge| corners[half_edge as usize])
 }
 
-/// The corners of a half-edge's face, its start first.
+/// The corners of a half-edge's face, its start first, without a branch.
 #[inline(always)]
 pub fn half_edge_corners(half_edge: u32, faces: &[Face]) -> [u32; 3] {
-    let Face { a, b, c } = faces[(half_edge / 3) as usize];
-    match half_edge % 3 {
-        0 => [a, b, c],
-        1 => [b, c, a],
-        _ => [c, a, b],
-    }
+    let corners: &[u32] = bytemuck::cast_slice(faces);
+    let next = next_half_edge(half_edge);
+    [half_edge, next, next_half_edge(next)].map(|half_edge| corners[half_edge as usize])
+}
+
+/// The half-edge that follows in its face.
+#[inline(always)]
+fn next_half_edge(half_edge: u32) -> u32 {
+    if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
 }
 
 #[cfg(test)]

@@ -15,6 +15,13 @@ pub struct Rings {
     pub faces: Vec<u32>,
 }
 
+/// Which corner of a face a vertex is, without a branch; the first where it is none.
+#[inline(always)]
+pub fn corner_of([_, b, c]: [u32; 3], vertex: u32) -> usize {
+    let (is_b, is_c) = (b == vertex, c == vertex);
+    usize::from(is_b & !is_c) + 2 * usize::from(is_c)
+}
+
 impl Rings {
     /// The rings of `vertex_count` vertices. Corners that are not below that have none; [`Mesh::check`](super::Mesh::check)
     /// rules them out.
