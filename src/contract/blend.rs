@@ -62,7 +62,7 @@ impl Blend {
                 nearest_row(wedges, of_side(sides, number), x, row);
             }
             if !sides.apart {
-                row.iter_mut().zip(sides.least(number, x)).for_each(|(number, least)| *number = least);
+                sides.write_least(number, x, row);
                 layout.layers.iter().for_each(|layer| stay_near(layout, layer, sides, number, row));
             }
             layout.layers.iter().for_each(|layer| restrict(layer, layer.of_mut(row)));
@@ -172,17 +172,23 @@ impl Blend {
         let best = place(layer, &rows[side * width..]);
         // Where seams yield, vertices go far off their facets, which are stretched less by a place as far past the rim.
         let is_best = stays || sides.yields || sides.apart || layer.first >= wedges.layout.costed;
-        let at = if is_best { best } else { rounded(chart.back(best, f64::from(layer.scale))) };
-        let found = if chart.keeps(at) {
-            at
-        } else if stays {
+        // On the inside of a chart a place from which no face turns over lies among them: never past the rim.
+        if (is_best || sides.is_inside()) && chart.keeps(best) {
+            return Ok(());
+        }
+        if stays {
             return Err(Rejection::Texture);
-        } else {
-            nearest_row(wedges, own_faces().map(|(_, face)| face), x, nearest);
-            Some(place(layer, nearest))
-                .filter(|&at| chart.keeps(at))
-                .or_else(|| chart.nearest(at))
-                .ok_or(Rejection::Texture)?
+        }
+        let back = (!is_best).then(|| rounded(chart.back(best, f64::from(layer.scale))));
+        let found = match back.filter(|&at| chart.keeps(at)) {
+            Some(at) => at,
+            None => {
+                nearest_row(wedges, own_faces().map(|(_, face)| face), x, nearest);
+                Some(place(layer, nearest))
+                    .filter(|&at| chart.keeps(at))
+                    .or_else(|| chart.nearest(back.unwrap_or(best)))
+                    .ok_or(Rejection::Texture)?
+            }
         };
         if found != best {
             for member in members() {

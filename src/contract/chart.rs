@@ -45,8 +45,6 @@ pub struct Chart {
     faces: Vec<ChartFace>,
     /// The sign of the areas of each side.
     signs: Vec<f64>,
-    low: DVec2,
-    high: DVec2,
     kernel: Kernel,
 }
 
@@ -65,7 +63,6 @@ impl Chart {
         self.faces.clear();
         self.signs.clear();
         self.signs.resize(sides, 0.0);
-        (self.low, self.high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for (side, face) in faces {
             let uv = face.wedges.map(|wedge| place(layer, wedges.row(wedge)));
             let area = orientation(uv[0], uv[1], uv[2]);
@@ -75,7 +72,6 @@ impl Chart {
             if area != 0.0 {
                 self.signs[side] = area.signum();
             }
-            uv.iter().for_each(|&corner| (self.low, self.high) = (self.low.min(corner), self.high.max(corner)));
             self.faces.push(ChartFace { side, dies: face.dies, uv, area });
         }
         self.give_signs();
@@ -91,6 +87,12 @@ impl Chart {
             _ => 1.0,
         };
         self.signs.iter_mut().filter(|sign| **sign == 0.0).for_each(|sign| *sign = common);
+    }
+
+    /// The corners of the box around all faces.
+    fn bounds(&self) -> (DVec2, DVec2) {
+        let corners = self.faces.iter().flat_map(|face| face.uv);
+        corners.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), corner| (low.min(corner), high.max(corner)))
     }
 
     /// Whether no face has an area: none can turn over.
@@ -109,10 +111,11 @@ impl Chart {
         let points = edges.map(|[&a, &b]| nearest_on(a, b, at));
         let found = points.min_by(|a, b| at.distance_squared(*a).total_cmp(&at.distance_squared(*b)));
         let Some(nearest) = found else { return at };
-        let (past, near) = (at - nearest, NEAR * (self.high - self.low).max_element());
+        let (low, high) = self.bounds();
+        let (past, near) = (at - nearest, NEAR * (high - low).max_element());
         let length = past.length();
         let kept = if length > near { (near + (length - near) * PAST_RIM) / length } else { 1.0 };
-        let (low, high) = ((self.low / repeat).floor() * repeat, (self.high / repeat).ceil() * repeat);
+        let (low, high) = ((low / repeat).floor() * repeat, (high / repeat).ceil() * repeat);
         (nearest + past * kept).clamp(low, high)
     }
 
@@ -126,7 +129,8 @@ impl Chart {
 
     /// The place nearest to `best` where they do; `None` where there is none.
     pub fn nearest(&mut self, best: DVec2) -> Option<DVec2> {
-        self.kernel.start(self.low, self.high);
+        let (low, high) = self.bounds();
+        self.kernel.start(low, high);
         for face in self.faces.iter().filter(|face| !face.dies) {
             let [_, a, b] = face.uv;
             if self.signs[face.side] >= 0.0 { self.kernel.clip(a, b) } else { self.kernel.clip(b, a) }
@@ -154,8 +158,7 @@ mod tests {
 
     /// Triangles by the numbers of their sides.
     fn chart(faces: &[(usize, [[f64; 2]; 3])]) -> Chart {
-        let (low, high) = (DVec2::ZERO, DVec2::splat(0.75));
-        let mut chart = Chart { signs: vec![0.0; faces.len()], low, high, ..Chart::default() };
+        let mut chart = Chart { signs: vec![0.0; faces.len()], ..Chart::default() };
         for &(side, uv) in faces {
             let uv = uv.map(DVec2::from);
             let area = orientation(uv[0], uv[1], uv[2]);

@@ -194,10 +194,17 @@ impl SideSums {
         if x <= high { x } else { high }
     }
 
-    /// The best numbers at a place.
-    pub fn least(&self, summed: usize, x: DVec3) -> impl Iterator<Item = f32> {
+    /// Writes the best numbers at a place: those that are summed, as many as there is room for.
+    pub fn write_least(&self, x: DVec3, summed: &mut [f32]) {
         let inverse = if self.weight > 0.0 { 1.0 / self.weight } else { 0.0 };
-        self.numbers(summed).map(move |(_, mean, g, e)| (mean + (g.dot(x) + e) * inverse) as f32)
+        for (Terms { mean, g, e, .. }, out) in self.terms.iter().zip(summed.chunks_mut(NUMBERS)) {
+            let mut least = [0.0; NUMBERS];
+            for lane in 0..NUMBERS {
+                let slope = g[0][lane] * x.x + g[1][lane] * x.y + g[2][lane] * x.z;
+                least[lane] = (mean[lane] + (slope + e[lane]) * inverse) as f32;
+            }
+            out.copy_from_slice(&least[..out.len()]);
+        }
     }
 }
 
@@ -282,7 +289,8 @@ mod tests {
         sums.add_saved(2, &mut saved);
         assert!((sums.weight - (4.0 + 3.0)).abs() < 1e-12);
         let x = DVec3::new(0.3, -0.2, 0.0);
-        let least: Vec<f32> = sums.least(2, x).collect();
+        let mut least = [0.0; 2];
+        sums.write_least(x, &mut least);
         assert!(least.iter().zip(row(x)).all(|(a, b)| (a - b).abs() < 1e-6), "{least:?}");
         let at = cost.minus(&saved).value(x);
         assert!(at.abs() < 1e-12 && cost.value(x) > 1.0, "{at}");

@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use crate::kernel::rows::{LOCKED, SEAM};
+use crate::kernel::rows::{BORDER, JOINED, LOCKED, SEAM};
 use crate::math::DVec3;
 use crate::mesh::adjacency::corner_of;
 
@@ -93,6 +93,8 @@ pub struct Sides {
     pub apart: bool,
     /// Whether the new vertex has to stand where one of the ends does.
     pub at_an_end: bool,
+    /// Whether no seam and no border is known at the ends.
+    is_inside: bool,
     /// Whether seams give way: some sides may have a wedge of one end alone.
     pub yields: bool,
     costed: usize,
@@ -110,7 +112,8 @@ impl Sides {
         self.faces.clear();
         self.sides.clear();
         (self.fixed, self.tears, self.apart) = (None, false, false);
-        (self.at_an_end, self.yields) = (false, false);
+        (self.at_an_end, self.is_inside, self.yields) = (false, false, false);
+        self.dying = 0..0;
         (self.costed, self.summed) = (layout.costed, layout.summed);
     }
 
@@ -196,6 +199,7 @@ impl Sides {
             1 | 2 => {}
             _ => return Err(Rejection::Seam),
         }
+        self.is_inside = (flags[0] | flags[1]) & (SEAM | BORDER | LOCKED | JOINED) == 0;
         if rows.layout.yields != Yields::Nothing {
             return self.find_yielding(rows, pair, flags);
         }
@@ -217,6 +221,11 @@ impl Sides {
             [false, false] => None,
         };
         Ok(())
+    }
+
+    /// Whether faces stand all around both ends of a pair, and all of their corners there become one wedge.
+    pub fn is_inside(&self) -> bool {
+        self.is_inside && self.sides.len() == 1
     }
 
     /// The one side of a pair without an edge, where nothing but a texture or a material could tear.
@@ -330,9 +339,9 @@ impl Sides {
         self.sums[..self.sides.len()].iter().map(|sums| sums.rounding(self.costed)).sum()
     }
 
-    /// The best numbers of a side at a place.
-    pub fn least(&self, side: usize, x: DVec3) -> impl Iterator<Item = f32> {
-        self.sums[side].least(self.summed, x)
+    /// Writes the best numbers of a side at a place into its row.
+    pub fn write_least(&self, side: usize, x: DVec3, row: &mut [f32]) {
+        self.sums[side].write_least(x, &mut row[..self.summed]);
     }
 
     /// A number of a side held by those of its corners, or no farther off than `past` of their range.

@@ -207,8 +207,7 @@ impl Sides {
                 }
                 // Each of its two faces tells an edge.
                 let parts = |other: &CornerFace| {
-                    let runs_back =
-                        |l: usize| (other.corners[l] == to.0) & (other.corners[(l + 1) % 3] == from.0);
+                    let runs_back = |l: usize| (other.corners[l] == to.0) & (other.corners[(l + 1) % 3] == from.0);
                     (runs_back(0) | runs_back(1) | runs_back(2))
                         && (0..3).filter(|&l| runs_back(l)).map(|l| side(other, l)).any(|[start, end]| {
                             !(rows.agree_but_in_shading(from.1, end.1) && rows.agree_but_in_shading(to.1, start.1))
