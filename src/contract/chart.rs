@@ -190,4 +190,34 @@ mod tests {
         let held = one.back(DVec2::new(0.25, -1e-4), 1.0);
         assert!(held.y == 0.0 && (held.x - 0.25).abs() < 1e-12, "{held}");
     }
+
+    /// What lets a pair on the inside of a chart go without [`Chart::back`].
+    #[test]
+    fn where_a_closed_fan_keeps_its_faces_is_not_past_its_rim() {
+        let random = |i: u64| (crate::math::random(7, i) >> 40) as f64 / f64::from(1 << 24);
+        let mut kept = 0;
+        for case in 0..2_000 {
+            let own = |k: u64| random(100 * case + k);
+            // A fan around the origin of three to nine faces, from which the place strays as far as its rim and farther.
+            let count = 3 + case % 7;
+            let at = |k: u64| {
+                let angle = (k as f64 + 0.9 * own(k)) * std::f64::consts::TAU / count as f64;
+                rounded(DVec2::from_angle(angle) * (0.2 + own(20 + k)))
+            };
+            let corners: Vec<DVec2> = (0..count).map(at).collect();
+            let uv = |k: usize| [DVec2::ZERO, corners[k], corners[(k + 1) % corners.len()]];
+            let mut fan = Chart { signs: vec![1.0], ..Chart::default() };
+            for uv in (0..corners.len()).map(uv) {
+                let area = orientation(uv[0], uv[1], uv[2]);
+                fan.faces.push(ChartFace { side: 0, dies: false, uv, area });
+            }
+            let place = rounded(DVec2::new(own(50) - 0.5, own(51) - 0.5) * 1.5);
+            // A gap of more than half a turn makes no fan.
+            if fan.faces.iter().all(|face| face.area > 0.0) && fan.keeps(place) {
+                assert_eq!(rounded(fan.back(place, 1e9)), place, "{corners:?}");
+                kept += 1;
+            }
+        }
+        assert!(kept > 100, "{kept}");
+    }
 }

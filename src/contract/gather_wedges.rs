@@ -238,3 +238,47 @@ fn together<T: Copy>(found: &[Found], of: impl Fn(&Found) -> &Vec<T>) -> Vec<T> 
     found.iter().for_each(|found| all.extend_from_slice(of(found)));
     all
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Metric;
+    use super::super::attributes::Attributes;
+    use super::*;
+    use crate::math::Vec2;
+    use crate::mesh::frame::Frame;
+    use crate::mesh::shapes;
+
+    /// Vertices of several tasks, cut along every tenth column: every corner has the row that it has
+    /// in the input, and a vertex no row twice.
+    #[test]
+    fn every_corner_has_its_own_numbers_and_a_vertex_none_twice() {
+        let mut mesh = shapes::plane(100, 100);
+        let column = |f: usize| f / 2 % 100;
+        let texcoords = |f: usize| {
+            mesh.faces[f].map(|v| Vec2::new((v % 101) as f32 + 200.0 * (column(f) / 10) as f32, (v / 101) as f32))
+        };
+        mesh.texcoords = Some((0..mesh.faces.len()).map(texcoords).collect());
+        let vertices = mesh.positions.len();
+        assert!(vertices > 2 * CHUNK);
+        let frame = Frame::new(&mesh.faces, |v| mesh.positions[v as usize], mesh.bounds());
+        let layout = Layout::new(&mesh, &Attributes::default(), Metric::Volume, frame, false).expect("a texture");
+        let rings = Rings::new(&mesh.faces, vertices);
+        let origins: Vec<u32> = (0..mesh.faces.len() as u32).collect();
+        let found = gather(&mesh, &layout, &rings, &origins, &mesh.faces, Creases::All);
+        let row = |wedge: u32| &found.rows[wedge as usize * layout.width..][..layout.width];
+        let mut own = vec![0.0; layout.width];
+        for (f, wedges) in found.corners.iter().enumerate() {
+            for (k, &wedge) in wedges.iter().enumerate() {
+                layout.read(&mesh, f, k, &mut own);
+                let vertex = mesh.faces[f][k] as usize;
+                assert!((found.starts[vertex]..found.starts[vertex + 1]).contains(&wedge));
+                assert_eq!(row(wedge), own, "corner {k} of face {f}");
+            }
+        }
+        let count = |vertex: usize| found.starts[vertex + 1] - found.starts[vertex];
+        // Nine cuts between ten strips.
+        let on_cut = |vertex: usize| (vertex % 101).is_multiple_of(10) && !(vertex % 101).is_multiple_of(100);
+        assert!((0..vertices).all(|vertex| count(vertex) == if on_cut(vertex) { 2 } else { 1 }));
+        assert_eq!(found.starts.last(), Some(&(found.origin.len() as u32)));
+    }
+}

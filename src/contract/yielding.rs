@@ -229,3 +229,25 @@ impl Sides {
         self.faces.iter().any(|face| face.dies && self.closes(face, pair, same))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_edge_is_a_seam_once_however_many_faces_disagree() {
+        let spokes = |rows: &[[u32; 3]]| {
+            let spoke = |&[end, near, far]: &[u32; 3]| Spoke { end, wedges: [near, far] };
+            rows.iter().map(spoke).collect::<Vec<_>>()
+        };
+        let seams = |rows: &[[u32; 3]]| count_seams(&spokes(rows));
+        assert_eq!(seams(&[]), 0);
+        // Two faces that agree, one alone, and two that disagree at the near end or at the far one.
+        assert_eq!(seams(&[[5, 0, 1], [6, 0, 2], [5, 0, 1]]), 0);
+        assert_eq!(seams(&[[5, 0, 1], [6, 0, 2], [5, 3, 1]]), 1);
+        assert_eq!(seams(&[[5, 0, 1], [6, 0, 2], [6, 0, 4], [5, 3, 1]]), 2);
+        // Three faces, of which the last disagrees alone.
+        assert_eq!(seams(&[[5, 0, 1], [5, 0, 1], [5, 0, 2]]), 1);
+        assert_eq!(seams(&[[5, 0, 1], [5, 2, 1], [5, 3, 1]]), 1);
+    }
+}

@@ -229,8 +229,9 @@ mod tests {
     #[test]
     fn ends_are_the_first_corners() {
         let faces = [Face { a: 5, b: 3, c: 8 }, Face { a: 8, b: 3, c: 9 }];
-        for half_edge in 0..6 {
-            let [u, w, _] = half_edge_corners(half_edge, &faces);
+        let turned = [[5, 3, 8], [3, 8, 5], [8, 5, 3], [8, 3, 9], [3, 9, 8], [9, 8, 3]];
+        for (half_edge, [u, w, k]) in (0..).zip(turned) {
+            assert_eq!(half_edge_corners(half_edge, &faces), [u, w, k]);
             assert_eq!(half_edge_ends(half_edge, &faces), [u, w]);
         }
     }

@@ -264,6 +264,13 @@ mod tests {
     const SQUARE: [[u32; 3]; 2] = [[0, 1, 2], [1, 3, 2]];
 
     #[test]
+    fn a_corner_is_found_wherever_it_stands() {
+        assert_eq!([4, 7, 2, 9].map(|v| corner_of([4, 7, 2], v)), [0, 1, 2, 0]);
+        // A repeated one is one of the three, whatever it is asked for.
+        assert!([4, 7].iter().all(|&v| corner_of([4, 7, 7], v) < 3));
+    }
+
+    #[test]
     fn square_rings() {
         let rings = Rings::new(&SQUARE, 5);
         assert_eq!(rings.starts, [0, 1, 3, 5, 6, 6]);
