@@ -20,7 +20,7 @@ use crate::math::Vec3;
 use crate::math::exact::{
     LEAST_FACTOR, add3, cross3, divide, dot3, flush, flush3, mul, outer, root, scale3, sub3, sym_scale,
 };
-use crate::math::lanes::{self, Columns, LANES, Lane};
+use crate::math::lanes::{self, Columns, LANES, Lane, QUAD, Quad};
 
 /// One invocation a piece.
 pub struct CellSums<'a> {
@@ -128,11 +128,14 @@ impl Lane for PieceFace {
     type Output = CellSum;
 
     #[inline(always)]
-    fn load(index: usize, block: Block<'_>) -> Self {
-        let face = block.mesh.faces[block.mesh.piece_faces[block.first + index] as usize];
-        let [a, b, c] = face.corners().map(|v| block.mesh.sites[v as usize]);
-        let [origin, lowest] = block.cells[block.of_pieces[index] as usize];
-        Self { a, b, c, origin, lowest }
+    fn gather(indices: [usize; QUAD], block: Block<'_>, lanes: &mut Quad<'_>) {
+        let Pieces { faces, sites, piece_faces, .. } = block.mesh;
+        let faces = indices.map(|index| &faces[piece_faces[block.first + index] as usize]);
+        lanes.put::<_, 3>(faces.map(|face| &sites[face.a as usize]));
+        lanes.put::<_, 3>(faces.map(|face| &sites[face.b as usize]));
+        lanes.put::<_, 3>(faces.map(|face| &sites[face.c as usize]));
+        // Its origin and the lowest site.
+        lanes.put::<_, 6>(indices.map(|index| &block.cells[block.of_pieces[index] as usize]));
     }
 
     #[inline(always)]

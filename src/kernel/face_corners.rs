@@ -12,7 +12,7 @@ use super::split::CHUNK;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
 use crate::math::Vec3;
 use crate::math::exact::{LEAST_FACTOR, add, cross3, divide, dot3, flush, flush3, mul, root, sub3};
-use crate::math::lanes::{self, Columns, LANES, Lane};
+use crate::math::lanes::{self, Columns, LANES, Lane, QUAD, Quad};
 
 /// A face whose height is below this share of its longest edge counts as a line: no angles, no area. Its cotangents would
 /// be rounding noise of up to the inverse.
@@ -83,9 +83,11 @@ impl Lane for Triangle {
     type Output = Corners;
 
     #[inline(always)]
-    fn load(index: usize, (positions, faces): Self::Source<'_>) -> Self {
-        let [a, b, c] = faces[index].corners().map(|corner| positions[corner as usize].xyz());
-        Self { a, b, c }
+    fn gather(indices: [usize; QUAD], (positions, faces): Self::Source<'_>, lanes: &mut Quad<'_>) {
+        let faces = indices.map(|index| &faces[index]);
+        lanes.put::<_, 3>(faces.map(|face| &positions[face.a as usize]));
+        lanes.put::<_, 3>(faces.map(|face| &positions[face.b as usize]));
+        lanes.put::<_, 3>(faces.map(|face| &positions[face.c as usize]));
     }
 
     #[inline(always)]

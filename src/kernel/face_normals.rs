@@ -11,7 +11,7 @@ use super::split::CHUNK;
 use crate::backend::{Access, Binding, Buffer, Kernel};
 use crate::math::Vec3;
 use crate::math::exact::{LEAST_FACTOR, cross3, divide, dot3, flush3, root, scale3, sub3};
-use crate::math::lanes::{self, Columns, LANES, Lane};
+use crate::math::lanes::{self, Columns, LANES, Lane, QUAD, Quad};
 
 /// One invocation a face.
 pub struct FaceNormals<'a> {
@@ -50,9 +50,11 @@ impl Lane for Corners {
     type Output = Normal;
 
     #[inline(always)]
-    fn load(index: usize, (positions, faces): Self::Source<'_>) -> Self {
-        let [a, b, c] = faces[index].corners().map(|corner| positions[corner as usize].xyz());
-        Self { a, b, c }
+    fn gather(indices: [usize; QUAD], (positions, faces): Self::Source<'_>, lanes: &mut Quad<'_>) {
+        let faces = indices.map(|index| &faces[index]);
+        lanes.put::<_, 3>(faces.map(|face| &positions[face.a as usize]));
+        lanes.put::<_, 3>(faces.map(|face| &positions[face.b as usize]));
+        lanes.put::<_, 3>(faces.map(|face| &positions[face.c as usize]));
     }
 
     #[inline(always)]

@@ -13,7 +13,7 @@ use super::split::CHUNK;
 use super::stars::{Stars, spoke};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::exact::{LEAST, add, divide, log2, mul, sub};
-use crate::math::lanes::{self, Columns, LANES, Lane};
+use crate::math::lanes::{self, Columns, LANES, Lane, QUAD, Quad};
 
 /// One invocation a vertex.
 pub struct FeatureWeights<'a> {
@@ -173,6 +173,18 @@ struct Ring {
 const RING_WORDS: usize = size_of::<Ring>() / 4;
 
 impl Ring {
+    /// About a vertex.
+    #[inline(always)]
+    fn at(vertex: usize, Curved { stars, curvatures }: Curved<'_>) -> Self {
+        let ring = stars.ring(vertex as u32);
+        let mut around = [0.0; WINDOW];
+        for (curvature, &f) in around.iter_mut().zip(ring) {
+            *curvature = curvatures[spoke(stars.faces[f as usize], vertex as u32).next as usize];
+        }
+        let flags = stars.positions[vertex].flags;
+        Self { own: curvatures[vertex], around, neighbors: ring.len() as u32, flags }
+    }
+
     fn has_lane(&self) -> bool {
         self.neighbors as usize <= WINDOW && self.flags & BORDER == 0
     }
@@ -184,14 +196,8 @@ impl Lane for Ring {
     type Output = f32;
 
     #[inline(always)]
-    fn load(index: usize, Curved { stars, curvatures }: Curved<'_>) -> Self {
-        let ring = stars.ring(index as u32);
-        let mut around = [0.0; WINDOW];
-        for (curvature, &f) in around.iter_mut().zip(ring) {
-            *curvature = curvatures[spoke(stars.faces[f as usize], index as u32).next as usize];
-        }
-        let flags = stars.positions[index].flags;
-        Self { own: curvatures[index], around, neighbors: ring.len() as u32, flags }
+    fn gather(indices: [usize; QUAD], curved: Curved<'_>, lanes: &mut Quad<'_>) {
+        lanes.put::<_, RING_WORDS>(indices.map(|index| Self::at(index, curved)).each_ref());
     }
 
     /// What [`feature_weight`] returns, with zeros added for neighbors that are not there.
@@ -287,7 +293,7 @@ mod tests {
         let stars = Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
         let curved = Curved { stars, curvatures };
         let walked = feature_weight(0, floor, &curved, params);
-        let row = Ring::load(0, curved);
+        let row = Ring::at(0, curved);
         if row.has_lane() {
             assert_eq!(row.compute((floor, params)).to_bits(), walked.to_bits(), "{curvatures:?}");
         }
@@ -343,6 +349,6 @@ mod tests {
         let stars = Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
         let curved = Curved { stars, curvatures: &[0.0; 7] };
         assert_eq!(feature_weight(0, 0.0, &curved, AFFINE), 5.0);
-        assert_eq!(Ring::load(0, curved).compute((0.0, AFFINE)), 5.0);
+        assert_eq!(Ring::at(0, curved).compute((0.0, AFFINE)), 5.0);
     }
 }

@@ -12,7 +12,7 @@ use super::split::CHUNK;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
 use crate::math::Vec3;
 use crate::math::exact::{add, cross3, divide, dot3, mul, scale3, sub3};
-use crate::math::lanes::{self, Columns, LANES, Lane};
+use crate::math::lanes::{self, Columns, LANES, Lane, QUAD, Quad};
 
 /// Least |n| of a face over the squares of its edges for its attributes to have a gradient: about its height over its length.
 pub const LEAST_HEIGHT: f32 = 1e-4;
@@ -47,9 +47,12 @@ impl Lane for Shape {
     type Output = GradientOperator;
 
     #[inline(always)]
-    fn load(index: usize, (positions, faces, normals): Self::Source<'_>) -> Self {
-        let corners = faces[index].corners().map(|v| positions[v as usize].xyz());
-        Self { corners, normal: normals[index] }
+    fn gather(indices: [usize; QUAD], (positions, faces, normals): Self::Source<'_>, lanes: &mut Quad<'_>) {
+        let faces = indices.map(|index| &faces[index]);
+        lanes.put::<_, 3>(faces.map(|face| &positions[face.a as usize]));
+        lanes.put::<_, 3>(faces.map(|face| &positions[face.b as usize]));
+        lanes.put::<_, 3>(faces.map(|face| &positions[face.c as usize]));
+        lanes.put::<_, 4>(indices.map(|index| &normals[index]));
     }
 
     #[inline(always)]

@@ -20,7 +20,7 @@ use super::warm::warm_up;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::Vec3;
 use crate::math::exact::{mul, scale3, sub3, trace};
-use crate::math::lanes::{self, Columns, LANES, Lane};
+use crate::math::lanes::{self, Columns, LANES, Lane, QUAD, Quad};
 
 /// Pull to the midpoint. Accumulated quadrics weigh large flats against small faces at their corners: with 1e-4 corners
 /// drift (fandisk at 1 %: 1.4 times the error).
@@ -85,6 +85,7 @@ pub struct Pair {
 
 /// 32-bit scalars of a [`Pair`].
 const PAIR_WORDS: usize = size_of::<Pair>() / 4;
+const QUADRIC_WORDS: usize = size_of::<PlaneQuadric>() / 4;
 
 /// Scratch of [`PlaneRows::keys`].
 pub type PlaneBlock = Columns<Pair, PAIR_WORDS>;
@@ -150,10 +151,12 @@ impl Lane for Pair {
     type Output = u32;
 
     #[inline(always)]
-    fn load(index: usize, (rows, pairs): Self::Source<'_>) -> Self {
-        let [u, w] = half_edge_ends(pairs[index].half_edge, rows.faces).map(|end| end as usize);
-        let (pu, pw) = (rows.positions[u], rows.positions[w]);
-        Self { pu, pw, first: rows.quadrics[u], second: rows.quadrics[w] }
+    fn gather(indices: [usize; QUAD], (rows, pairs): Self::Source<'_>, lanes: &mut Quad<'_>) {
+        let ends = indices.map(|index| half_edge_ends(pairs[index].half_edge, rows.faces).map(|end| end as usize));
+        lanes.put::<_, 4>(ends.map(|[u, _]| &rows.positions[u]));
+        lanes.put::<_, 4>(ends.map(|[_, w]| &rows.positions[w]));
+        lanes.put::<_, QUADRIC_WORDS>(ends.map(|[u, _]| &rows.quadrics[u]));
+        lanes.put::<_, QUADRIC_WORDS>(ends.map(|[_, w]| &rows.quadrics[w]));
     }
 
     #[inline(always)]

@@ -24,7 +24,7 @@ use super::warm::warm_up;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, Switch, params};
 use crate::math::Vec3;
 use crate::math::exact::{Sym3, add3, dot3, mul, outer, scale3, sub3, sym_add, sym_scale, trace};
-use crate::math::lanes::{self, Columns, LANES, Lane};
+use crate::math::lanes::{self, Columns, LANES, Lane, QUAD, Quad};
 
 /// Border against surface: squared distances times |e|² against squared distances times twice the area. Half of it lets
 /// rims retreat (the maximum grows), twice costs 1 % of accuracy on open surfaces.
@@ -151,6 +151,9 @@ pub struct Pair {
 
 /// 32-bit scalars of a [`Pair`].
 const PAIR_WORDS: usize = size_of::<Pair>() / 4;
+const SUM_WORDS: usize = size_of::<VolumeSum>() / 4;
+/// Beyond a border.
+static NO_NORMAL: Normal = Normal { x: 0.0, y: 0.0, z: 0.0, root: 0.0 };
 
 /// Scratch of [`VolumeRows::keys`].
 pub type VolumeBlock = Columns<Pair, PAIR_WORDS>;
@@ -221,17 +224,18 @@ impl<'a> VolumeRows<'a> {
     }
 }
 
-/// The pair of the half-edge from `u` to `w` between the faces `f` and `g`.
-#[inline(always)]
-fn pair_between(f: u32, g: u32, [u, w]: [u32; 2], rows: &VolumeRows<'_>) -> Pair {
-    Pair {
+/// The pair of an edge, with its ends: what [`Pair::gather`] puts into a lane.
+fn pair_of(Edge { half_edge, across }: Edge, rows: &VolumeRows<'_>) -> ([u32; 2], Pair) {
+    let [u, w] = half_edge_ends(half_edge, rows.faces);
+    let pair = Pair {
         pu: rows.positions[u as usize],
         pw: rows.positions[w as usize],
         sum_u: rows.sums[u as usize],
         sum_w: rows.sums[w as usize],
-        left: rows.normals[f as usize],
-        right: if g == NO_FACE { Normal::default() } else { rows.normals[g as usize] },
-    }
+        left: rows.normals[half_edge as usize / 3],
+        right: if across == NO_FACE { NO_NORMAL } else { rows.normals[across as usize] },
+    };
+    ([u, w], pair)
 }
 
 /// What the ends of a pair sum to.
@@ -259,9 +263,17 @@ impl Lane for Pair {
     type Output = u32;
 
     #[inline(always)]
-    fn load(index: usize, (rows, pairs): Self::Source<'_>) -> Self {
-        let Edge { half_edge, across } = pairs[index];
-        pair_between(half_edge / 3, across, half_edge_ends(half_edge, rows.faces), rows)
+    fn gather(indices: [usize; QUAD], (rows, pairs): Self::Source<'_>, lanes: &mut Quad<'_>) {
+        let VolumeRows { positions, normals, sums, .. } = *rows;
+        let pairs = indices.map(|index| &pairs[index]);
+        let ends = pairs.map(|pair| half_edge_ends(pair.half_edge, rows.faces).map(|end| end as usize));
+        let right = |pair: &Edge| if pair.across == NO_FACE { &NO_NORMAL } else { &normals[pair.across as usize] };
+        lanes.put::<_, 4>(ends.map(|[u, _]| &positions[u]));
+        lanes.put::<_, 4>(ends.map(|[_, w]| &positions[w]));
+        lanes.put::<_, SUM_WORDS>(ends.map(|[u, _]| &sums[u]));
+        lanes.put::<_, SUM_WORDS>(ends.map(|[_, w]| &sums[w]));
+        lanes.put::<_, 4>(pairs.map(|pair| &normals[pair.half_edge as usize / 3]));
+        lanes.put::<_, 4>(pairs.map(right));
     }
 
     /// The key of a pair off the border.
@@ -273,8 +285,7 @@ impl Lane for Pair {
 
 /// The key of a pair with an end on the border.
 fn border_key(edge: Edge, rows: &VolumeRows<'_>, params: Params) -> u32 {
-    let [u, w] = half_edge_ends(edge.half_edge, rows.faces);
-    let pair = pair_between(edge.half_edge / 3, edge.across, [u, w], rows);
+    let ([u, w], pair) = pair_of(edge, rows);
     let e = sub3(pair.pw.xyz(), pair.pu.xyz());
     let on_border = if edge.across == NO_FACE { border_term(e) } else { Sym3::default() };
     let (first, second) = (rows.borders[u as usize], rows.borders[w as usize]);
@@ -375,8 +386,8 @@ mod tests {
                 for first in (0..pairs.len() - len).step_by(len) {
                     let mut keys = vec![0; len];
                     lanes::compute(first, source, params, &mut block, &mut keys);
-                    let scalar: Vec<u32> =
-                        (first..first + len).map(|i| Pair::load(i, source).compute(params)).collect();
+                    let scalar = |edge: &Edge| pair_of(*edge, &rows).1.compute(params);
+                    let scalar: Vec<u32> = pairs[first..first + len].iter().map(scalar).collect();
                     assert_eq!(keys, scalar, "from pair {first} on");
                 }
             }

@@ -13,6 +13,9 @@ use multiversion::multiversion;
 /// Rows to a block: enough to hide a loop's ends, few enough for the first cache.
 pub const LANES: usize = 64;
 
+/// Rows that are gathered at once: four numbers of a column are one store instead of four, which is what gathering waits for.
+pub const QUAD: usize = 4;
+
 /// Numbers of a row at a time, where a row has many.
 pub const NUMBERS: usize = 8;
 
@@ -55,14 +58,11 @@ impl<T: Pod, const WORDS: usize> Columns<T, WORDS> {
         Self { words: [[0; LANES]; WORDS], rows: PhantomData }
     }
 
-    /// Puts a row into a lane.
-    #[expect(clippy::inline_always, reason = "a row falls apart into its words, in registers")]
+    /// The lanes from a multiple of [`QUAD`] on, to be filled from the first column on.
+    #[expect(clippy::inline_always, reason = "compiled for the instruction set of its caller")]
     #[inline(always)]
-    pub fn set(&mut self, lane: usize, row: T) {
-        let words: [u32; WORDS] = bytemuck::cast(row);
-        for (column, word) in self.words.iter_mut().zip(words) {
-            column[lane] = word;
-        }
+    fn quad(&mut self, lane: usize) -> Quad<'_> {
+        Quad { columns: &mut self.words, lane }
     }
 
     /// The row of a lane.
@@ -83,7 +83,30 @@ impl<T: Pod, const WORDS: usize> Default for Columns<T, WORDS> {
     }
 }
 
-/// A row of which something is computed. `load`, `compute` and all that they call must be `inline(always)`, to be
+/// As many lanes as are filled at once.
+#[derive(Debug)]
+pub struct Quad<'a> {
+    /// Those that are not filled yet.
+    columns: &'a mut [[u32; LANES]],
+    lane: usize,
+}
+
+impl Quad<'_> {
+    /// Puts a part of a row into each lane: its first `WORDS` words, into the columns that follow those filled before. By
+    /// reference, so that rows are read where they lie and four words become a vector.
+    #[expect(clippy::inline_always, reason = "rows fall apart into their words, in registers")]
+    #[inline(always)]
+    pub fn put<R: Pod, const WORDS: usize>(&mut self, rows: [&R; QUAD]) {
+        let [a, b, c, d] = rows.map(|row| &bytemuck::cast_slice::<R, u32>(std::slice::from_ref(row))[..WORDS]);
+        let (columns, others) = std::mem::take(&mut self.columns).split_at_mut(WORDS);
+        for (word, column) in columns.iter_mut().enumerate() {
+            column[self.lane..][..QUAD].copy_from_slice(&[a[word], b[word], c[word], d[word]]);
+        }
+        self.columns = others;
+    }
+}
+
+/// A row of which something is computed. `gather`, `compute` and all that they call must be `inline(always)`, to be
 /// compiled for each instruction set.
 pub trait Lane: Pod {
     /// What rows are gathered from.
@@ -93,8 +116,8 @@ pub trait Lane: Pod {
     /// What comes out.
     type Output: Copy;
 
-    /// The row of an index: all that touches memory.
-    fn load(index: usize, source: Self::Source<'_>) -> Self;
+    /// Puts the rows of four indices into as many lanes, word by word in their order: all that touches memory.
+    fn gather(indices: [usize; QUAD], source: Self::Source<'_>, lanes: &mut Quad<'_>);
 
     /// The twin.
     fn compute(self, params: Self::Params) -> Self::Output;
@@ -109,8 +132,13 @@ pub fn compute<T: Lane, const WORDS: usize>(
     rows: &mut Columns<T, WORDS>,
     outputs: &mut [T::Output],
 ) {
-    for lane in 0..outputs.len().min(LANES) {
-        rows.set(lane, T::load(first + lane, source));
+    let count = outputs.len().min(LANES);
+    for lane in (0..count).step_by(QUAD) {
+        // Where rows end amid a quad, the last is gathered again.
+        let indices = std::array::from_fn(|i| first + (lane + i).min(count - 1));
+        let mut quad = rows.quad(lane);
+        T::gather(indices, source, &mut quad);
+        debug_assert!(quad.columns.is_empty(), "a row has a number for each of its columns");
     }
     // A block at the end computes what its other lanes hold as well: the loop has one length.
     let block: [T::Output; LANES] = std::array::from_fn(|lane| rows.get(lane).compute(params));
@@ -136,8 +164,8 @@ mod tests {
         type Output = [u32; 4];
 
         #[inline(always)]
-        fn load(index: usize, source: &[Operands]) -> Self {
-            source[index]
+        fn gather(indices: [usize; QUAD], source: &[Operands], lanes: &mut Quad<'_>) {
+            lanes.put::<_, 2>(indices.map(|index| &source[index]));
         }
 
         #[inline(always)]
