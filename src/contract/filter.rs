@@ -170,6 +170,7 @@ mod tests {
             first: vec![face(u, tip, at(-1.0, 0.5))],
             second: vec![face(w, at(2.0, 0.5), tip)],
             shared: vec![face(u, w, tip)],
+            ..Star::default()
         };
         shapes_hold(&star, DVec3::from_array(x), ShapeLimits { min_cos: 0.2, min_height: 1e-2 })
     }

@@ -272,6 +272,7 @@ mod tests {
             first: vec![face(-h, left, DVec3::NEG_X * 2.0 + down), face(-h, DVec3::NEG_X * 2.0 + down, right)],
             second: vec![face(h, right, DVec3::X * 2.0 + down), face(h, DVec3::X * 2.0 + down, left)],
             shared: vec![face(-h, h, left), face(-h, right, h)],
+            ..Star::default()
         };
         let q = Quadric::of_star(&star);
         let x = q.least(h, 1e-5);

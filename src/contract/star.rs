@@ -10,6 +10,7 @@
 //!        l
 //! ```
 
+use crate::kernel::stars::{Spoke, spoke};
 use crate::math::DVec3;
 
 use super::patch::Patch;
@@ -49,30 +50,45 @@ pub struct Star {
     pub second: Vec<StarFace>,
     /// Faces with both.
     pub shared: Vec<StarFace>,
+    /// What each of the lists is filled from, in their places.
+    pub(super) seen: Vec<[Seen; 3]>,
 }
 
 impl Star {
     /// Gathers the star of the pair `u`, `w` about `middle`, which is `h` before `w`. Both took part in no contraction of
     /// this round, so their rings are those of its start.
+    ///
+    /// First the corners, then where they lie: which faces are shared nobody could foretell, and a branch on what is read
+    /// last would be misjudged when most has begun. Each face is written wherever it may belong, and counted where it does.
     #[inline]
     pub fn gather(&mut self, [u, w]: [u32; 2], middle: DVec3, h: DVec3, patch: &Patch<'_>) -> Result<(), Outside> {
         self.h = h;
-        self.first.clear();
-        self.second.clear();
-        self.shared.clear();
-        for &f in patch.connectivity.ring(u) {
-            if let Some(face) = located(f, u, -h, middle, patch)? {
-                if face.has(w) { self.shared.push(face) } else { self.first.push(face) }
-            }
+        let (of_u, of_w) = (patch.connectivity.ring(u), patch.connectivity.ring(w));
+        let most = of_u.len().max(of_w.len());
+        if self.seen.len() < most {
+            self.seen.resize(most, [Seen::default(); 3]);
         }
-        for &f in patch.connectivity.ring(w) {
-            let corners = patch.connectivity.faces[f as usize].corners();
-            if !corners.contains(&u)
-                && let Some(face) = located(f, w, h, middle, patch)?
-            {
-                self.second.push(face);
-            }
+        let seen = &mut self.seen[..most];
+        let (mut first, mut second, mut shared) = (0, 0, 0);
+        for &f in of_u {
+            let face = Seen::from(u, f, patch)?;
+            (seen[first][0], seen[shared][1]) = (face, face);
+            first += usize::from(face.is_live() & !face.has(w));
+            shared += usize::from(face.is_live() & face.has(w));
         }
+        for &f in of_w {
+            let face = Seen::from(w, f, patch)?;
+            seen[second][2] = face;
+            // Of two vertices that took part in nothing neither has another name.
+            second += usize::from(face.is_live() & !face.has(u));
+        }
+        let fill = |faces: &mut Vec<StarFace>, place: usize, count: usize, at: DVec3| {
+            faces.clear();
+            faces.extend(seen[..count].iter().map(|seen| seen[place].located(at, middle, patch)));
+        };
+        fill(&mut self.first, 0, first, -h);
+        fill(&mut self.shared, 1, shared, -h);
+        fill(&mut self.second, 2, second, h);
         Ok(())
     }
 
@@ -133,22 +149,44 @@ impl Star {
     }
 }
 
+/// A face from one of its corners.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Seen {
+    half_edge: u32,
+    /// The other corners as they are now: one twice where it died this round.
+    others: [u32; 2],
+}
+
+impl Seen {
+    #[inline(always)]
+    fn from(end: u32, f: u32, patch: &Patch<'_>) -> Result<Self, Outside> {
+        let Spoke { corner, next, last } = spoke(patch.connectivity.faces[f as usize], end);
+        let (Some(v1), Some(v2)) = (patch.current(next), patch.current(last)) else { return Err(Outside) };
+        Ok(Self { half_edge: 3 * f + corner, others: [v1, v2] })
+    }
+
+    #[inline(always)]
+    fn is_live(&self) -> bool {
+        self.others[0] != self.others[1]
+    }
+
+    #[inline(always)]
+    fn has(&self, vertex: u32) -> bool {
+        (self.others[0] == vertex) | (self.others[1] == vertex)
+    }
+
+    /// About `middle`, from which its corner stands at `at`.
+    #[inline(always)]
+    fn located(&self, at: DVec3, middle: DVec3, patch: &Patch<'_>) -> StarFace {
+        let points = self.others.map(|v| patch.position(v).xyz().as_dvec3() - middle);
+        let normal = (points[0] - at).cross(points[1] - at);
+        StarFace { half_edge: self.half_edge, others: self.others, points, normal }
+    }
+}
+
 /// Face `f` turned so that `end`, which stands at `at`, comes first; `None` for one that died this round.
 #[inline(always)]
 pub fn located(f: u32, end: u32, at: DVec3, middle: DVec3, patch: &Patch<'_>) -> Result<Option<StarFace>, Outside> {
-    let [a, b, c] = patch.connectivity.faces[f as usize].corners();
-    let (corner, after) = if a == end {
-        (0, [b, c])
-    } else if b == end {
-        (1, [c, a])
-    } else {
-        (2, [a, b])
-    };
-    let (Some(v1), Some(v2)) = (patch.current(after[0]), patch.current(after[1])) else { return Err(Outside) };
-    if v1 == v2 {
-        return Ok(None);
-    }
-    let points = [v1, v2].map(|v| patch.position(v).xyz().as_dvec3() - middle);
-    let normal = (points[0] - at).cross(points[1] - at);
-    Ok(Some(StarFace { half_edge: 3 * f + corner, others: [v1, v2], points, normal }))
+    let seen = Seen::from(end, f, patch)?;
+    Ok(seen.is_live().then(|| seen.located(at, middle, patch)))
 }
