@@ -204,16 +204,18 @@ mod tests {
                 let angle = (k as f64 + 0.9 * own(k)) * std::f64::consts::TAU / count as f64;
                 rounded(DVec2::from_angle(angle) * (0.2 + own(20 + k)))
             };
-            let corners: Vec<DVec2> = (0..count).map(at).collect();
+            // Every second is a mirror image.
+            let sign = if case % 2 == 0 { 1.0 } else { -1.0 };
+            let corners: Vec<DVec2> = (0..count).map(at).map(|corner| DVec2::new(corner.x * sign, corner.y)).collect();
             let uv = |k: usize| [DVec2::ZERO, corners[k], corners[(k + 1) % corners.len()]];
-            let mut fan = Chart { signs: vec![1.0], ..Chart::default() };
+            let mut fan = Chart { signs: vec![sign], ..Chart::default() };
             for uv in (0..corners.len()).map(uv) {
                 let area = orientation(uv[0], uv[1], uv[2]);
                 fan.faces.push(ChartFace { side: 0, dies: false, uv, area });
             }
             let place = rounded(DVec2::new(own(50) - 0.5, own(51) - 0.5) * 1.5);
             // A gap of more than half a turn makes no fan.
-            if fan.faces.iter().all(|face| face.area > 0.0) && fan.keeps(place) {
+            if fan.faces.iter().all(|face| face.area * sign > 0.0) && fan.keeps(place) {
                 assert_eq!(rounded(fan.back(place, 1e9)), place, "{corners:?}");
                 kept += 1;
             }

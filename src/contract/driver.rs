@@ -29,9 +29,9 @@ use super::{Candidates, Metric, Options, Placement};
 
 /// Live faces below which a GPU hands over to the CPU: a round there costs more than its work.
 const HANDOVER_FACES: usize = 20_000;
-/// The share of the faces below which software does, which runs on the CPU's cores and never gains: a third round there
+/// The share of the faces below which software does, which runs on the CPU's cores and never gains: a second round there
 /// passes 1.5 times the CPU's time.
-const SOFTWARE_HANDOVER: f64 = 0.5;
+const SOFTWARE_HANDOVER: f64 = 0.75;
 /// Faces from which a GPU that was taken by itself is used: below, its kernels are not even loaded when the CPU is done.
 const AUTO_FACES: usize = 100_000;
 /// A round that contracts less than this share of its candidates widens the gate of the next.

@@ -23,7 +23,7 @@ use super::gather_wedges::Creases;
 use super::layout::Layout;
 use super::surface::Start;
 use super::wedges::Wedges;
-use super::yielding::{Spoke, Yields};
+use super::yielding::{EdgeWedges, Yields};
 use super::{Metric, Options};
 
 /// The start of a run on the host.
@@ -166,7 +166,7 @@ impl Prepared {
         let Self { frame, rings, carried, .. } = &*self;
         let wedges = carried.wedges.as_ref();
         let seams = wedges.and_then(|wedges| Some((wedges, wedges.whole_faces(faces)?)));
-        let row = |(uses, spokes): &mut (Vec<EdgeUse>, Vec<Spoke>),
+        let row = |(uses, wedges_at): &mut (Vec<EdgeUse>, Vec<EdgeWedges>),
                    (vertex, (&origin, &fan)): (usize, (&u32, &Fan))| {
             let on_border = match fan {
                 Fan::Closed => false,
@@ -180,7 +180,7 @@ impl Prepared {
             let ring = rings.ring(vertex as u32);
             let at_rim = on_border || is_complex;
             let seam = seams.as_ref().map_or(0, |(wedges, is_whole)| {
-                wedges.seam_flags(vertex as u32, faces, is_whole, ring, at_rim, spokes)
+                wedges.seam_flags(vertex as u32, faces, is_whole, ring, at_rim, wedges_at)
             });
             let seam = if seam != 0 && options.attributes.lock_seams { seam | LOCKED } else { seam };
             let flags = if on_border { BORDER } else { 0 }
@@ -309,6 +309,24 @@ mod tests {
         assert!(with_log[0].starts_with("a log holds one normal"));
         mesh.face_colors = Some(vec![[0.5; 4]; mesh.faces.len()]);
         assert!(told(&mesh, &Options::default()).iter().any(|warning| warning == FACE_COLORS_DROPPED));
+    }
+
+    /// Two caps of very many faces, with a texture that is cut along their rims: what compares each edge of a vertex with
+    /// each would take a minute.
+    #[test]
+    fn hubs_within_seams_are_no_trap() {
+        let mut can = shapes::cylinder(100_000);
+        let texcoords = |face: &[u32; 3]| {
+            let points = face.map(|v| can.positions[v as usize]);
+            let is_cap = points.iter().all(|p| p.z == points[0].z);
+            points.map(|p| Vec2::new(p.x as f32 + if is_cap { 4.0 } else { 0.0 }, p.y as f32))
+        };
+        can.texcoords = Some(can.faces.iter().map(texcoords).collect());
+        let clock = std::time::Instant::now();
+        let prepared = prepare(&can, &Options::default(), Yields::Nothing).expect("a valid mesh");
+        let on_seam = prepared.positions.iter().filter(|p| p.flags & SEAM != 0).count();
+        assert_eq!((on_seam, prepared.positions.len()), (200_000, 200_002));
+        assert!(clock.elapsed().as_secs() < 10, "{:?}", clock.elapsed());
     }
 
     #[test]

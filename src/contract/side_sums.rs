@@ -22,7 +22,7 @@ const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
 
 /// A face of a side about the middle: what its numbers change by along two of its edges is multiplied by c1 and c2 to be
 /// their gradient.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub struct FaceTerm {
     c1: DVec3,
     c2: DVec3,
@@ -131,7 +131,7 @@ impl SideSums {
         }
     }
 
-    /// Adds faces, whose rows are among `rows`, and to `quadric` what their first `costed` numbers cost as long as the new
+    /// Adds all faces of the side, once after [`begin`](Self::begin), whose rows are among `rows`, and to `quadric` what their first `costed` numbers cost as long as the new
     /// wedge has the means.
     pub fn add_faces(&mut self, faces: &[FaceTerm], rows: &[f32], costed: usize, quadric: &mut Quadric) {
         for (block, terms) in self.terms.iter_mut().enumerate().take(costed.div_ceil(NUMBERS)) {
@@ -313,6 +313,25 @@ mod tests {
             let at = cost.minus(&saved).value(DVec3::new(0.3, -0.2, 0.0));
             let (allowed, is_rounding) = (sums.rounding(2), bits == 1);
             assert_eq!(at <= allowed, is_rounding, "{offset}: {at:e} of {allowed:e}");
+        }
+    }
+
+    #[test]
+    fn each_number_of_any_block_is_best_where_it_is_linear() {
+        let width = 12;
+        let (faces, _) = terms(width);
+        // Number i of a corner is i times what the first two are linear in.
+        let points = corners().concat();
+        let rows: Vec<f32> = points.iter().flat_map(|p| (0..width).map(|i| row(*p)[i % 2] * i as f32)).collect();
+        let mut sums = SideSums::default();
+        sums.begin(&rows, [0, width], width);
+        sums.add_faces(&faces, &rows, width, &mut Quadric::default());
+        let x = DVec3::new(0.3, -0.2, 0.0);
+        for summed in [1, 8, 9, 11, 12] {
+            let mut least = vec![0.0; summed];
+            sums.write_least(x, &mut least);
+            let error = |(i, &number): (usize, &f32)| (number - row(x)[i % 2] * i as f32).abs();
+            assert!(least.iter().enumerate().map(error).all(|error| error < 1e-4), "{least:?}");
         }
     }
 

@@ -93,13 +93,13 @@ pub struct Sides {
     pub apart: bool,
     /// Whether the new vertex has to stand where one of the ends does.
     pub at_an_end: bool,
-    /// Whether no seam and no border is known at the ends.
+    /// Whether no seam and no border is known at the ends; where parts meet, or a vertex is locked, there may be one.
     is_inside: bool,
     /// Whether seams give way: some sides may have a wedge of one end alone.
     pub yields: bool,
     costed: usize,
     summed: usize,
-    /// Those of all faces, and of the faces of a side.
+    /// What the faces add to sums: of all, and of those of a side.
     terms: Vec<FaceTerm>,
     own: Vec<FaceTerm>,
     /// The terms that the least numbers save.

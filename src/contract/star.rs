@@ -50,7 +50,7 @@ pub struct Star {
     pub second: Vec<StarFace>,
     /// Faces with both.
     pub shared: Vec<StarFace>,
-    /// What each of the lists is filled from, in their places.
+    /// What `first`, `shared` and `second` are filled from.
     pub(super) seen: Vec<[Seen; 3]>,
 }
 

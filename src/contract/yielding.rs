@@ -63,24 +63,36 @@ impl Yields {
 }
 
 /// An edge as a face at one of its vertices has it: the far end, and the wedges at both.
-#[derive(Debug, Clone, Copy)]
-pub struct Spoke {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct EdgeWedges {
     end: u32,
     wedges: [u32; 2],
 }
 
-/// How many edges of a vertex have faces that disagree in the wedges. They are few, and sorting them would be misjudged at
-/// every step: each is compared with each, without a branch.
-fn count_seams(spokes: &[Spoke]) -> usize {
-    let is_torn = |(i, spoke): &(usize, &Spoke)| {
-        let comes_again = |found: bool, other: &Spoke| found | (other.end == spoke.end);
-        let disagrees = |found: bool, other: &Spoke| {
-            let ([near, far], [own_near, own_far]) = (other.wedges, spoke.wedges);
-            found | ((other.end == spoke.end) & ((near != own_near) | (far != own_far)))
+/// So many uses of edges are compared each with each, without a branch: to sort a few is misjudged at every step.
+const FEW: usize = 64;
+
+/// How many edges of a vertex have faces that disagree in the wedges; `uses` are put in order.
+fn count_seams(uses: &mut [EdgeWedges]) -> usize {
+    if uses.len() > FEW {
+        return count_seams_sorted(uses);
+    }
+    let is_torn = |(i, edge): &(usize, &EdgeWedges)| {
+        let comes_again = |found: bool, other: &EdgeWedges| found | (other.end == edge.end);
+        let disagrees = |found: bool, other: &EdgeWedges| {
+            let ([near, far], [own_near, own_far]) = (other.wedges, edge.wedges);
+            found | ((other.end == edge.end) & ((near != own_near) | (far != own_far)))
         };
-        !spokes[..*i].iter().fold(false, comes_again) & spokes[i + 1..].iter().fold(false, disagrees)
+        !uses[..*i].iter().fold(false, comes_again) & uses[i + 1..].iter().fold(false, disagrees)
     };
-    spokes.iter().enumerate().filter(is_torn).count()
+    uses.iter().enumerate().filter(is_torn).count()
+}
+
+/// [`count_seams`] of any number.
+fn count_seams_sorted(uses: &mut [EdgeWedges]) -> usize {
+    uses.sort_unstable();
+    let is_torn = |uses: &&[EdgeWedges]| uses.iter().any(|edge| *edge != uses[0]);
+    uses.chunk_by(|a, b| a.end == b.end).filter(is_torn).count()
 }
 
 impl Wedges {
@@ -108,7 +120,7 @@ impl Wedges {
     }
 
     /// The flags of a vertex that lies on a seam: [`SEAM`], and [`LOCKED`] or [`CORNER`] where it may not move along it.
-    /// `is_whole` tells faces whose vertices have one wedge each.
+    /// `is_whole` tells faces whose vertices have one wedge each; `uses` is overwritten.
     pub fn seam_flags(
         &self,
         vertex: u32,
@@ -116,7 +128,7 @@ impl Wedges {
         is_whole: &[bool],
         ring: &[u32],
         on_border: bool,
-        spokes: &mut Vec<Spoke>,
+        uses: &mut Vec<EdgeWedges>,
     ) -> u32 {
         if ring.iter().all(|&f| is_whole[f as usize]) {
             return 0;
@@ -124,7 +136,7 @@ impl Wedges {
         let (corners, starts) = self.connectivity();
         let own = |vertex: u32| starts[vertex as usize]..starts[vertex as usize + 1];
         let is_parted = own(vertex).len() > 1;
-        spokes.clear();
+        uses.clear();
         for &f in ring {
             let (face, wedges) = (faces[f as usize], corners[f as usize].corners());
             let k = corner_of(face, vertex);
@@ -132,12 +144,12 @@ impl Wedges {
             for far in [(k + 1) % 3, (k + 2) % 3] {
                 // An edge whose ends have one wedge each is no seam.
                 if is_parted | (own(face[far]).len() > 1) {
-                    spokes.push(Spoke { end: face[far], wedges: [near, self.standing(face[far], wedges[far])] });
+                    uses.push(EdgeWedges { end: face[far], wedges: [near, self.standing(face[far], wedges[far])] });
                 }
             }
         }
         let count = own(vertex).filter(|&wedge| self.standing(vertex, wedge) == wedge).count();
-        match (count_seams(spokes), count) {
+        match (count_seams(uses), count) {
             (0, 0 | 1) => 0,
             (2, 2) if !on_border => SEAM,
             _ if self.layout.yields >= Yields::Corners => SEAM | CORNER,
@@ -201,7 +213,8 @@ impl Sides {
             let on_seam = face.corners.map(|v| patch.position(v).flags & SEAM != 0);
             for k in 0..3 {
                 let [from, to] = side(face, k);
-                // Both ends of a seam are told by their flags: most edges need no search.
+                // Both ends of a seam are told by their flags, and most edges need no search: but for what parts tear that
+                // were joined, where the vertex stays and nothing is placed.
                 if !(on_seam[k] & on_seam[(k + 1) % 3]) || !(pair.contains(&from.0) || pair.contains(&to.0)) {
                     continue;
                 }
@@ -234,13 +247,13 @@ impl Sides {
 mod tests {
     use super::*;
 
+    fn uses(rows: &[[u32; 3]]) -> Vec<EdgeWedges> {
+        rows.iter().map(|&[end, near, far]| EdgeWedges { end, wedges: [near, far] }).collect()
+    }
+
     #[test]
     fn an_edge_is_a_seam_once_however_many_faces_disagree() {
-        let spokes = |rows: &[[u32; 3]]| {
-            let spoke = |&[end, near, far]: &[u32; 3]| Spoke { end, wedges: [near, far] };
-            rows.iter().map(spoke).collect::<Vec<_>>()
-        };
-        let seams = |rows: &[[u32; 3]]| count_seams(&spokes(rows));
+        let seams = |rows: &[[u32; 3]]| count_seams(&mut uses(rows));
         assert_eq!(seams(&[]), 0);
         // Two faces that agree, one alone, and two that disagree at the near end or at the far one.
         assert_eq!(seams(&[[5, 0, 1], [6, 0, 2], [5, 0, 1]]), 0);
@@ -249,5 +262,18 @@ mod tests {
         // Three faces, of which the last disagrees alone.
         assert_eq!(seams(&[[5, 0, 1], [5, 0, 1], [5, 0, 2]]), 1);
         assert_eq!(seams(&[[5, 0, 1], [5, 2, 1], [5, 3, 1]]), 1);
+    }
+
+    #[test]
+    fn few_edges_and_many_are_counted_alike() {
+        let mut counts = Vec::new();
+        for case in 0..300 {
+            let random = |i: u64, below: u64| (crate::math::random(case, i) % below) as u32;
+            let edge = |i: u64| [random(3 * i, 1 + case / 4), random(3 * i + 1, 2), random(3 * i + 2, 3)];
+            let rows: Vec<[u32; 3]> = (0..case % (FEW as u64 + 1)).map(edge).collect();
+            counts.push(count_seams(&mut uses(&rows)));
+            assert_eq!(counts.last(), Some(&count_seams_sorted(&mut uses(&rows))), "{rows:?}");
+        }
+        assert!(counts.iter().max() > Some(&10), "{counts:?}");
     }
 }

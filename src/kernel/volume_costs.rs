@@ -224,18 +224,16 @@ impl<'a> VolumeRows<'a> {
     }
 }
 
-/// The pair of an edge, with its ends: what [`Pair::gather`] puts into a lane.
-fn pair_of(Edge { half_edge, across }: Edge, rows: &VolumeRows<'_>) -> ([u32; 2], Pair) {
-    let [u, w] = half_edge_ends(half_edge, rows.faces);
-    let pair = Pair {
+/// The pair of the half-edge from `u` to `w` between the faces `f` and `g`: what [`Pair::gather`] puts into a lane.
+fn pair_between(f: u32, g: u32, [u, w]: [u32; 2], rows: &VolumeRows<'_>) -> Pair {
+    Pair {
         pu: rows.positions[u as usize],
         pw: rows.positions[w as usize],
         sum_u: rows.sums[u as usize],
         sum_w: rows.sums[w as usize],
-        left: rows.normals[half_edge as usize / 3],
-        right: if across == NO_FACE { NO_NORMAL } else { rows.normals[across as usize] },
-    };
-    ([u, w], pair)
+        left: rows.normals[f as usize],
+        right: if g == NO_FACE { NO_NORMAL } else { rows.normals[g as usize] },
+    }
 }
 
 /// What the ends of a pair sum to.
@@ -285,7 +283,8 @@ impl Lane for Pair {
 
 /// The key of a pair with an end on the border.
 fn border_key(edge: Edge, rows: &VolumeRows<'_>, params: Params) -> u32 {
-    let ([u, w], pair) = pair_of(edge, rows);
+    let [u, w] = half_edge_ends(edge.half_edge, rows.faces);
+    let pair = pair_between(edge.half_edge / 3, edge.across, [u, w], rows);
     let e = sub3(pair.pw.xyz(), pair.pu.xyz());
     let on_border = if edge.across == NO_FACE { border_term(e) } else { Sym3::default() };
     let (first, second) = (rows.borders[u as usize], rows.borders[w as usize]);
@@ -386,7 +385,9 @@ mod tests {
                 for first in (0..pairs.len() - len).step_by(len) {
                     let mut keys = vec![0; len];
                     lanes::compute(first, source, params, &mut block, &mut keys);
-                    let scalar = |edge: &Edge| pair_of(*edge, &rows).1.compute(params);
+                    let scalar = |&Edge { half_edge, across }: &Edge| {
+                        pair_between(half_edge / 3, across, half_edge_ends(half_edge, faces), &rows).compute(params)
+                    };
                     let scalar: Vec<u32> = pairs[first..first + len].iter().map(scalar).collect();
                     assert_eq!(keys, scalar, "from pair {first} on");
                 }
