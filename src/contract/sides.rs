@@ -354,3 +354,48 @@ impl Sides {
         self.sums[side].weight
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Options;
+    use super::super::prepare::prepare;
+    use super::super::surface::Surface;
+    use super::*;
+    use crate::backend::Device;
+    use crate::math::Vec2;
+    use crate::mesh::shapes;
+
+    /// A plane whose texture is cut along its middle column: pairs are inside where no end is on the cut or the border.
+    #[test]
+    fn pairs_at_a_border_or_a_seam_are_not_inside() {
+        let (width, middle) = (8, 4);
+        let mut mesh = shapes::plane(width, width);
+        let place = |v: u32| [v % (width + 1), v / (width + 1)];
+        let texcoords = |face: &[u32; 3]| {
+            let places = face.map(place);
+            let shift = if places.iter().any(|&[x, _]| x > middle) { 20.0 } else { 0.0 };
+            places.map(|[x, y]| Vec2::new(x as f32 + shift, y as f32))
+        };
+        mesh.texcoords = Some(mesh.faces.iter().map(texcoords).collect());
+        let mut prepared = prepare(&mesh, &Options::default(), Yields::Nothing).expect("a valid mesh");
+        let device = Device::cpu(1).expect("a device");
+        let start = prepared.take_start();
+        let mut surface = Surface::new(&mut device.cpu_queue(), start, true).expect("room");
+        let origin = prepared.carried.origin.clone();
+        let patch = Patch::whole(&mut surface, &mut prepared.carried);
+        let is_off = |v: u32| place(origin[v as usize]).iter().all(|&x| x > 0 && x < width);
+        let is_inside = |v: u32| is_off(v) && place(origin[v as usize])[0] != middle;
+        let (mut star, mut sides, mut inside, mut outside) = (Star::default(), Sides::default(), 0, 0);
+        for face in patch.connectivity.faces {
+            let pair = [face.a, face.b];
+            let [u, w] = pair.map(|v| patch.position(v).xyz().as_dvec3());
+            star.gather(pair, (u + w) * 0.5, (w - u) * 0.5, &patch).expect("the patch is the whole surface");
+            sides.gather_pair(&patch, pair, &star);
+            if sides.find(&patch, pair).is_ok() {
+                assert_eq!(sides.is_inside(), pair.iter().all(|&v| is_inside(v)), "{pair:?}");
+                if sides.is_inside() { inside += 1 } else { outside += 1 }
+            }
+        }
+        assert!(inside > 20 && outside > 20, "{inside}, {outside}");
+    }
+}

@@ -16,7 +16,7 @@ use crate::math::DVec3;
 use super::patch::Patch;
 
 /// A live face of a star. Shared faces are seen from `u`.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StarFace {
     /// Three times the face, and which of its corners the end is.
     pub half_edge: u32,
@@ -189,4 +189,83 @@ impl Seen {
 pub fn located(f: u32, end: u32, at: DVec3, middle: DVec3, patch: &Patch<'_>) -> Result<Option<StarFace>, Outside> {
     let seen = Seen::from(end, f, patch)?;
     Ok(seen.is_live().then(|| seen.located(at, middle, patch)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Options;
+    use super::super::patch::Placed;
+    use super::super::prepare::prepare;
+    use super::super::surface::Surface;
+    use super::super::yielding::Yields;
+    use super::*;
+    use crate::backend::Device;
+    use crate::kernel::rows::PlaneQuadric;
+    use crate::mesh::shapes;
+
+    /// First, second and shared faces by a walk around either end.
+    fn walked([u, w]: [u32; 2], middle: DVec3, h: DVec3, patch: &Patch<'_>) -> [Vec<StarFace>; 3] {
+        let [mut first, mut second, mut shared] = [const { Vec::new() }; 3];
+        let around = |end: u32, at: DVec3| {
+            let ring = patch.connectivity.ring(end).iter();
+            ring.filter_map(move |&f| located(f, end, at, middle, patch).expect("the patch is the whole surface"))
+        };
+        around(u, -h).for_each(|face| if face.has(w) { shared.push(face) } else { first.push(face) });
+        second.extend(around(w, h).filter(|face| !face.has(u)));
+        [first, second, shared]
+    }
+
+    /// Compares the stars of all free pairs of a patch; tells how many there are and how many faces had died around them.
+    fn compare(star: &mut Star, patch: &Patch<'_>) -> (usize, usize) {
+        let (mut pairs, mut died) = (0, 0);
+        for corners in patch.connectivity.faces.iter().map(|face| face.corners()) {
+            for k in 0..3 {
+                let [u, w] = [corners[k], corners[(k + 1) % 3]];
+                if !(patch.is_free(u) && patch.is_free(w)) {
+                    continue;
+                }
+                let [pu, pw] = [u, w].map(|v| patch.position(v).xyz().as_dvec3());
+                let (h, middle) = ((pw - pu) * 0.5, (pu + pw) * 0.5);
+                star.gather([u, w], middle, h, patch).expect("the patch is the whole surface");
+                let found = [&star.first, &star.second, &star.shared];
+                assert_eq!(found, walked([u, w], middle, h, patch).each_ref(), "{u} to {w}");
+                let live: usize = found.iter().map(|faces| faces.len()).sum();
+                pairs += 1;
+                died +=
+                    [u, w].map(|v| patch.connectivity.ring(v).len()).iter().sum::<usize>() - (live + star.shared.len());
+            }
+        }
+        (pairs, died)
+    }
+
+    #[test]
+    fn stars_are_those_of_a_walk_whatever_was_gathered_before() {
+        // Rings of 3 to 40 faces, each gathered after larger ones and smaller ones.
+        for mesh in [shapes::cylinder(40), shapes::plane(6, 6)] {
+            let mut prepared = prepare(&mesh, &Options::default(), Yields::Nothing).expect("a valid mesh");
+            let device = Device::cpu(1).expect("a device");
+            let start = prepared.take_start();
+            let mut surface = Surface::new(&mut device.cpu_queue(), start, true).expect("room");
+            let mut patch = Patch::whole(&mut surface, &mut prepared.carried);
+            let mut star = Star::default();
+            let (all, died) = compare(&mut star, &patch);
+            assert_eq!((all, died), (3 * mesh.faces.len(), 0));
+            for u in (0..patch.len() as u32).step_by(5) {
+                let face = patch.connectivity.faces[patch.connectivity.ring(u)[0] as usize];
+                let w = spoke(face, u).next;
+                if patch.is_free(u) && patch.is_free(w) {
+                    let placed = Placed {
+                        x: patch.position(u).xyz(),
+                        t: 0.0,
+                        quadric: PlaneQuadric::default(),
+                        drift: 0.0,
+                        flags: 0,
+                    };
+                    patch.contract([u, w], &placed);
+                }
+            }
+            let (left, died) = compare(&mut star, &patch);
+            assert!(0 < left && left < all && died > 0, "{left} of {all}, {died} died");
+        }
+    }
 }
