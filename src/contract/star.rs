@@ -28,10 +28,16 @@ pub struct StarFace {
     pub normal: DVec3,
 }
 
+/// Whether a vertex is one of two, without a branch.
+#[inline(always)]
+fn is_either(vertex: u32, [first, second]: [u32; 2]) -> bool {
+    (vertex == first) | (vertex == second)
+}
+
 impl StarFace {
     #[inline(always)]
     pub fn has(&self, vertex: u32) -> bool {
-        (self.others[0] == vertex) | (self.others[1] == vertex)
+        is_either(vertex, self.others)
     }
 }
 
@@ -149,7 +155,7 @@ impl Star {
     }
 }
 
-/// A face from one of its corners.
+/// A face from one of its corners, before anything is read of where the others lie.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Seen {
     half_edge: u32,
@@ -172,7 +178,7 @@ impl Seen {
 
     #[inline(always)]
     fn has(&self, vertex: u32) -> bool {
-        (self.others[0] == vertex) | (self.others[1] == vertex)
+        is_either(vertex, self.others)
     }
 
     /// About `middle`, from which its corner stands at `at`.

@@ -213,8 +213,8 @@ impl Sides {
             let on_seam = face.corners.map(|v| patch.position(v).flags & SEAM != 0);
             for k in 0..3 {
                 let [from, to] = side(face, k);
-                // Both ends of a seam are told by their flags, and most edges need no search: but for what parts tear that
-                // were joined, where the vertex stays and nothing is placed.
+                // Flags tell both ends of a seam, so most edges need no search. Where joined parts tear they tell one
+                // alone, but that vertex is locked: nothing is placed by this sum.
                 if !(on_seam[k] & on_seam[(k + 1) % 3]) || !(pair.contains(&from.0) || pair.contains(&to.0)) {
                     continue;
                 }
