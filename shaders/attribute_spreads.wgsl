@@ -20,16 +20,22 @@ fn gradient_of(f: u32, row: GradientOperator, j: u32) -> vec3f {
     return flush3(add3(scale3(along_b, b), scale3(along_c, c)), LEAST_FACTOR);
 }
 
-fn wedge_weight(start: u32, end: u32, wedge: u32) -> f32 {
-    var weight = 0.0;
+// How many faces a wedge has, and what they weigh.
+struct WedgeFaces {
+    count: u32,
+    weight: f32,
+}
+
+fn wedge_faces(start: u32, end: u32, wedge: u32) -> WedgeFaces {
+    var faces = WedgeFaces(0u, 0.0);
     for (var i = start; i < end; i++) {
         let f = load_ring_faces(i);
         if has_wedge(f, wedge) {
             let root = load_operators(f).root;
-            weight = add(weight, mul(root, root));
+            faces = WedgeFaces(faces.count + 1u, add(faces.weight, mul(root, root)));
         }
     }
-    return weight;
+    return faces;
 }
 
 // The spread of one number over the faces of a wedge.
@@ -64,10 +70,13 @@ fn run(i: u32) {
     var spread = Sym3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     let last = load_wedge_starts(i + 1u);
     for (var wedge = load_wedge_starts(i); wedge < last; wedge++) {
-        let weight = wedge_weight(start, end, wedge);
+        let faces = wedge_faces(start, end, wedge);
+        if faces.count < 2u {
+            continue;
+        }
         var inverse = 0.0;
-        if weight > NO_AREA {
-            inverse = divide(1.0, weight);
+        if faces.weight > NO_AREA {
+            inverse = divide(1.0, faces.weight);
         }
         for (var j = 0u; j < params.costed; j++) {
             spread = sym_add(spread, number_spread(start, end, wedge, inverse, j));

@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::simplify::{Budget, OnProgress, Outcome, StopReason};
 
 use super::driver::{self, Job};
-use super::prepare::prepare;
+use super::prepare::begin;
 use super::yielding::Yields;
 use super::{Attributes, Options, Placement, Seams};
 
@@ -17,12 +17,18 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
     let mut left: Vec<usize> = (0..budgets.len()).collect();
     let mut made: Vec<Option<Outcome>> = vec![None; budgets.len()];
     let mut yields = Some(Yields::Nothing);
+    // What was prepared for a run that seams would have held from its start.
+    let mut ready = None;
     while let Some(now) = yields {
         yields = now.more().filter(|_| may_yield(options));
-        let prepared = prepare(mesh, options, now)?;
-        if yields.is_some() && prepared.seams_hold_above(first) {
+        let mut prepared = ready.take().map_or_else(|| begin(mesh, options), Ok)?;
+        let seams = prepared.seams(mesh, now, options);
+        if yields.is_some() && prepared.seams_hold_above(&seams, first) {
+            ready = Some(prepared);
             continue;
         }
+        prepared.flag_seams(&seams);
+        drop(seams);
         let budgets: Vec<Budget> = left.iter().map(|&index| budgets[index]).collect();
         let outcomes = driver::run(Job { budgets: &budgets, ..job }, prepared, progress.as_deref_mut())?;
         let was_cancelled = outcomes.iter().any(|outcome| outcome.stop == StopReason::Cancelled);

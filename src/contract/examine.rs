@@ -138,9 +138,9 @@ impl Examiner {
         let (qu, qw) = (patch.quadric(u), patch.quadric(w));
         let on_border = (pu.flags | pw.flags) & BORDER != 0;
         let weights = patch.weights([u, w]);
-        let quadric = self.quadric([u, w], on_border, [qu, qw], weights);
         self.sides.gather_pair(patch, [u, w], &self.star);
         self.sides.find(patch, [u, w])?;
+        let quadric = self.quadric([u, w], on_border, [qu, qw], weights);
         let mut with_means = quadric;
         self.sides.add_to(patch, &mut with_means);
         if self.sides.yields && (pu.flags | pw.flags) & SEAM != 0 {

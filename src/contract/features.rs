@@ -14,7 +14,6 @@ use crate::mesh::weld::lowest_at_position;
 use super::prepare::{Prepared, prepare};
 use super::surface::Surface;
 use super::weighting::Feature;
-use super::yielding::Yields;
 use super::{Metric, Options};
 
 /// The buffers of the kernels, on one device.
@@ -117,7 +116,7 @@ pub fn feature_degrees(mesh: &Mesh, feature: &Feature, device: &Device) -> Resul
     let options = Options { metric: Metric::Plane, ..Options::default() };
     super::Weighting::Feature(*feature).check(mesh.positions.len())?;
     device.install(|| {
-        let mut prepared = prepare(mesh, &options, Yields::Nothing)?;
+        let mut prepared = prepare(mesh, &options)?;
         let start = prepared.take_start();
         let Prepared { carried, border_vertices, .. } = prepared;
         let mut queue = device.cpu_queue();

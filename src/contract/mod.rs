@@ -48,6 +48,7 @@ mod ranks;
 mod record;
 mod restore;
 mod scan;
+mod seam_flags;
 mod select;
 mod side_sums;
 mod sides;

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::kernel::contract_vertices::VERTEX;
-use crate::kernel::rows::{BORDER, Face, JOINED, LOCKED, Position, SEAM, with_hub};
+use crate::kernel::rows::{BORDER, Face, JOINED, LOCKED, Position, with_hub};
 use crate::kernel::split::CHUNK;
 use crate::math::DVec3;
 use crate::mesh::adjacency::{EdgeUse, Rings};
@@ -23,7 +23,7 @@ use super::gather_wedges::Creases;
 use super::layout::Layout;
 use super::surface::Start;
 use super::wedges::Wedges;
-use super::yielding::{EdgeWedges, Yields};
+use super::yielding::Yields;
 use super::{Metric, Options};
 
 /// The start of a run on the host.
@@ -34,6 +34,7 @@ pub struct Prepared {
     pub faces: Vec<Face>,
     pub rings: Rings,
     pub carried: Carried,
+    fans: Vec<Fan>,
     /// The lowest input vertex joined with each, for a log; `None` where each is on its own.
     pub lowest: Option<Vec<u32>>,
     pub border_vertices: usize,
@@ -42,14 +43,36 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Whether seams, and nothing else that is known yet, keep every run above so many faces: locked vertices stay, and one
-    /// that vanishes takes two faces along at most.
-    pub fn seams_hold_above(&self, faces: usize) -> bool {
-        let count = |is_locked: fn(u32) -> bool| self.positions.par_iter().filter(|p| is_locked(p.flags)).count();
-        let (locked, by_seams) =
-            (count(|flags| flags & LOCKED != 0), count(|flags| flags & LOCKED != 0 && flags & SEAM != 0));
+    /// The flags that its seams give to every vertex of `mesh`, where such of them yield; none where there are no seams.
+    pub fn seams(&mut self, mesh: &Mesh, yields: Yields, options: &Options) -> Vec<u32> {
+        let Some(wedges) = &mut self.carried.wedges else { return Vec::new() };
+        let mut seams = wedges.seam_flags(mesh, yields, (&self.faces, &self.rings, &self.fans));
+        if options.attributes.lock_seams {
+            seams.iter_mut().filter(|flags| **flags != 0).for_each(|flags| *flags |= LOCKED);
+        }
+        seams
+    }
+
+    /// Whether seams of such flags, and nothing else that is known yet, keep every run above so many faces: locked vertices
+    /// stay, and one that vanishes takes two faces along at most.
+    pub fn seams_hold_above(&self, seams: &[u32], faces: usize) -> bool {
+        if seams.is_empty() {
+            return false;
+        }
+        let held = |with: u32| {
+            let flags =
+                self.positions.par_iter().zip(seams).with_min_len(CHUNK).map(|(p, seam)| p.flags | (seam & with));
+            flags.filter(|flags| flags & LOCKED != 0).count()
+        };
         let least = |locked: usize| self.faces.len().saturating_sub(2 * (self.positions.len() - locked));
-        least(locked) > faces && least(locked - by_seams) <= faces
+        least(held(LOCKED)) > faces && least(held(0)) <= faces
+    }
+
+    /// Flags the vertices on seams, at last.
+    pub fn flag_seams(&mut self, seams: &[u32]) {
+        self.fans = Vec::new();
+        let rows = self.positions.par_iter_mut().zip(seams).with_min_len(CHUNK);
+        rows.for_each(|(p, seam)| p.flags |= seam);
     }
 
     /// Takes the start of a run out, for the host's surface.
@@ -65,11 +88,22 @@ impl Prepared {
     }
 }
 
-/// Prepares `mesh` for a run in which such seams yield.
+/// Prepares `mesh` for a run in which no seam yields.
+///
+/// # Errors
+/// As [`begin`].
+pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
+    let mut prepared = begin(mesh, options)?;
+    let seams = prepared.seams(mesh, Yields::Nothing, options);
+    prepared.flag_seams(&seams);
+    Ok(prepared)
+}
+
+/// Prepares `mesh` for a run, but for the flags of its seams.
 ///
 /// # Errors
 /// [`Error::Mesh`] for an invalid mesh or one that has no face left after welding.
-pub fn prepare(mesh: &Mesh, options: &Options, yields: Yields) -> Result<Prepared> {
+pub fn begin(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     arrange::check(mesh, options.weld)?;
     let clock = std::time::Instant::now();
     let (arranged, warnings) = arranged(mesh, options)?;
@@ -84,6 +118,7 @@ pub fn prepare(mesh: &Mesh, options: &Options, yields: Yields) -> Result<Prepare
         faces: Vec::new(),
         rings,
         carried: Carried { origin: vertex_source, wedges: None, drift: Vec::new(), weights, face_origin: face_source },
+        fans: Vec::new(),
         lowest,
         border_vertices: 0,
         warnings,
@@ -91,9 +126,10 @@ pub fn prepare(mesh: &Mesh, options: &Options, yields: Yields) -> Result<Prepare
     };
     let Oriented { fans, warning, .. } = turn_to_agree(&mut faces, &mut prepared.carried.face_origin, &prepared.rings);
     prepared.warnings.extend(warning);
-    prepared.find_wedges(mesh, &faces, options, yields)?;
+    prepared.fans = fans;
+    prepared.find_wedges(mesh, &faces, options)?;
     prepared.lowest = prepared.lowest.filter(|_| options.log);
-    prepared.place(&mesh.positions, &faces, &fans, held.as_deref().unwrap_or_default(), options);
+    prepared.place(&mesh.positions, &faces, held.as_deref().unwrap_or_default(), options);
     prepared.faces = faces.into_iter().map(|[a, b, c]| Face { a, b, c }).collect();
     Ok(prepared)
 }
@@ -135,10 +171,10 @@ fn arranged(mesh: &Mesh, options: &Options) -> Result<(Arranged, Vec<String>)> {
 
 impl Prepared {
     /// Finds the wedges of the attributes that are kept.
-    fn find_wedges(&mut self, mesh: &Mesh, faces: &[[u32; 3]], options: &Options, yields: Yields) -> Result<()> {
+    fn find_wedges(&mut self, mesh: &Mesh, faces: &[[u32; 3]], options: &Options) -> Result<()> {
         let is_smooth = options.log || options.attributes.smooth;
         let layout = Layout::new(mesh, &options.attributes, options.metric, self.frame, is_smooth);
-        let Some(layout) = layout.map(|layout| Layout { yields, ..layout }) else { return Ok(()) };
+        let Some(layout) = layout else { return Ok(()) };
         if 3 * mesh.faces.len() > MOVED_FROM as usize {
             let count = mesh.faces.len();
             return Err(Error::Limit(format!(
@@ -161,13 +197,10 @@ impl Prepared {
         Ok(())
     }
 
-    /// Fills in the rows of the vertices, with their flags. Those `held` are numbered as in the input.
-    fn place(&mut self, input: &[DVec3], faces: &[[u32; 3]], fans: &[Fan], held: &[bool], options: &Options) {
-        let Self { frame, rings, carried, .. } = &*self;
-        let wedges = carried.wedges.as_ref();
-        let seams = wedges.and_then(|wedges| Some((wedges, wedges.whole_faces(faces)?)));
-        let row = |(uses, wedges_at): &mut (Vec<EdgeUse>, Vec<EdgeWedges>),
-                   (vertex, (&origin, &fan)): (usize, (&u32, &Fan))| {
+    /// Fills in the rows of the vertices, with their flags but for those of seams. Those `held` are numbered as in the input.
+    fn place(&mut self, input: &[DVec3], faces: &[[u32; 3]], held: &[bool], options: &Options) {
+        let Self { frame, rings, carried, fans, .. } = &*self;
+        let row = |uses: &mut Vec<EdgeUse>, (vertex, (&origin, &fan)): (usize, (&u32, &Fan))| {
             let on_border = match fan {
                 Fan::Closed => false,
                 Fan::Open => true,
@@ -177,29 +210,15 @@ impl Prepared {
             let is_held = held.get(origin as usize).is_some_and(|&is_held| is_held);
             let locked = (is_complex && !options.joins()) || (on_border && options.lock_border) || is_held;
             let joined = is_complex && options.joins();
-            let ring = rings.ring(vertex as u32);
-            let at_rim = on_border || is_complex;
-            let seam = seams.as_ref().map_or(0, |(wedges, is_whole)| {
-                wedges.seam_flags(vertex as u32, faces, is_whole, ring, at_rim, wedges_at)
-            });
-            let seam = if seam != 0 && options.attributes.lock_seams { seam | LOCKED } else { seam };
-            let flags = if on_border { BORDER } else { 0 }
-                | if locked { LOCKED } else { 0 }
-                | if joined { JOINED } else { 0 }
-                | seam;
-            let hub = with_hub(flags, ring.len() as u32);
+            let flags =
+                if on_border { BORDER } else { 0 } | if locked { LOCKED } else { 0 } | if joined { JOINED } else { 0 };
+            let hub = with_hub(flags, rings.ring(vertex as u32).len() as u32);
             Position::new(frame.to_rows(input[origin as usize]), hub)
         };
-        let rows: Vec<Position> = carried
-            .origin
-            .par_iter()
-            .zip(fans)
-            .enumerate()
-            .with_min_len(CHUNK)
-            .map_init(Default::default, row)
-            .collect();
-        self.border_vertices = rows.iter().filter(|p| p.flags & BORDER != 0).count();
+        let rows: Vec<Position> =
+            carried.origin.par_iter().zip(fans).enumerate().with_min_len(CHUNK).map_init(Vec::new, row).collect();
         let complex = fans.iter().filter(|&&fan| fan == Fan::Complex).count();
+        self.border_vertices = rows.iter().filter(|p| p.flags & BORDER != 0).count();
         if complex > 0 && !options.joins() {
             self.warnings.push(format!("{complex} vertices where the surface is not manifold stay where they are"));
         }
@@ -260,12 +279,13 @@ fn weld(mesh: &Mesh, tolerance: Option<f64>) -> Welded {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kernel::rows::SEAM;
     use crate::math::{DVec3, Vec2};
     use crate::mesh::shapes;
 
     #[test]
     fn open_plane_has_a_border_and_no_locks() {
-        let prepared = prepare(&shapes::plane(3, 2), &Options::default(), Yields::Nothing).expect("a valid mesh");
+        let prepared = prepare(&shapes::plane(3, 2), &Options::default()).expect("a valid mesh");
         let on_border = prepared.positions.iter().filter(|p| p.flags & BORDER != 0).count();
         assert_eq!((on_border, prepared.positions.len()), (10, 12));
         assert!(prepared.positions.iter().all(|p| p.flags & LOCKED == 0));
@@ -274,7 +294,7 @@ mod tests {
     #[test]
     fn lock_border_locks_the_border() {
         let options = Options { lock_border: true, ..Options::default() };
-        let prepared = prepare(&shapes::plane(3, 2), &options, Yields::Nothing).expect("a valid mesh");
+        let prepared = prepare(&shapes::plane(3, 2), &options).expect("a valid mesh");
         assert!(prepared.positions.iter().all(|p| (p.flags & LOCKED != 0) == (p.flags & BORDER != 0)));
     }
 
@@ -284,8 +304,7 @@ mod tests {
         let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
         let mesh = Mesh::new(corners.map(DVec3::from).to_vec(), vec![[0, 1, 2], [3, 4, 5]]);
         let locked = Some([false, false, false, true, false, false].into());
-        let prepared =
-            prepare(&mesh, &Options { locked, ..Options::default() }, Yields::Nothing).expect("a valid mesh");
+        let prepared = prepare(&mesh, &Options { locked, ..Options::default() }).expect("a valid mesh");
         let is_locked = |p: &Position| p.flags & LOCKED != 0;
         let origins: Vec<u32> = prepared
             .carried
@@ -300,8 +319,7 @@ mod tests {
 
     #[test]
     fn what_is_left_out_is_told() {
-        let told =
-            |mesh: &Mesh, options: &Options| prepare(mesh, options, Yields::Nothing).expect("a valid mesh").warnings;
+        let told = |mesh: &Mesh, options: &Options| prepare(mesh, options).expect("a valid mesh").warnings;
         let mut mesh = shapes::plane(3, 2);
         mesh.texcoords = Some(vec![[Vec2::ZERO; 3]; mesh.faces.len()]);
         assert_eq!(told(&mesh, &Options::default()), [""; 0]);
@@ -323,7 +341,7 @@ mod tests {
         };
         can.texcoords = Some(can.faces.iter().map(texcoords).collect());
         let clock = std::time::Instant::now();
-        let prepared = prepare(&can, &Options::default(), Yields::Nothing).expect("a valid mesh");
+        let prepared = prepare(&can, &Options::default()).expect("a valid mesh");
         let on_seam = prepared.positions.iter().filter(|p| p.flags & SEAM != 0).count();
         assert_eq!((on_seam, prepared.positions.len()), (200_000, 200_002));
         assert!(clock.elapsed().as_secs() < 10, "{:?}", clock.elapsed());
@@ -332,6 +350,6 @@ mod tests {
     #[test]
     fn faces_of_one_point_are_an_error() {
         let mesh = Mesh::new(vec![DVec3::ONE; 3], vec![[0, 1, 2]]);
-        assert!(matches!(prepare(&mesh, &Options::default(), Yields::Nothing), Err(Error::Mesh(_))));
+        assert!(matches!(prepare(&mesh, &Options::default()), Err(Error::Mesh(_))));
     }
 }

@@ -22,7 +22,6 @@ use super::prepare::{Prepared, prepare};
 use super::quadrics::{QuadricFormat, QuadricFrame, QuadricRecord};
 use super::surface::Surface;
 use super::weigh::{start_weights, weigh_start};
-use super::yielding::Yields;
 use crate::mesh::frame::Frame;
 
 /// How long raw coordinates and edges may be: squares of others leave single precision.
@@ -157,7 +156,7 @@ pub fn initial_quadrics(mesh: &Mesh, options: &Options, device: &Device) -> Resu
     options.weighting.check(mesh.positions.len())?;
     let missing = || Error::Parameter("the options name no format of quadrics".into());
     device.install(|| {
-        let mut prepared = prepare(mesh, options, Yields::Nothing)?;
+        let mut prepared = prepare(mesh, options)?;
         let start = prepared.take_start();
         let storage = Storage::new(options, &start.positions, prepared.frame)?.ok_or_else(missing)?;
         let Prepared { mut carried, border_vertices, .. } = prepared;

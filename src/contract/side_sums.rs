@@ -108,6 +108,33 @@ impl QuadricLanes {
     }
 }
 
+/// What the numbers of all sides of a pair cost, before the lanes are added up.
+#[derive(Debug, Default)]
+pub struct CostSums {
+    /// As long as the new wedges have the means.
+    means: [QuadricLanes; BLOCKS],
+    /// What the best numbers save.
+    saved: [QuadricLanes; BLOCKS],
+}
+
+impl CostSums {
+    /// Forgets all sides, for so many numbers that decide.
+    pub fn begin(&mut self, costed: usize) {
+        let blocks = costed.div_ceil(NUMBERS);
+        self.means[..blocks].fill(QuadricLanes::default());
+        self.saved[..blocks].fill(QuadricLanes::default());
+    }
+
+    /// Adds to quadrics what so many numbers cost with the means, and what the best ones save.
+    pub fn add_to(&self, costed: usize, quadric: &mut Quadric, saved: &mut Quadric) {
+        for (lanes, quadric) in [(&self.means, quadric), (&self.saved, saved)] {
+            for (block, lanes) in lanes.iter().enumerate().take(costed.div_ceil(NUMBERS)) {
+                lanes.add_to(quadric, (costed - block * NUMBERS).min(NUMBERS));
+            }
+        }
+    }
+}
+
 /// Sums over the faces of a side.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SideSums {
@@ -131,25 +158,14 @@ impl SideSums {
         }
     }
 
-    /// Adds all faces of the side, once after [`begin`](Self::begin), whose rows are among `rows`, and to `quadric` what their first `costed` numbers cost as long as the new
-    /// wedge has the means.
-    pub fn add_faces(&mut self, faces: &[FaceTerm], rows: &[f32], costed: usize, quadric: &mut Quadric) {
+    /// Adds the faces that are the side's `own`, once after [`begin`](Self::begin), whose rows are among `rows`; and to `costs`
+    /// what their first `costed` numbers cost.
+    pub fn add_faces(&mut self, faces: &[FaceTerm], own: &[u32], rows: &[f32], costed: usize, costs: &mut CostSums) {
         for (block, terms) in self.terms.iter_mut().enumerate().take(costed.div_ceil(NUMBERS)) {
-            let mut sums = QuadricLanes::default();
-            self.weight = add_faces(faces, rows, block * NUMBERS, terms, &mut sums);
-            sums.add_to(quadric, (costed - block * NUMBERS).min(NUMBERS));
-        }
-    }
-
-    /// Adds what the best numbers save against the means.
-    pub fn add_saved(&self, costed: usize, saved: &mut Quadric) {
-        if self.weight <= 0.0 {
-            return;
-        }
-        for (block, terms) in self.terms.iter().enumerate().take(costed.div_ceil(NUMBERS)) {
-            let mut sums = QuadricLanes::default();
-            add_means(terms, self.weight, &mut sums);
-            sums.add_to(saved, (costed - block * NUMBERS).min(NUMBERS));
+            self.weight = add_faces(faces, own, rows, block * NUMBERS, terms, &mut costs.means[block]);
+            if self.weight > 0.0 {
+                add_means(terms, self.weight, &mut costs.saved[block]);
+            }
         }
     }
 
@@ -208,11 +224,19 @@ impl SideSums {
     }
 }
 
-/// Adds faces to the terms of the numbers from `first` on, and returns their weight.
+/// Adds a side's own faces to the terms of the numbers from `first` on, and returns their weight.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
-fn add_faces(faces: &[FaceTerm], rows: &[f32], first: usize, terms: &mut Terms, sums: &mut QuadricLanes) -> f64 {
+fn add_faces(
+    faces: &[FaceTerm],
+    own: &[u32],
+    rows: &[f32],
+    first: usize,
+    terms: &mut Terms,
+    sums: &mut QuadricLanes,
+) -> f64 {
     let mut total = 0.0;
-    for face in faces {
+    for &face in own {
+        let face = &faces[face as usize];
         total += face.weight;
         let [v0, v1, v2] = face.starts.map(|start| numbers_at(rows, start + first));
         let FaceTerm { c1, c2, c1_at, c2_at, weight, offset, .. } = *face;
@@ -280,13 +304,19 @@ mod tests {
         sums
     }
 
+    /// What two numbers of two faces cost with the means, and what the best ones save.
+    fn costs_of(sums: &mut SideSums, faces: &[FaceTerm], rows: &[f32]) -> (Quadric, Quadric) {
+        let (mut costs, mut quadric, mut saved) = (CostSums::default(), Quadric::default(), Quadric::default());
+        sums.add_faces(faces, &[0, 1], rows, 2, &mut costs);
+        costs.add_to(2, &mut quadric, &mut saved);
+        (quadric, saved)
+    }
+
     #[test]
     fn linear_numbers_cost_nothing_where_they_are_best() {
         let (faces, rows) = terms(2);
         let mut sums = between(&rows, 2);
-        let (mut cost, mut saved) = (Quadric::default(), Quadric::default());
-        sums.add_faces(&faces, &rows, 2, &mut cost);
-        sums.add_saved(2, &mut saved);
+        let (cost, saved) = costs_of(&mut sums, &faces, &rows);
         assert!((sums.weight - (4.0 + 3.0)).abs() < 1e-12);
         let x = DVec3::new(0.3, -0.2, 0.0);
         let mut least = [0.0; 2];
@@ -307,9 +337,7 @@ mod tests {
             rows.iter_mut().for_each(|number| *number += offset);
             rows[4] = f32::from_bits(rows[4].to_bits() + bits);
             let mut sums = between(&rows, 2);
-            let (mut cost, mut saved) = (Quadric::default(), Quadric::default());
-            sums.add_faces(&faces, &rows, 2, &mut cost);
-            sums.add_saved(2, &mut saved);
+            let (cost, saved) = costs_of(&mut sums, &faces, &rows);
             let at = cost.minus(&saved).value(DVec3::new(0.3, -0.2, 0.0));
             let (allowed, is_rounding) = (sums.rounding(2), bits == 1);
             assert_eq!(at <= allowed, is_rounding, "{offset}: {at:e} of {allowed:e}");
@@ -325,7 +353,7 @@ mod tests {
         let rows: Vec<f32> = points.iter().flat_map(|p| (0..width).map(|i| row(*p)[i % 2] * i as f32)).collect();
         let mut sums = SideSums::default();
         sums.begin(&rows, [0, width], width);
-        sums.add_faces(&faces, &rows, width, &mut Quadric::default());
+        sums.add_faces(&faces, &[0, 1], &rows, width, &mut CostSums::default());
         let x = DVec3::new(0.3, -0.2, 0.0);
         for summed in [1, 8, 9, 11, 12] {
             let mut least = vec![0.0; summed];
@@ -340,9 +368,7 @@ mod tests {
         let cost = |width: usize| {
             let (faces, rows) = terms(width);
             let mut sums = between(&rows, width);
-            let mut cost = Quadric::default();
-            sums.add_faces(&faces, &rows, 2, &mut cost);
-            cost
+            costs_of(&mut sums, &faces, &rows)
         };
         assert_eq!(cost(2), cost(9));
     }
@@ -368,7 +394,7 @@ mod tests {
         (rows[4], rows[10]) = (f32::MAX, f32::MIN);
         let mut sums = between(&rows, 2);
         assert!(sums.held(0, 1e30, 0.0) < 1e30);
-        sums.add_faces(&faces, &rows, 2, &mut Quadric::default());
+        sums.add_faces(&faces, &[0, 1], &rows, 2, &mut CostSums::default());
         assert_eq!([0.0, 0.5].map(|past| sums.held(0, 1e30, past)), [1e30; 2]);
         let wild = [f32::INFINITY, f32::NEG_INFINITY, f32::NAN];
         assert_eq!(wild.map(|x| sums.held(0, x, 0.5)), [f32::MAX, f32::MIN, f32::MIN]);

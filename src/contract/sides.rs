@@ -15,10 +15,10 @@ use super::filter::Rejection;
 use super::layout::{Kind, Layout};
 use super::patch::Patch;
 use super::placement::Quadric;
-use super::side_sums::{FaceTerm, SideSums};
+use super::side_sums::{CostSums, FaceTerm, SideSums};
 use super::star::Star;
 use super::wedges::{NO_WEDGE, WedgeRows};
-use super::yielding::Yields;
+use super::yielding::{SideEdge, Yields};
 
 /// Most ends of a contraction.
 pub const ENDS: usize = 3;
@@ -99,9 +99,12 @@ pub struct Sides {
     pub yields: bool,
     costed: usize,
     summed: usize,
-    /// What the faces add to sums: of all, and of those of a side.
+    /// What the faces add to sums, and which of them are a side's.
     terms: Vec<FaceTerm>,
-    own: Vec<FaceTerm>,
+    own: Vec<u32>,
+    costs: CostSums,
+    /// The edges that may be seams; longer than there are.
+    pub(super) edges: Vec<SideEdge>,
     /// The terms that the least numbers save.
     saved: Quadric,
 }
@@ -300,22 +303,24 @@ impl Sides {
         if costed == 0 || self.apart {
             return;
         }
-        let Self { faces, sides, sums, terms, own, saved, .. } = self;
+        let Self { faces, sides, sums, terms, own, costs, saved, .. } = self;
         terms.clear();
         terms.extend(faces.iter().map(|face| {
             let CornerFace { points, normal, dies, wedges, .. } = *face;
             FaceTerm::new(points, normal, dies, wedges.map(|wedge| rows.start(wedge)))
         }));
+        costs.begin(costed);
+        own.resize(faces.len().max(own.len()), 0);
         for (side, sums) in sides.iter().zip(sums) {
-            // Off the seams it has all of them. Told without a branch at each, which would be misjudged.
-            let has_all = faces.iter().fold(true, |all, face| all & side.has(face));
-            if !has_all {
-                own.clear();
-                own.extend(faces.iter().zip(&*terms).filter(|(face, _)| side.has(face)).map(|(_, term)| *term));
+            // Written whether it is one or not: a branch would be misjudged along every seam.
+            let mut count = 0;
+            for (number, face) in faces.iter().enumerate() {
+                own[count] = number as u32;
+                count += usize::from(side.has(face));
             }
-            sums.add_faces(if has_all { terms } else { own }, rows.all(), costed, quadric);
-            sums.add_saved(costed, saved);
+            sums.add_faces(terms, &own[..count], rows.all(), costed, costs);
         }
+        costs.add_to(costed, quadric, saved);
     }
 
     /// The quadric with the numbers of the new wedges that are best at every place.
@@ -377,7 +382,7 @@ mod tests {
             places.map(|[x, y]| Vec2::new(x as f32 + shift, y as f32))
         };
         mesh.texcoords = Some(mesh.faces.iter().map(texcoords).collect());
-        let mut prepared = prepare(&mesh, &Options::default(), Yields::Nothing).expect("a valid mesh");
+        let mut prepared = prepare(&mesh, &Options::default()).expect("a valid mesh");
         let device = Device::cpu(1).expect("a device");
         let start = prepared.take_start();
         let mut surface = Surface::new(&mut device.cpu_queue(), start, true).expect("room");

@@ -203,7 +203,6 @@ mod tests {
     use super::super::patch::Placed;
     use super::super::prepare::prepare;
     use super::super::surface::Surface;
-    use super::super::yielding::Yields;
     use super::*;
     use crate::backend::Device;
     use crate::kernel::rows::PlaneQuadric;
@@ -248,7 +247,7 @@ mod tests {
     fn stars_are_those_of_a_walk_whatever_was_gathered_before() {
         // Rings of 3 to 40 faces, each gathered after larger ones and smaller ones.
         for mesh in [shapes::cylinder(40), shapes::plane(6, 6)] {
-            let mut prepared = prepare(&mesh, &Options::default(), Yields::Nothing).expect("a valid mesh");
+            let mut prepared = prepare(&mesh, &Options::default()).expect("a valid mesh");
             let device = Device::cpu(1).expect("a device");
             let start = prepared.take_start();
             let mut surface = Surface::new(&mut device.cpu_queue(), start, true).expect("room");

@@ -74,10 +74,17 @@ impl Wedges {
         creases: Creases,
     ) -> Self {
         let Gathered { corners, starts, rows, origin } = gather(mesh, &layout, rings, face_origin, faces, creases);
-        let of_origin = |&origin: &u32| layout.material(mesh, (origin & !MOVED_FROM) as usize / 3);
-        let asks = layout.has_materials && layout.yields != Yields::Nothing;
-        let materials = if asks { origin.iter().map(of_origin).collect() } else { Vec::new() };
-        Self { materials, ..Self::of(layout, bytemuck::cast_vec(corners), starts, rows, origin) }
+        Self::of(layout, bytemuck::cast_vec(corners), starts, rows, origin)
+    }
+
+    /// Has such seams yield from here on.
+    pub(super) fn let_yield(&mut self, mesh: &Mesh, yields: Yields) {
+        let Self { layout, origin, materials, .. } = self;
+        layout.yields = yields;
+        if layout.has_materials && yields != Yields::Nothing {
+            let of_origin = |&origin: &u32| layout.material(mesh, (origin & !MOVED_FROM) as usize / 3);
+            *materials = origin.iter().map(of_origin).collect();
+        }
     }
 
     fn of(layout: Layout, corners: Vec<Face>, starts: Vec<u32>, rows: Vec<f32>, origin: Vec<u32>) -> Self {

@@ -14,17 +14,13 @@
 //! - What agreed across a seam at the ends agrees at the new vertex, textures included.
 //! - No face turns over in a texture.
 
-use rayon::prelude::*;
-
 use crate::kernel::rows::{CORNER, LOCKED, SEAM};
-use crate::kernel::split::CHUNK;
-use crate::mesh::adjacency::corner_of;
 
 use super::filter::Rejection;
 use super::patch::Patch;
 use super::placement::Quadric;
 use super::sides::{CornerFace, Sides};
-use super::wedges::{WedgeRows, Wedges};
+use super::wedges::WedgeRows;
 
 /// Which seams give way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
@@ -62,100 +58,13 @@ impl Yields {
     }
 }
 
-/// An edge as a face at one of its vertices has it: the far end, and the wedges at both.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct EdgeWedges {
-    end: u32,
+/// An edge of a face around a pair, from the corner of that number to the next.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct SideEdge {
+    ends: [u32; 2],
     wedges: [u32; 2],
-}
-
-/// So many uses of edges are compared each with each, without a branch: to sort a few is misjudged at every step.
-const FEW: usize = 64;
-
-/// How many edges of a vertex have faces that disagree in the wedges; `uses` are put in order.
-fn count_seams(uses: &mut [EdgeWedges]) -> usize {
-    if uses.len() > FEW {
-        return count_seams_sorted(uses);
-    }
-    let is_torn = |(i, edge): &(usize, &EdgeWedges)| {
-        let comes_again = |found: bool, other: &EdgeWedges| found | (other.end == edge.end);
-        let disagrees = |found: bool, other: &EdgeWedges| {
-            let ([near, far], [own_near, own_far]) = (other.wedges, edge.wedges);
-            found | ((other.end == edge.end) & ((near != own_near) | (far != own_far)))
-        };
-        !uses[..*i].iter().fold(false, comes_again) & uses[i + 1..].iter().fold(false, disagrees)
-    };
-    uses.iter().enumerate().filter(is_torn).count()
-}
-
-/// [`count_seams`] of any number.
-fn count_seams_sorted(uses: &mut [EdgeWedges]) -> usize {
-    uses.sort_unstable();
-    let is_torn = |uses: &&[EdgeWedges]| uses.iter().any(|edge| *edge != uses[0]);
-    uses.chunk_by(|a, b| a.end == b.end).filter(is_torn).count()
-}
-
-impl Wedges {
-    /// The wedge of a vertex that stands for those that count as one with another, where seams that yield count as none.
-    fn standing(&self, vertex: u32, wedge: u32) -> u32 {
-        if self.layout.yields == Yields::Nothing {
-            return wedge;
-        }
-        let (_, starts) = self.connectivity();
-        let agrees = |&other: &u32| {
-            let same_material = self.material(other) == self.material(wedge);
-            same_material && self.layout.agree_but_in_shading(self.row(other), self.row(wedge))
-        };
-        (starts[vertex as usize]..wedge).find(agrees).unwrap_or(wedge)
-    }
-
-    /// Of which faces all vertices have one wedge; `None` where all of all have.
-    pub fn whole_faces(&self, faces: &[[u32; 3]]) -> Option<Vec<bool>> {
-        if self.are_vertices {
-            return None;
-        }
-        let (_, starts) = self.connectivity();
-        let is_one = |&v: &u32| starts[v as usize + 1] - starts[v as usize] == 1;
-        Some(faces.par_iter().with_min_len(CHUNK).map(|face| face.iter().all(is_one)).collect())
-    }
-
-    /// The flags of a vertex that lies on a seam: [`SEAM`], and [`LOCKED`] or [`CORNER`] where it may not move along it.
-    /// `is_whole` tells faces whose vertices have one wedge each; `uses` is overwritten.
-    pub fn seam_flags(
-        &self,
-        vertex: u32,
-        faces: &[[u32; 3]],
-        is_whole: &[bool],
-        ring: &[u32],
-        on_border: bool,
-        uses: &mut Vec<EdgeWedges>,
-    ) -> u32 {
-        if ring.iter().all(|&f| is_whole[f as usize]) {
-            return 0;
-        }
-        let (corners, starts) = self.connectivity();
-        let own = |vertex: u32| starts[vertex as usize]..starts[vertex as usize + 1];
-        let is_parted = own(vertex).len() > 1;
-        uses.clear();
-        for &f in ring {
-            let (face, wedges) = (faces[f as usize], corners[f as usize].corners());
-            let k = corner_of(face, vertex);
-            let near = self.standing(vertex, wedges[k]);
-            for far in [(k + 1) % 3, (k + 2) % 3] {
-                // An edge whose ends have one wedge each is no seam.
-                if is_parted | (own(face[far]).len() > 1) {
-                    uses.push(EdgeWedges { end: face[far], wedges: [near, self.standing(face[far], wedges[far])] });
-                }
-            }
-        }
-        let count = own(vertex).filter(|&wedge| self.standing(vertex, wedge) == wedge).count();
-        match (count_seams(uses), count) {
-            (0, 0 | 1) => 0,
-            (2, 2) if !on_border => SEAM,
-            _ if self.layout.yields >= Yields::Corners => SEAM | CORNER,
-            _ => SEAM | LOCKED,
-        }
-    }
+    face: usize,
+    corner: usize,
 }
 
 impl Sides {
@@ -206,32 +115,49 @@ impl Sides {
 
     /// Adds to a quadric the squared distances to the seams at a pair that lie along no crease alone, as those to a border.
     /// What costs pairs for the gate knows nothing of them.
-    pub fn add_seams(&self, patch: &Patch<'_>, pair: [u32; 2], quadric: &mut Quadric, weight: f64) {
+    pub fn add_seams(&mut self, patch: &Patch<'_>, pair: [u32; 2], quadric: &mut Quadric, weight: f64) {
         let Some(rows) = patch.wedges() else { return };
-        let side = |face: &CornerFace, k: usize| [k, (k + 1) % 3].map(|k| (face.corners[k], face.wedges[k]));
-        for face in &self.faces {
-            let on_seam = face.corners.map(|v| patch.position(v).flags & SEAM != 0);
-            for k in 0..3 {
-                let [from, to] = side(face, k);
-                // Flags tell both ends of a seam, so most edges need no search. Where joined parts tear they tell one
-                // alone, but that vertex is locked: nothing is placed by this sum.
-                if !(on_seam[k] & on_seam[(k + 1) % 3]) || !(pair.contains(&from.0) || pair.contains(&to.0)) {
-                    continue;
-                }
-                // Each of its two faces tells an edge.
-                let parts = |other: &CornerFace| {
-                    let runs_back = |l: usize| (other.corners[l] == to.0) & (other.corners[(l + 1) % 3] == from.0);
-                    (runs_back(0) | runs_back(1) | runs_back(2))
-                        && (0..3).filter(|&l| runs_back(l)).map(|l| side(other, l)).any(|[start, end]| {
-                            !(rows.agree_but_in_shading(from.1, end.1) && rows.agree_but_in_shading(to.1, start.1))
-                        })
-                };
-                if self.faces.iter().any(parts) {
-                    let (from, to) = (face.points[k], face.points[(k + 1) % 3]);
-                    quadric.add_border(to - from, from, weight / 2.0);
-                }
+        let count = self.find_edges_on_seams(patch, pair);
+        let edges = &self.edges[..count];
+        for edge in edges {
+            let ([from, to], [from_wedge, to_wedge]) = (edge.ends, edge.wedges);
+            let runs_back = |other: &&SideEdge| (other.ends[0] == to) & (other.ends[1] == from);
+            // Each of its two faces tells an edge.
+            let parts = |other: &SideEdge| {
+                let [start, end] = other.wedges;
+                !(rows.agree_but_in_shading(from_wedge, end) && rows.agree_but_in_shading(to_wedge, start))
+            };
+            if edges.iter().filter(runs_back).any(parts) {
+                let points = &self.faces[edge.face].points;
+                let (from, to) = (points[edge.corner], points[(edge.corner + 1) % 3]);
+                quadric.add_border(to - from, from, weight / 2.0);
             }
         }
+    }
+
+    /// Finds the edges of the faces that have one of the pair's ends, and both of their own on seams, and returns how many
+    /// there are. Where joined parts tear, flags tell one end of a seam alone, but that vertex is locked: nothing is placed
+    /// by what is missed.
+    fn find_edges_on_seams(&mut self, patch: &Patch<'_>, pair: [u32; 2]) -> usize {
+        let Self { faces, edges, .. } = self;
+        edges.resize(edges.len().max(3 * faces.len()), SideEdge::default());
+        let mut count = 0;
+        for (number, face) in faces.iter().enumerate() {
+            let on_seam = face.corners.map(|v| patch.position(v).flags & SEAM != 0);
+            let is_end = face.corners.map(|v| (v == pair[0]) | (v == pair[1]));
+            for corner in 0..3 {
+                let next = (corner + 1) % 3;
+                // Written whether it is one or not: a branch would be misjudged at every second.
+                edges[count] = SideEdge {
+                    ends: [face.corners[corner], face.corners[next]],
+                    wedges: [face.wedges[corner], face.wedges[next]],
+                    face: number,
+                    corner,
+                };
+                count += usize::from(on_seam[corner] & on_seam[next] & (is_end[corner] | is_end[next]));
+            }
+        }
+        count
     }
 
     /// Whether a face that vanishes is the last of a part, by which wedges are of one.
@@ -240,40 +166,5 @@ impl Sides {
             is_same(face.wedges[k], other.wedges[l])
         };
         self.faces.iter().any(|face| face.dies && self.closes(face, pair, same))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn uses(rows: &[[u32; 3]]) -> Vec<EdgeWedges> {
-        rows.iter().map(|&[end, near, far]| EdgeWedges { end, wedges: [near, far] }).collect()
-    }
-
-    #[test]
-    fn an_edge_is_a_seam_once_however_many_faces_disagree() {
-        let seams = |rows: &[[u32; 3]]| count_seams(&mut uses(rows));
-        assert_eq!(seams(&[]), 0);
-        // Two faces that agree, one alone, and two that disagree at the near end or at the far one.
-        assert_eq!(seams(&[[5, 0, 1], [6, 0, 2], [5, 0, 1]]), 0);
-        assert_eq!(seams(&[[5, 0, 1], [6, 0, 2], [5, 3, 1]]), 1);
-        assert_eq!(seams(&[[5, 0, 1], [6, 0, 2], [6, 0, 4], [5, 3, 1]]), 2);
-        // Three faces, of which the last disagrees alone.
-        assert_eq!(seams(&[[5, 0, 1], [5, 0, 1], [5, 0, 2]]), 1);
-        assert_eq!(seams(&[[5, 0, 1], [5, 2, 1], [5, 3, 1]]), 1);
-    }
-
-    #[test]
-    fn few_edges_and_many_are_counted_alike() {
-        let mut counts = Vec::new();
-        for case in 0..300 {
-            let random = |i: u64, below: u64| (crate::math::random(case, i) % below) as u32;
-            let edge = |i: u64| [random(3 * i, 1 + case / 4), random(3 * i + 1, 2), random(3 * i + 2, 3)];
-            let rows: Vec<[u32; 3]> = (0..case % (FEW as u64 + 1)).map(edge).collect();
-            counts.push(count_seams(&mut uses(&rows)));
-            assert_eq!(counts.last(), Some(&count_seams_sorted(&mut uses(&rows))), "{rows:?}");
-        }
-        assert!(counts.iter().max() > Some(&10), "{counts:?}");
     }
 }

@@ -162,10 +162,13 @@ fn plus_lanes(sum: f32, lanes: &[f32]) -> f32 {
     lanes.iter().fold(sum, |sum, &number| add(sum, number))
 }
 
-/// Adds the spread over the faces of a wedge. What a number adds is summed in a lane of its own, before what the next does.
-/// `gradients` is overwritten.
+/// Adds the spread over the faces of a wedge, which is none over one. What a number adds is summed in a lane of its own,
+/// before what the next does. `gradients` is overwritten.
 #[inline(always)]
 fn add_wedge(mut spread: Sym3, faces: &[u32], rows: Rows<'_>, gradients: &mut Vec<Gradients>) -> Sym3 {
+    if faces.len() < 2 {
+        return spread;
+    }
     for first in (0..rows.costed).step_by(NUMBERS) {
         // Filled by a loop: a closure given to `extend` would not be compiled for the caller's instruction set.
         gradients.resize(gradients.len().max(faces.len()), Gradients::default());
@@ -224,7 +227,8 @@ fn add_spreads(first: usize, rings: Rings<'_>, wedge_starts: &[u32], rows: Rows<
         let mut spread = Sym3::default();
         if wedges.len() == 1 {
             spread = add_wedge(spread, ring, rows, &mut gradients);
-        } else {
+        } else if wedges.len() < ring.len() {
+            // Each has a face, and some have more than one.
             for wedge in wedges {
                 // Written whether it is one or not: a branch would be misjudged at every second.
                 own.resize(ring.len(), 0);
@@ -314,6 +318,7 @@ mod tests {
         assert_eq!([spread.xz, spread.yz, spread.zz], [0.0; 3]);
         // What is linear on all faces does not spread.
         assert!(spread_of(&[0, 0]).xx < 1e-10);
+        assert_eq!(spread_of(&[1]), Sym3::default());
         assert_eq!(spread_of(&[]), Sym3::default());
     }
 
