@@ -27,7 +27,8 @@ struct Wedges {
     width: usize,
 }
 
-/// One wedge at most vertices, and two at every fifth: of the first faces of its ring, and of the others.
+/// The wedges of the corners of vertices, in turn: two halves of the ring, one for every face, one for the first face and one
+/// for the others, and one for all, twice.
 fn wedges(round: &Round, costed: usize) -> Wedges {
     let mut corners = vec![[0; 3]; round.faces.len()];
     let mut starts = vec![0];
@@ -35,13 +36,18 @@ fn wedges(round: &Round, costed: usize) -> Wedges {
         let ring = &round.ring_faces
             [round.ring_starts[vertex as usize] as usize..round.ring_starts[vertex as usize + 1] as usize];
         let first = *starts.last().expect("the first start");
-        let halves = if vertex % 5 == 0 && ring.len() > 2 { 2 } else { 1 };
+        let part = |i: usize| match vertex % 5 {
+            0 => usize::from(2 * i >= ring.len()),
+            1 => i,
+            2 => usize::from(i > 0),
+            _ => 0,
+        };
         for (i, &f) in ring.iter().enumerate() {
             let face = round.faces[f as usize].corners();
             let corner = face.iter().position(|&v| v == vertex).expect("a face of the ring");
-            corners[f as usize][corner] = first + u32::from(halves == 2 && 2 * i >= ring.len());
+            corners[f as usize][corner] = first + part(i) as u32;
         }
-        starts.push(first + halves);
+        starts.push(first + 1 + ring.len().checked_sub(1).map_or(0, part) as u32);
     }
     let count = *starts.last().expect("the last start") as usize;
     let mut random = Random::new();
@@ -85,7 +91,8 @@ fn attribute_spreads(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Res
         let operators = operators(&mut host, round, &round.normals, &mut Seen::default())?;
         for &costed in costed_of(round) {
             let mut wedges = wedges(round, costed);
-            flip(&mut wedges.values[wedges.corners[0].a as usize * wedges.width], perturbed);
+            // That of a vertex with one for all of its faces.
+            flip(&mut wedges.values[wedges.starts[3] as usize * wedges.width], perturbed);
             let sums = &mut queue.buffer_from(round.volume_sums.clone())?;
             let kernel = AttributeSpreads {
                 ring_starts: &queue.buffer_from(round.ring_starts.clone())?,
