@@ -106,7 +106,8 @@ impl Sides {
         self.yields = true;
         for f in 0..self.faces.len() {
             let face = &self.faces[f];
-            if !self.sides.iter().any(|side| side.has(face)) {
+            let has_side = self.sides.iter().fold(false, |found, side| found | side.has(face));
+            if !has_side {
                 self.push_alone(face.end, face.wedges[0], rows);
             }
         }
@@ -121,13 +122,22 @@ impl Sides {
         let edges = &self.edges[..count];
         for edge in edges {
             let ([from, to], [from_wedge, to_wedge]) = (edge.ends, edge.wedges);
-            let runs_back = |other: &&SideEdge| (other.ends[0] == to) & (other.ends[1] == from);
-            // Each of its two faces tells an edge.
+            // Each of its two faces tells an edge. Which is found without a branch, which would be misjudged.
+            let runs_back = |other: &SideEdge| (other.ends[0] == to) & (other.ends[1] == from);
+            let (count, last) = edges.iter().enumerate().fold((0, 0), |(count, last), (number, other)| {
+                let is_back = runs_back(other);
+                (count + usize::from(is_back), if is_back { number } else { last })
+            });
             let parts = |other: &SideEdge| {
                 let [start, end] = other.wedges;
                 !(rows.agree_but_in_shading(from_wedge, end) && rows.agree_but_in_shading(to_wedge, start))
             };
-            if edges.iter().filter(runs_back).any(parts) {
+            let is_seam = match count {
+                0 => false,
+                1 => parts(&edges[last]),
+                _ => edges.iter().any(|other| runs_back(other) && parts(other)),
+            };
+            if is_seam {
                 let points = &self.faces[edge.face].points;
                 let (from, to) = (points[edge.corner], points[(edge.corner + 1) % 3]);
                 quadric.add_border(to - from, from, weight / 2.0);
