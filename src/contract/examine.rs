@@ -14,6 +14,7 @@ use super::patch::{Patch, Placed};
 use super::placement::Quadric;
 use super::sides::Sides;
 use super::star::Star;
+use super::wedges::WedgeRows;
 use super::{Metric, Options, Placement};
 
 /// Least height of a changed face over its length. Thinner faces have normals of rounding noise, which the next
@@ -85,6 +86,18 @@ pub struct Accepted {
     pub end: Option<usize>,
 }
 
+/// What a pair costs about its middle, on the current state.
+struct Costs {
+    /// Without attributes.
+    geometry: Quadric,
+    /// As if the numbers of the new wedges were the means of the ends'.
+    with_means: Quadric,
+    /// With those that are best at every place.
+    with_least: Quadric,
+    /// What the new vertex is placed by.
+    placing: Quadric,
+}
+
 /// Examines candidates, with scratch that outlives each.
 #[derive(Debug)]
 pub struct Examiner {
@@ -125,74 +138,49 @@ impl Examiner {
         }
     }
 
-    fn judge(&mut self, patch: &Patch<'_>, [u, w]: [u32; 2], middle: DVec3, cost: f32) -> Result<Accepted, Rejection> {
-        let (pu, pw) = (patch.position(u), patch.position(w));
+    fn judge(&mut self, patch: &Patch<'_>, pair: [u32; 2], middle: DVec3, cost: f32) -> Result<Accepted, Rejection> {
+        let (pu, pw) = (patch.position(pair[0]), patch.position(pair[1]));
         let joins = (pu.flags | pw.flags) & JOINED != 0 || self.star.shared.is_empty();
         if !joins {
-            link_condition(&self.star, w, [pu.flags, pw.flags])?;
+            link_condition(&self.star, pair[1], [pu.flags, pw.flags])?;
         } else if pu.flags & pw.flags & LOCKED != 0 {
             return Err(Rejection::Link);
         }
+        self.sides.gather_pair(patch, pair, &self.star);
+        self.sides.find(patch, pair)?;
 
-        let h = self.star.h;
-        let (qu, qw) = (patch.quadric(u), patch.quadric(w));
-        let on_border = (pu.flags | pw.flags) & BORDER != 0;
-        let weights = patch.weights([u, w]);
-        self.sides.gather_pair(patch, [u, w], &self.star);
-        self.sides.find(patch, [u, w])?;
-        let quadric = self.quadric([u, w], on_border, [qu, qw], weights);
-        let mut with_means = quadric;
-        self.sides.add_to(patch, &mut with_means);
-        if self.sides.yields && (pu.flags | pw.flags) & SEAM != 0 {
-            self.sides.add_seams(patch, [u, w], &mut with_means, SEAM_WEIGHT);
-        }
-        let with_least = self.sides.with_least(&with_means);
-        let mut placing = with_least;
-        if pu.flags & pw.flags & SEAM != 0
-            && !self.sides.yields
-            && patch.wedges().is_some_and(|rows| rows.layout.costed > 0)
-        {
-            self.sides.add_seams(patch, [u, w], &mut placing, HELD_SEAM_WEIGHT);
-        }
-        let at_end = |end: usize| with_means.value(if end == 0 { -h } else { h }) + self.sides.at_end(end, h);
-        let placement = if self.sides.at_an_end { Placement::Endpoint } else { self.rules.placement };
-        let x = match ([pu.flags & LOCKED, pw.flags & LOCKED], self.sides.fixed, placement) {
-            ([0, 0], None, Placement::Optimal) => placing.least(h, self.rules.regularization),
-            ([0, 0], None, Placement::Segment) => placing.least_between(h),
-            ([0, 0], None, Placement::EndpointOrMiddle) => placing.least_of(&[-h, h, DVec3::ZERO]),
-            ([0, 0], None, Placement::Endpoint) if at_end(1) < at_end(0) => h,
-            ([0, 0], None, Placement::Endpoint) => -h,
-            ([0, _], None, _) | (_, Some(1), _) => h,
-            _ => -h,
-        };
-        // An end that the vertex stands at keeps its own attributes.
-        let end = if x == h { Some(1) } else { (x == -h).then_some(0) };
-        let total = end.map_or_else(|| with_least.value(x), at_end).max(0.0);
-        let value = quadric.value(x).max(0.0);
+        let weights = patch.weights(pair);
+        let costs = self.costs(patch, pair, weights);
+        let (x, end) = self.place(&costs, [pu.flags, pw.flags]);
+        let total = end.map_or_else(|| costs.with_least.value(x), |end| self.at_end(&costs, end)).max(0.0);
         // Accumulated quadrics are the ends' own: no neighbor changes their cost.
         let weight = weights.map_or(1.0, |[first, second]| f64::from(first.max(second)));
         if self.may_wait && self.rules.metric == Metric::Volume && weight * total > self.most_waiting(cost) {
             return Err(Rejection::Outdated);
         }
         // To the bit at the ends, whose difference may have been rounded.
-        let at = match x {
-            _ if x == h => pw.xyz(),
-            _ if x == -h => pu.xyz(),
-            _ => (middle + x).as_vec3(),
+        let at = match end {
+            Some(1) => pw.xyz(),
+            Some(_) => pu.xyz(),
+            None => (middle + x).as_vec3(),
         };
         let cancelled = if joins { self.star.cancel() } else { Vec::new() };
         shapes_hold(&self.star, at.as_dvec3() - middle, self.rules.limits)?;
 
-        let accumulated = contracted(*qu, *qw, pu.xyz(), pw.xyz(), at);
+        let accumulated = contracted(*patch.quadric(pair[0]), *patch.quadric(pair[1]), pu.xyz(), pw.xyz(), at);
         let drift = match self.rules.metric {
             Metric::Plane => f32::INFINITY,
-            Metric::Volume => patch.drift(u, w) + (value / quadric.weight()).sqrt() as f32,
+            Metric::Volume => {
+                let value = costs.geometry.value(x).max(0.0);
+                patch.drift(pair[0], pair[1]) + (value / costs.geometry.weight()).sqrt() as f32
+            }
         };
         let deviation = deviation(&accumulated).min(drift);
         if f64::from(deviation) > self.rules.max_deviation {
             return Err(Rejection::Error);
         }
         self.blend.place(patch, &self.sides, at.as_dvec3() - middle, end)?;
+        let h = self.star.h;
         let t = match at {
             _ if at == pu.xyz() => 0.0,
             _ if at == pw.xyz() => 1.0,
@@ -204,6 +192,48 @@ impl Examiner {
         let placed = Placed { x: at, t, quadric: accumulated, drift, flags };
         let faces_removed = self.star.shared.len() + cancelled.len();
         Ok(Accepted { placed, deviation, faces_removed, cancelled, end })
+    }
+
+    /// What a pair costs, whose sides are found.
+    fn costs(&mut self, patch: &Patch<'_>, pair: [u32; 2], weights: Option<[f32; 2]>) -> Costs {
+        let flags = pair.map(|v| patch.position(v).flags);
+        let on_border = (flags[0] | flags[1]) & BORDER != 0;
+        let geometry = self.quadric(pair, on_border, pair.map(|v| patch.quadric(v)), weights);
+        let mut with_means = geometry;
+        self.sides.add_to(patch, &mut with_means);
+        if self.sides.yields && (flags[0] | flags[1]) & SEAM != 0 {
+            self.sides.add_seams(patch, pair, &mut with_means, SEAM_WEIGHT);
+        }
+        let with_least = self.sides.with_least(&with_means);
+        let mut placing = with_least;
+        let decides = |rows: &WedgeRows<'_>| rows.layout.costed > 0;
+        if flags[0] & flags[1] & SEAM != 0 && !self.sides.yields && patch.wedges().is_some_and(decides) {
+            self.sides.add_seams(patch, pair, &mut placing, HELD_SEAM_WEIGHT);
+        }
+        Costs { geometry, with_means, with_least, placing }
+    }
+
+    /// What a pair costs with the vertex, and the numbers, of an end.
+    fn at_end(&self, costs: &Costs, end: usize) -> f64 {
+        let h = self.star.h;
+        costs.with_means.value(if end == 0 { -h } else { h }) + self.sides.at_end(end, h)
+    }
+
+    /// Where the vertex of a pair goes whose ends have such flags, about its middle; and the end that it stands at, whose
+    /// attributes it keeps.
+    fn place(&self, costs: &Costs, flags: [u32; 2]) -> (DVec3, Option<usize>) {
+        let h = self.star.h;
+        let placement = if self.sides.at_an_end { Placement::Endpoint } else { self.rules.placement };
+        let x = match (flags.map(|flags| flags & LOCKED), self.sides.fixed, placement) {
+            ([0, 0], None, Placement::Optimal) => costs.placing.least(h, self.rules.regularization),
+            ([0, 0], None, Placement::Segment) => costs.placing.least_between(h),
+            ([0, 0], None, Placement::EndpointOrMiddle) => costs.placing.least_of(&[-h, h, DVec3::ZERO]),
+            ([0, 0], None, Placement::Endpoint) if self.at_end(costs, 1) < self.at_end(costs, 0) => h,
+            ([0, 0], None, Placement::Endpoint) => -h,
+            ([0, _], None, _) | (_, Some(1), _) => h,
+            _ => -h,
+        };
+        (x, if x == h { Some(1) } else { (x == -h).then_some(0) })
     }
 
     /// The pair's quadric about its midpoint, on the current state. Weights of the round change where the least of
