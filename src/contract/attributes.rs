@@ -56,6 +56,7 @@ pub enum ColorSpace {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Seams {
     /// Where they would keep more faces than are asked for, they yield: creases first, then corners of other seams, then all.
+    /// Where creases would keep a fifth of the faces asked for or more, so do they if the estimated error is lower.
     /// Textures do not fold for it, and materials stay closed. Not with [`Placement::Endpoint`](super::Placement::Endpoint),
     /// whose vertices are those of the input, nor where parts join, nor for a log.
     #[default]

@@ -44,8 +44,8 @@ pub struct Prepared {
 
 impl Prepared {
     /// The flags that its seams give to every vertex of `mesh`, where such of them yield; none where there are no seams.
-    pub fn seams(&mut self, mesh: &Mesh, yields: Yields, options: &Options) -> Vec<u32> {
-        let Some(wedges) = &mut self.carried.wedges else { return Vec::new() };
+    pub fn seams(&self, mesh: &Mesh, yields: Yields, options: &Options) -> Vec<u32> {
+        let Some(wedges) = &self.carried.wedges else { return Vec::new() };
         let mut seams = wedges.seam_flags(mesh, yields, (&self.faces, &self.rings, &self.fans));
         if options.attributes.lock_seams {
             seams.iter_mut().filter(|flags| **flags != 0).for_each(|flags| *flags |= LOCKED);
@@ -53,24 +53,22 @@ impl Prepared {
         seams
     }
 
-    /// Whether seams of such flags, and nothing else that is known yet, keep every run above so many faces: locked vertices
-    /// stay, and one that vanishes takes two faces along at most.
-    pub fn seams_hold_above(&self, seams: &[u32], faces: usize) -> bool {
-        if seams.is_empty() {
-            return false;
-        }
-        let held = |with: u32| {
-            let flags =
-                self.positions.par_iter().zip(seams).with_min_len(CHUNK).map(|(p, seam)| p.flags | (seam & with));
-            flags.filter(|flags| flags & LOCKED != 0).count()
+    /// The fewest faces that any run leaves with seams of such flags, by all that is known yet: locked vertices stay, and one
+    /// that vanishes takes two faces along at most.
+    pub fn least_faces(&self, seams: &[u32]) -> usize {
+        let is_free = |(vertex, p): &(usize, &Position)| {
+            (p.flags | seams.get(*vertex).copied().unwrap_or_default()) & LOCKED == 0
         };
-        let least = |locked: usize| self.faces.len().saturating_sub(2 * (self.positions.len() - locked));
-        least(held(LOCKED)) > faces && least(held(0)) <= faces
+        let free = self.positions.par_iter().enumerate().with_min_len(CHUNK).filter(is_free).count();
+        self.faces.len().saturating_sub(2 * free)
     }
 
-    /// Flags the vertices on seams, at last.
-    pub fn flag_seams(&mut self, seams: &[u32]) {
+    /// Flags the vertices on seams, of which such yield; for good.
+    pub fn flag_seams(&mut self, mesh: &Mesh, seams: &[u32], yields: Yields) {
         self.fans = Vec::new();
+        if let Some(wedges) = &mut self.carried.wedges {
+            wedges.let_yield(mesh, yields);
+        }
         let rows = self.positions.par_iter_mut().zip(seams).with_min_len(CHUNK);
         rows.for_each(|(p, seam)| p.flags |= seam);
     }
@@ -95,7 +93,7 @@ impl Prepared {
 pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     let mut prepared = begin(mesh, options)?;
     let seams = prepared.seams(mesh, Yields::Nothing, options);
-    prepared.flag_seams(&seams);
+    prepared.flag_seams(mesh, &seams, Yields::Nothing);
     Ok(prepared)
 }
 

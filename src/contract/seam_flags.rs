@@ -58,13 +58,15 @@ struct Seams<'a> {
 }
 
 impl<'a> Seams<'a> {
-    fn new(wedges: &'a Wedges, faces: &'a [Face], rings: &'a Rings) -> Self {
+    fn new(wedges: &'a Wedges, mesh: &Mesh, yields: Yields, faces: &'a [Face], rings: &'a Rings) -> Self {
         let (corners, starts) = wedges.connectivity();
         let is_one = |v: u32| starts[v as usize + 1] - starts[v as usize] == 1;
         let is_whole =
             faces.par_iter().with_min_len(CHUNK).map(|face| face.corners().into_iter().all(is_one)).collect();
-        let yields = wedges.layout.yields;
-        let standing = if yields == Yields::Nothing { Vec::new() } else { standing(wedges, starts) };
+        let standing = match yields {
+            Yields::Nothing => Vec::new(),
+            _ => standing(wedges, &wedges.materials_for(mesh, yields), starts),
+        };
         Self { faces, rings, corners, starts, standing, is_whole, yields }
     }
 
@@ -111,10 +113,10 @@ impl<'a> Seams<'a> {
 }
 
 /// The wedge that stands for each: the first of its vertex that differs from it in no more than what yields.
-fn standing(wedges: &Wedges, starts: &[u32]) -> Vec<u32> {
+fn standing(wedges: &Wedges, materials: &[u32], starts: &[u32]) -> Vec<u32> {
     let first_of = |begin: u32, wedge: u32| {
         let agrees = |&other: &u32| {
-            let same_material = wedges.material(other) == wedges.material(wedge);
+            let same_material = materials.get(other as usize) == materials.get(wedge as usize);
             same_material && wedges.layout.agree_but_in_shading(wedges.row(other), wedges.row(wedge))
         };
         (begin..wedge).find(agrees).unwrap_or(wedge)
@@ -127,19 +129,12 @@ fn standing(wedges: &Wedges, starts: &[u32]) -> Vec<u32> {
 }
 
 impl Wedges {
-    /// The flags that its seams give to every vertex of `mesh`, where such of them yield from here on; none where there are no
-    /// seams.
-    pub fn seam_flags(
-        &mut self,
-        mesh: &Mesh,
-        yields: Yields,
-        (faces, rings, fans): (&[Face], &Rings, &[Fan]),
-    ) -> Vec<u32> {
-        self.let_yield(mesh, yields);
+    /// The flags that its seams give to every vertex of `mesh`, where such of them yield; none where there are no seams.
+    pub fn seam_flags(&self, mesh: &Mesh, yields: Yields, (faces, rings, fans): (&[Face], &Rings, &[Fan])) -> Vec<u32> {
         if self.are_vertices {
             return Vec::new();
         }
-        let seams = Seams::new(self, faces, rings);
+        let seams = Seams::new(self, mesh, yields, faces, rings);
         let flags = |uses: &mut Vec<EdgeWedges>, (vertex, &fan): (usize, &Fan)| seams.flags(vertex as u32, fan, uses);
         fans.par_iter().enumerate().with_min_len(CHUNK).map_init(Vec::new, flags).collect()
     }

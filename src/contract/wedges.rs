@@ -78,13 +78,17 @@ impl Wedges {
     }
 
     /// Has such seams yield from here on.
-    pub(super) fn let_yield(&mut self, mesh: &Mesh, yields: Yields) {
-        let Self { layout, origin, materials, .. } = self;
-        layout.yields = yields;
-        if layout.has_materials && yields != Yields::Nothing {
-            let of_origin = |&origin: &u32| layout.material(mesh, (origin & !MOVED_FROM) as usize / 3);
-            *materials = origin.iter().map(of_origin).collect();
-        }
+    pub fn let_yield(&mut self, mesh: &Mesh, yields: Yields) {
+        self.layout.yields = yields;
+        self.materials = self.materials_for(mesh, yields);
+    }
+
+    /// The material of each, where it matters to such seams; none where it does not.
+    pub fn materials_for(&self, mesh: &Mesh, yields: Yields) -> Vec<u32> {
+        let Self { layout, origin, .. } = self;
+        let of_origin = |&origin: &u32| layout.material(mesh, (origin & !MOVED_FROM) as usize / 3);
+        let asks = layout.has_materials && yields != Yields::Nothing;
+        if asks { origin.iter().map(of_origin).collect() } else { Vec::new() }
     }
 
     fn of(layout: Layout, corners: Vec<Face>, starts: Vec<u32>, rows: Vec<f32>, origin: Vec<u32>) -> Self {
@@ -154,11 +158,6 @@ impl Wedges {
     /// The row of a wedge between rounds.
     pub fn row(&self, wedge: u32) -> &[f32] {
         &self.buffers.rows.host()[wedge as usize * self.layout.width..][..self.layout.width]
-    }
-
-    /// The material of a wedge, where it matters.
-    pub fn material(&self, wedge: u32) -> Option<u32> {
-        self.materials.get(wedge as usize).copied()
     }
 
     /// How many there are.
