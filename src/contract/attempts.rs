@@ -35,7 +35,8 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
         for (&index, mut outcome) in left.iter().zip(outcomes) {
             let warning = match &made[index] {
                 Some(before) if before.stop != StopReason::Stuck => {
-                    if was_cancelled || outcome.error_estimate >= before.error_estimate {
+                    let is_closer = outcome.error_estimate < before.error_estimate;
+                    if outcome.stop != before.stop || !is_closer {
                         continue;
                     }
                     Some(CLOSER)
