@@ -198,8 +198,7 @@ fn colors_decide_on_a_flat() {
     let wrong = |weight: f32| {
         let weights = AttributeWeights { color: weight, ..AttributeWeights::default() };
         let outcome = run(&mesh, Attributes { weights, ..Attributes::default() }, 0.05);
-        let found =
-            coarsen::metrics::compare(&mesh, &outcome.mesh, &Default::default(), &cpu(2)).expect("valid meshes");
+        let found = metrics::compare(&mesh, &outcome.mesh, &Default::default(), &cpu(2)).expect("valid meshes");
         found.deviation.forward.colors.expect("colors").rgb.mean
     };
     let (with, without) = (wrong(1.0), wrong(0.0));
