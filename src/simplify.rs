@@ -345,7 +345,9 @@ pub fn simplify(
 /// Contraction makes all levels in one run. It meets the budgets from fine to coarse, whatever their order, and restores a mesh
 /// where it meets one, so that each level's contractions are the first of the next one's. A level is as near as a run of its own,
 /// and the same bytes on every device, but not the bytes of that run: rounds are chosen for the coarsest level. Fits and
-/// flips are applied to each level, and the run goes on from where it was. Every other method runs once a budget.
+/// flips are applied to each level, and the run goes on from where it was. Where seams yield, or creases are compared
+/// ([`Seams`](contract::Seams)), levels come from up to four runs, and each is the best that any of these made of it. Every
+/// other method runs once a budget.
 ///
 /// [`rounds`](Outcome::rounds), [`seconds`](Outcome::seconds), [`bytes_moved`](Outcome::bytes_moved), the estimated error and
 /// warnings of a level tell of the run from the input on. The [`log`](Outcome::log) is with the coarsest level: another is

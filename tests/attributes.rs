@@ -15,6 +15,7 @@ use coarsen::metrics;
 use coarsen::{Budget, Device, Error, Mesh, Method, Outcome, StopReason, simplify, simplify_levels};
 use support::engine::{bytes, cpu, gpu};
 use support::independent::topology;
+use support::shapes::boxed;
 use support::texture::folds;
 
 fn run_on(device: &Device, mesh: &Mesh, options: &Options, budget: Budget) -> Outcome {
@@ -125,33 +126,6 @@ fn materials_keep_their_borders() {
     assert_eq!((found.components, found.border_edges, found.euler), (1, 0, 0));
     let dropped = Attributes { dropped: Dropped { materials: true, ..Dropped::default() }, ..Attributes::default() };
     assert_eq!(run(&mesh, dropped, 0.1).mesh.materials, None);
-}
-
-/// A box of 6·n² squares, n a power of two, whose sides have vertices and normals of their own.
-fn boxed(n: u32) -> Mesh {
-    let mut mesh = Mesh { normals: Some(Vec::new()), ..Mesh::default() };
-    for axis in 0..3 {
-        for sign in [-1.0, 1.0] {
-            let normal = DVec3::AXES[axis] * sign;
-            let (e, f) = (DVec3::AXES[(axis + 1) % 3] * sign, DVec3::AXES[(axis + 2) % 3]);
-            let first = mesh.positions.len() as u32;
-            for i in 0..=n {
-                for j in 0..=n {
-                    let at = |k: u32| 2.0 * f64::from(k) / f64::from(n) - 1.0;
-                    mesh.positions.push(normal + e * at(i) + f * at(j));
-                    mesh.normals.as_mut().expect("normals").push(normal.as_vec3());
-                }
-            }
-            let v = |i: u32, j: u32| first + i * (n + 1) + j;
-            for i in 0..n {
-                for j in 0..n {
-                    mesh.faces.push([v(i, j), v(i + 1, j), v(i + 1, j + 1)]);
-                    mesh.faces.push([v(i, j), v(i + 1, j + 1), v(i, j + 1)]);
-                }
-            }
-        }
-    }
-    mesh
 }
 
 #[test]
@@ -275,51 +249,11 @@ fn creases_yield_where_they_hold_too_much() {
     for n in outcome.mesh.normals.iter().flatten() {
         assert!((n.length() - 1.0).abs() < 1e-5 && n.abs().max_element() > 0.999, "{n} is of no side of the box");
     }
-    // What does not need it is as it was.
+    // What does not need it is as it was: with 40 faces no run without creases is closer.
     let runs = [&yielding, &holding].map(|options| run_on(&cpu(2), &mesh, options, Budget::faces(40)).mesh);
     assert_eq!(runs[0], runs[1]);
     let runs = [&yielding, &holding].map(|options| run_on(&cpu(2), &mesh, options, Budget::error(0.5)).mesh);
     assert_eq!(runs[0], runs[1]);
-}
-
-/// A ball beside thirty small boxes, which hold nearly all faces asked for.
-fn ball_and_boxes() -> Mesh {
-    let mut mesh = shapes::icosphere(3);
-    let mut normals: Vec<Vec3> = mesh.positions.iter().map(|p| p.normalize().as_vec3()).collect();
-    let small = boxed(1);
-    for number in 0..30 {
-        let (first, at) = (mesh.positions.len() as u32, DVec3::new(2.0 + 0.2 * f64::from(number), 0.0, 0.0));
-        mesh.positions.extend(small.positions.iter().map(|&p| p * 0.05 + at));
-        mesh.faces.extend(small.faces.iter().map(|face| face.map(|v| v + first)));
-        normals.extend(small.normals.iter().flatten());
-    }
-    mesh.normals = Some(normals);
-    mesh
-}
-
-/// Where creases would keep many of the faces asked for, the better of two runs is taken, even if they could hold.
-#[test]
-fn creases_yield_where_the_surface_is_closer_without() {
-    let mesh = ball_and_boxes();
-    let off = |result: &Mesh| {
-        metrics::deviation(&mesh, result, &metrics::Options::default(), &cpu(2)).expect("meshes").symmetric().rms
-    };
-    let [yielding, holding] = yielding_and_holding();
-    let held = run_on(&cpu(2), &mesh, &holding, Budget::faces(390));
-    let found = run_on(&cpu(2), &mesh, &yielding, Budget::faces(390));
-    assert_eq!([held.stop, found.stop], [StopReason::FacesReached; 2]);
-    assert!(found.warnings.iter().any(|warning| warning.ends_with("farther off with them")), "{:?}", found.warnings);
-    let [held, found_off] = [&held.mesh, &found.mesh].map(off);
-    assert!(found_off < 0.5 * held, "{found_off} of {held}");
-    for device in [1, 5].map(cpu).into_iter().chain(gpu(&GpuOptions::default())) {
-        let other = run_on(&device, &mesh, &yielding, Budget::faces(390));
-        assert!(bytes(&other.mesh) == bytes(&found.mesh), "{}", device.description());
-    }
-    // Three times as many leave room for the ball, and of a limit to the error nobody knows where it ends.
-    for budget in [Budget::faces(1200), Budget::error(0.2)] {
-        let [found, held] = [&yielding, &holding].map(|options| run_on(&cpu(2), &mesh, options, budget));
-        assert!(found.mesh == held.mesh && found.warnings.is_empty(), "{:?}", found.warnings);
-    }
 }
 
 #[test]

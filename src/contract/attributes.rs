@@ -56,7 +56,8 @@ pub enum ColorSpace {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Seams {
     /// Where they would keep more faces than are asked for, they yield: creases first, then corners of other seams, then all.
-    /// Where creases would keep a fifth of the faces asked for or more, so do they if the estimated error is lower.
+    /// Where creases would keep more than a fifth of the faces asked for, and most of the others have to go, they yield if the
+    /// estimated error is lower then, but not under a limit to the error.
     /// Textures do not fold for it, and materials stay closed. Not with [`Placement::Endpoint`](super::Placement::Endpoint),
     /// whose vertices are those of the input, nor where parts join, nor for a log.
     #[default]
@@ -76,7 +77,7 @@ pub struct Attributes {
     pub dropped: Dropped,
     /// What differences between colors are, where these decide.
     pub color_space: ColorSpace,
-    /// What becomes of seams that keep a run from the number of faces asked for.
+    /// What becomes of seams that are in the way of the number of faces asked for.
     pub seams: Seams,
     /// Whether vertices on seams, creases and borders between materials stay where they are.
     pub lock_seams: bool,

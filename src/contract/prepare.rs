@@ -21,6 +21,7 @@ use super::attributes::Attributes;
 use super::carry::{Carried, MOVED_FROM};
 use super::gather_wedges::Creases;
 use super::layout::Layout;
+use super::seam_flags::Around;
 use super::surface::Start;
 use super::wedges::Wedges;
 use super::yielding::Yields;
@@ -44,9 +45,10 @@ pub struct Prepared {
 
 impl Prepared {
     /// The flags that its seams give to every vertex of `mesh`, where such of them yield; none where there are no seams.
-    pub fn seams(&self, mesh: &Mesh, yields: Yields, options: &Options) -> Vec<u32> {
+    pub fn seam_flags(&self, mesh: &Mesh, yields: Yields, options: &Options) -> Vec<u32> {
         let Some(wedges) = &self.carried.wedges else { return Vec::new() };
-        let mut seams = wedges.seam_flags(mesh, yields, (&self.faces, &self.rings, &self.fans));
+        let mut seams =
+            wedges.seam_flags(mesh, yields, Around { faces: &self.faces, rings: &self.rings, fans: &self.fans });
         if options.attributes.lock_seams {
             seams.iter_mut().filter(|flags| **flags != 0).for_each(|flags| *flags |= LOCKED);
         }
@@ -92,7 +94,7 @@ impl Prepared {
 /// As [`begin`].
 pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     let mut prepared = begin(mesh, options)?;
-    let seams = prepared.seams(mesh, Yields::Nothing, options);
+    let seams = prepared.seam_flags(mesh, Yields::Nothing, options);
     prepared.flag_seams(mesh, &seams, Yields::Nothing);
     Ok(prepared)
 }

@@ -22,7 +22,7 @@ struct EdgeWedges {
 const FEW: usize = 64;
 
 /// How many pairs of faces disagree in the wedges of an edge that they share: as many as there are seams where none has more
-/// than two. `uses` are put in order.
+/// than two. Many `uses` are put in order.
 fn count_seams(uses: &mut [EdgeWedges]) -> usize {
     if uses.len() > FEW {
         return count_seams_sorted(uses);
@@ -43,8 +43,16 @@ fn count_seams_sorted(uses: &mut [EdgeWedges]) -> usize {
     all - alike
 }
 
-/// The seams of a surface as a run begins.
-struct Seams<'a> {
+/// What is around the vertices of a surface.
+#[derive(Debug, Clone, Copy)]
+pub struct Around<'a> {
+    pub faces: &'a [Face],
+    pub rings: &'a Rings,
+    pub fans: &'a [Fan],
+}
+
+/// What tells the seams of a surface as a run begins.
+struct SeamFinder<'a> {
     faces: &'a [Face],
     rings: &'a Rings,
     /// The wedges of the corners of all faces, and the first of each vertex.
@@ -57,8 +65,8 @@ struct Seams<'a> {
     yields: Yields,
 }
 
-impl<'a> Seams<'a> {
-    fn new(wedges: &'a Wedges, mesh: &Mesh, yields: Yields, faces: &'a [Face], rings: &'a Rings) -> Self {
+impl<'a> SeamFinder<'a> {
+    fn new(wedges: &'a Wedges, mesh: &Mesh, yields: Yields, Around { faces, rings, .. }: Around<'a>) -> Self {
         let (corners, starts) = wedges.connectivity();
         let is_one = |v: u32| starts[v as usize + 1] - starts[v as usize] == 1;
         let is_whole =
@@ -130,13 +138,13 @@ fn standing(wedges: &Wedges, materials: &[u32], starts: &[u32]) -> Vec<u32> {
 
 impl Wedges {
     /// The flags that its seams give to every vertex of `mesh`, where such of them yield; none where there are no seams.
-    pub fn seam_flags(&self, mesh: &Mesh, yields: Yields, (faces, rings, fans): (&[Face], &Rings, &[Fan])) -> Vec<u32> {
+    pub fn seam_flags(&self, mesh: &Mesh, yields: Yields, around: Around<'_>) -> Vec<u32> {
         if self.are_vertices {
             return Vec::new();
         }
-        let seams = Seams::new(self, mesh, yields, faces, rings);
+        let seams = SeamFinder::new(self, mesh, yields, around);
         let flags = |uses: &mut Vec<EdgeWedges>, (vertex, &fan): (usize, &Fan)| seams.flags(vertex as u32, fan, uses);
-        fans.par_iter().enumerate().with_min_len(CHUNK).map_init(Vec::new, flags).collect()
+        around.fans.par_iter().enumerate().with_min_len(CHUNK).map_init(Vec::new, flags).collect()
     }
 }
 

@@ -162,7 +162,7 @@ impl SideSums {
     /// what their first `costed` numbers cost.
     pub fn add_faces(&mut self, faces: &[FaceTerm], own: &[u32], rows: &[f32], costed: usize, costs: &mut CostSums) {
         for (block, terms) in self.terms.iter_mut().enumerate().take(costed.div_ceil(NUMBERS)) {
-            self.weight = add_faces(faces, own, rows, block * NUMBERS, terms, &mut costs.means[block]);
+            self.weight = add_faces((faces, own), rows, block * NUMBERS, terms, &mut costs.means[block]);
             if self.weight > 0.0 {
                 add_means(terms, self.weight, &mut costs.saved[block]);
             }
@@ -227,8 +227,7 @@ impl SideSums {
 /// Adds a side's own faces to the terms of the numbers from `first` on, and returns their weight.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
 fn add_faces(
-    faces: &[FaceTerm],
-    own: &[u32],
+    (faces, own): (&[FaceTerm], &[u32]),
     rows: &[f32],
     first: usize,
     terms: &mut Terms,
@@ -327,6 +326,28 @@ mod tests {
         // An end has its own numbers, which are those of the function there: nothing to pay.
         let end = corners()[0][1];
         assert!((cost.value(end) + sums.at_end(2, end, 1.0)).abs() < 1e-12);
+    }
+
+    /// Sides of one face each cost together what one of both does with the same means, whatever was summed before.
+    #[test]
+    fn sides_add_up_and_pairs_do_not() {
+        let (wide, wide_rows) = terms(12);
+        let mut costs = CostSums::default();
+        let mut sums = SideSums::default();
+        sums.begin(&wide_rows, [0, 12], 12);
+        sums.add_faces(&wide, &[0, 1], &wide_rows[..], 12, &mut costs);
+        let (faces, rows) = terms(2);
+        let (mut parts, mut saved) = (Quadric::default(), Quadric::default());
+        costs.begin(2);
+        for own in [0, 1] {
+            between(&rows, 2).add_faces(&faces, &[own], &rows, 2, &mut costs);
+        }
+        costs.add_to(2, &mut parts, &mut saved);
+        let (whole, _) = costs_of(&mut between(&rows, 2), &faces, &rows);
+        let x = DVec3::new(0.3, -0.2, 0.0);
+        assert!((parts.value(x) - whole.value(x)).abs() < 1e-12 && whole.value(x) > 1.0);
+        // Each has the numbers of its own face.
+        assert!(parts.minus(&saved).value(x).abs() < 1e-12);
     }
 
     /// Numbers that are linear but for their last bits cost less than what is allowed for these, and others cost more.

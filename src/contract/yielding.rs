@@ -1,4 +1,4 @@
-//! Seams that give way, where a run that keeps them all cannot come to the number of faces asked for.
+//! Seams that give way, where a run that keeps them all cannot come to the number of faces asked for, or not well.
 //!
 //! Wedges of the ends that no vanishing face links stay two. Those of an end stand alone on a side of their own, and take the
 //! best numbers of their faces where the new vertex stands:

@@ -228,7 +228,7 @@ fn add_spreads(first: usize, rings: Rings<'_>, wedge_starts: &[u32], rows: Rows<
         if wedges.len() == 1 {
             spread = add_wedge(spread, ring, rows, &mut gradients);
         } else if wedges.len() < ring.len() {
-            // Each has a face, and some have more than one.
+            // Between rounds each has a face (`contract::wedges`), so that here some have more than one.
             for wedge in wedges {
                 // Written whether it is one or not: a branch would be misjudged at every second.
                 own.resize(ring.len(), 0);

@@ -109,3 +109,30 @@ pub fn volume(mesh: &Mesh) -> f64 {
     let corner = |v: u32| mesh.positions[v as usize];
     mesh.faces.iter().map(|&[a, b, c]| corner(a).dot(corner(b).cross(corner(c))) / 6.0).sum()
 }
+
+/// A box of 6·n² squares, n a power of two, whose sides have vertices and normals of their own.
+pub fn boxed(n: u32) -> Mesh {
+    let mut mesh = Mesh { normals: Some(Vec::new()), ..Mesh::default() };
+    for axis in 0..3 {
+        for sign in [-1.0, 1.0] {
+            let normal = DVec3::AXES[axis] * sign;
+            let (e, f) = (DVec3::AXES[(axis + 1) % 3] * sign, DVec3::AXES[(axis + 2) % 3]);
+            let first = mesh.positions.len() as u32;
+            for i in 0..=n {
+                for j in 0..=n {
+                    let at = |k: u32| 2.0 * f64::from(k) / f64::from(n) - 1.0;
+                    mesh.positions.push(normal + e * at(i) + f * at(j));
+                    mesh.normals.as_mut().expect("normals").push(normal.as_vec3());
+                }
+            }
+            let v = |i: u32, j: u32| first + i * (n + 1) + j;
+            for i in 0..n {
+                for j in 0..n {
+                    mesh.faces.push([v(i, j), v(i + 1, j), v(i + 1, j + 1)]);
+                    mesh.faces.push([v(i, j), v(i + 1, j + 1), v(i, j + 1)]);
+                }
+            }
+        }
+    }
+    mesh
+}

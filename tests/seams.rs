@@ -1,0 +1,119 @@
+//! Runs in which creases would keep many of the faces asked for: the better of two is taken.
+
+#[path = "support/mod.rs"]
+mod support;
+
+use std::ops::ControlFlow;
+
+use coarsen::backend::GpuOptions;
+use coarsen::contract::{Attributes, Options, Seams};
+use coarsen::math::{DVec3, Vec3};
+use coarsen::mesh::shapes;
+use coarsen::simplify::Progress;
+use coarsen::{Budget, Device, Mesh, Method, Outcome, StopReason, metrics, simplify, simplify_levels};
+use support::engine::{bytes, cpu, gpu};
+use support::shapes::boxed;
+
+/// A number of faces near the 360 of the boxes.
+const NEAR: usize = 390;
+
+/// A ball of 1,280 faces beside thirty small boxes.
+fn ball_and_boxes() -> Mesh {
+    let mut mesh = shapes::icosphere(3);
+    let mut normals: Vec<Vec3> = mesh.positions.iter().map(|p| p.normalize().as_vec3()).collect();
+    let small = boxed(1);
+    for number in 0..30 {
+        let (first, at) = (mesh.positions.len() as u32, DVec3::new(2.0 + 0.2 * f64::from(number), 0.0, 0.0));
+        mesh.positions.extend(small.positions.iter().map(|&p| p * 0.05 + at));
+        mesh.faces.extend(small.faces.iter().map(|face| face.map(|v| v + first)));
+        normals.extend(small.normals.iter().flatten());
+    }
+    mesh.normals = Some(normals);
+    mesh
+}
+
+fn method(seams: Seams) -> Method {
+    let attributes = Attributes { seams, ..Attributes::default() };
+    Method::Contract(Options { attributes, ..Options::default() })
+}
+
+fn run(device: &Device, mesh: &Mesh, seams: Seams, budget: Budget) -> Outcome {
+    simplify(mesh, &method(seams), &budget, device, None).expect("a valid mesh")
+}
+
+/// Whether the user is told that a run without creases was taken.
+fn is_told(outcome: &Outcome) -> bool {
+    outcome.warnings.iter().any(|warning| warning.contains("farther off with them"))
+}
+
+/// How often progress began anew.
+fn runs(mesh: &Mesh, budget: Budget) -> usize {
+    let (mut count, mut before) = (0, 0);
+    let mut note = |progress: Progress| {
+        count += usize::from(progress.faces > before);
+        before = progress.faces;
+        ControlFlow::Continue(())
+    };
+    simplify(mesh, &method(Seams::Yield), &budget, &cpu(1), Some(&mut note)).expect("a valid mesh");
+    count
+}
+
+#[test]
+fn creases_yield_where_the_surface_is_closer_without() {
+    let mesh = ball_and_boxes();
+    let off = |result: &Mesh| {
+        metrics::deviation(&mesh, result, &metrics::Options::default(), &cpu(2)).expect("meshes").symmetric().rms
+    };
+    let [found, held] = [Seams::Yield, Seams::Hold].map(|seams| run(&cpu(2), &mesh, seams, Budget::faces(NEAR)));
+    assert_eq!([held.stop, found.stop], [StopReason::FacesReached; 2]);
+    assert_eq!([&held, &found].map(is_told), [false, true]);
+    let [held_off, found_off] = [&held.mesh, &found.mesh].map(off);
+    assert!(found_off < 0.5 * held_off, "{found_off} of {held_off}");
+    for device in [1, 5].map(cpu).into_iter().chain(gpu(&GpuOptions::default())) {
+        let other = run(&device, &mesh, Seams::Yield, Budget::faces(NEAR));
+        assert!(bytes(&other.mesh) == bytes(&found.mesh), "{}", device.description());
+    }
+}
+
+#[test]
+fn creases_hold_where_they_are_not_in_the_way() {
+    let mesh = ball_and_boxes();
+    // With three times as many there is room for the ball, and of a limit to the error nobody knows where it ends.
+    for budget in [Budget::faces(1200), Budget::error(0.2)] {
+        let [found, held] = [Seams::Yield, Seams::Hold].map(|seams| run(&cpu(2), &mesh, seams, budget));
+        assert!(found.mesh == held.mesh && found.warnings.is_empty(), "{:?}", found.warnings);
+        assert_eq!(runs(&mesh, budget), 1);
+    }
+    // A box is exact with 40 faces, of which its creases keep twelve: the other run is made for nothing.
+    let mesh = boxed(8);
+    let [found, held] = [Seams::Yield, Seams::Hold].map(|seams| run(&cpu(2), &mesh, seams, Budget::faces(40)));
+    assert!(found.mesh == held.mesh && !is_told(&found), "{:?}", found.warnings);
+    assert_eq!(runs(&mesh, Budget::faces(40)), 2);
+    assert!(found.seconds.total >= found.seconds.build && found.seconds.build > held.seconds.build);
+}
+
+#[test]
+fn no_level_is_farther_off_than_a_coarser_one() {
+    let mesh = ball_and_boxes();
+    let budgets = [900, 600, NEAR, 200].map(Budget::faces);
+    let levels = simplify_levels(&mesh, &method(Seams::Yield), &budgets, &cpu(2), None).expect("a valid mesh");
+    let faces: Vec<usize> = levels.iter().map(|level| level.mesh.faces.len()).collect();
+    assert_eq!(faces, [900, 600, NEAR, 200]);
+    let errors: Vec<f64> = levels.iter().map(|level| level.error_estimate).collect();
+    assert!(errors.is_sorted() && is_told(&levels[2]), "{errors:?}");
+}
+
+#[test]
+fn a_run_that_is_cancelled_while_it_compares_is_cancelled() {
+    let mesh = ball_and_boxes();
+    let mut before = usize::MAX;
+    let mut stop = |progress: Progress| {
+        let is_second = progress.faces > before;
+        before = progress.faces;
+        if is_second { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let budget = Budget::faces(NEAR);
+    let outcome = simplify(&mesh, &method(Seams::Yield), &budget, &cpu(1), Some(&mut stop)).expect("a valid mesh");
+    // What was met before is there.
+    assert_eq!((outcome.stop, outcome.mesh.faces.len()), (StopReason::Cancelled, NEAR));
+}
