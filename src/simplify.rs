@@ -289,6 +289,21 @@ pub struct Outcome {
     pub warnings: Vec<String>,
 }
 
+impl Outcome {
+    /// With another warning, if there is one.
+    pub(crate) fn with_warning(mut self, warning: Option<&str>) -> Self {
+        self.warnings.extend(warning.map(String::from));
+        self
+    }
+
+    /// Where others were tried, which took so many seconds after it was there.
+    pub(crate) fn later(mut self, spent: f64) -> Self {
+        self.seconds.build += spent;
+        self.seconds.total += spent;
+        self
+    }
+}
+
 /// Marks a vertex of the result that stands at no input vertex's position.
 pub const MOVED: u32 = u32::MAX;
 

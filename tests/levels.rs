@@ -176,6 +176,18 @@ fn odd_counts_on_a_border_cost_no_rounds_and_refusals_count_once() {
     }
 }
 
+/// Counts at which rounds leave one face too many: a pair on the border is found for it in the same round.
+#[test]
+fn an_odd_count_on_a_border_needs_no_round_of_all_pairs() {
+    let terrain = sample("terrain", Some(40_000)).expect("a sample");
+    for count in [10_100, 24_001] {
+        let outcome = chain(&terrain, &Options::default(), &[Budget::faces(count)]).remove(0);
+        assert_eq!(outcome.mesh.faces.len(), count);
+        let rounds = &outcome.rounds;
+        assert!(rounds.iter().all(|round| round.candidates < round.pairs && round.contracted > 1), "{rounds:?}");
+    }
+}
+
 #[test]
 fn vertices_of_a_level_are_among_those_of_the_finer_ones() {
     for name in ["statue", "terrain", "part"] {

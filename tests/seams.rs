@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 
 use coarsen::backend::GpuOptions;
 use coarsen::contract::{Attributes, Options, Seams};
-use coarsen::math::{DVec3, Vec3};
+use coarsen::math::{DVec3, Vec2, Vec3};
 use coarsen::mesh::shapes;
 use coarsen::simplify::Progress;
 use coarsen::{Budget, Device, Mesh, Method, Outcome, StopReason, metrics, simplify, simplify_levels};
@@ -46,16 +46,19 @@ fn is_told(outcome: &Outcome) -> bool {
     outcome.warnings.iter().any(|warning| warning.contains("farther off with them"))
 }
 
-/// How often progress began anew.
-fn runs(mesh: &Mesh, budget: Budget) -> usize {
-    let (mut count, mut before) = (0, 0);
+/// The fewest faces that progress tells of each run: it begins anew where there are more.
+fn runs(mesh: &Mesh, budget: Budget) -> Vec<usize> {
+    let (mut fewest, mut before) = (Vec::new(), 0);
     let mut note = |progress: Progress| {
-        count += usize::from(progress.faces > before);
+        if progress.faces > before {
+            fewest.push(progress.faces);
+        }
         before = progress.faces;
+        fewest.last_mut().into_iter().for_each(|fewest| *fewest = progress.faces);
         ControlFlow::Continue(())
     };
     simplify(mesh, &method(Seams::Yield), &budget, &cpu(1), Some(&mut note)).expect("a valid mesh");
-    count
+    fewest
 }
 
 #[test]
@@ -69,6 +72,8 @@ fn creases_yield_where_the_surface_is_closer_without() {
     assert_eq!([&held, &found].map(is_told), [false, true]);
     let [held_off, found_off] = [&held.mesh, &found.mesh].map(off);
     assert!(found_off < 0.5 * held_off, "{found_off} of {held_off}");
+    // That with creases comes second, and ends where it is known to be farther off.
+    assert!(matches!(runs(&mesh, Budget::faces(NEAR))[..], [NEAR, second] if second > NEAR));
     for device in [1, 5].map(cpu).into_iter().chain(gpu(&GpuOptions::default())) {
         let other = run(&device, &mesh, Seams::Yield, Budget::faces(NEAR));
         assert!(bytes(&other.mesh) == bytes(&found.mesh), "{}", device.description());
@@ -82,14 +87,29 @@ fn creases_hold_where_they_are_not_in_the_way() {
     for budget in [Budget::faces(1200), Budget::error(0.2)] {
         let [found, held] = [Seams::Yield, Seams::Hold].map(|seams| run(&cpu(2), &mesh, seams, budget));
         assert!(found.mesh == held.mesh && found.warnings.is_empty(), "{:?}", found.warnings);
-        assert_eq!(runs(&mesh, budget), 1);
+        assert_eq!(runs(&mesh, budget).len(), 1);
     }
     // A box is exact with 40 faces, of which its creases keep twelve: the other run is made for nothing.
     let mesh = boxed(8);
     let [found, held] = [Seams::Yield, Seams::Hold].map(|seams| run(&cpu(2), &mesh, seams, Budget::faces(40)));
     assert!(found.mesh == held.mesh && !is_told(&found), "{:?}", found.warnings);
-    assert_eq!(runs(&mesh, Budget::faces(40)), 2);
+    assert_eq!(runs(&mesh, Budget::faces(40)), [40, 40]);
     assert!(found.seconds.total >= found.seconds.build && found.seconds.build > held.seconds.build);
+}
+
+/// A texture that folds in the right half, so that no run reaches the number of faces.
+#[test]
+fn creases_are_given_up_only_where_there_is_shading() {
+    let mut mesh = shapes::plane(8, 8);
+    let at = |v: u32| match (v % 9, v / 9) {
+        (x, y) if x < 4 => Vec2::new(x as f32, y as f32),
+        _ => Vec2::new((v * 7919 % 97) as f32, (v * 104_729 % 89) as f32),
+    };
+    mesh.texcoords = Some(mesh.faces.iter().map(|face| face.map(at)).collect());
+    let count = |mesh: &Mesh| runs(mesh, Budget::faces(4)).len();
+    assert_eq!(count(&mesh), 3);
+    mesh.normals = Some(vec![Vec3::Z; mesh.positions.len()]);
+    assert_eq!(count(&mesh), 4);
 }
 
 #[test]
@@ -101,6 +121,29 @@ fn no_level_is_farther_off_than_a_coarser_one() {
     assert_eq!(faces, [900, 600, NEAR, 200]);
     let errors: Vec<f64> = levels.iter().map(|level| level.error_estimate).collect();
     assert!(errors.is_sorted() && is_told(&levels[2]), "{errors:?}");
+}
+
+#[test]
+fn a_run_that_is_cancelled_before_it_compares_says_so() {
+    let mut stop = |_: Progress| ControlFlow::Break(());
+    let (mesh, method, budget) = (ball_and_boxes(), method(Seams::Yield), Budget::faces(NEAR));
+    let outcome = simplify(&mesh, &method, &budget, &cpu(1), Some(&mut stop)).expect("a valid mesh");
+    assert_eq!(outcome.stop, StopReason::Cancelled);
+    assert!(outcome.warnings.iter().any(|warning| warning.contains("cancelled before")), "{:?}", outcome.warnings);
+    assert!(outcome.mesh.faces.len() > NEAR);
+}
+
+/// How far a limit to the error lets a run go nobody knows: a chain with one is not compared.
+#[test]
+fn a_chain_with_a_limit_to_the_error_keeps_its_creases() {
+    let mesh = ball_and_boxes();
+    let budgets = [Budget { error: Some(0.5), ..Budget::faces(10) }, Budget::faces(NEAR)];
+    let of = |seams: Seams| {
+        let levels = simplify_levels(&mesh, &method(seams), &budgets, &cpu(2), None).expect("a valid mesh");
+        levels[1].mesh.clone()
+    };
+    let level = of(Seams::Yield);
+    assert!(level == of(Seams::Hold) && level.faces.len() == NEAR);
 }
 
 #[test]

@@ -162,11 +162,11 @@ impl Committer {
         let task = Task { rules: self.rules, of: quota.of, may_wait, dearest, commit: self.commits };
         self.commits += 1;
         for size in patch_sizes(surface.vertex_count) {
-            if candidates.is_empty() {
-                break;
-            }
             // As many faces as on the inside: what fits the quota as such fits at any border.
             let fitting = quota.faces.saturating_sub(done.0.faces_removed) / quota.of.most_faces();
+            if candidates.is_empty() || fitting == 0 {
+                break;
+            }
             self.commit_patches(Patch::whole(surface, carried).split(size), size, candidates, fitting, task, &mut done);
         }
         candidates.extend(joining);

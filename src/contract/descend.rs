@@ -3,15 +3,22 @@
 use rayon::prelude::*;
 
 use crate::kernel::pairs::half_edge_ends;
-use crate::kernel::rows::{BORDER, Candidate};
+use crate::kernel::rows::{BORDER, Candidate, HUB, LOCKED};
+use crate::kernel::split::CHUNK;
+use crate::kernel::stars::Stars;
 use crate::simplify::{Blocked, StopReason};
 
 use super::commit::{Committed, Quota, Spent};
 use super::driver::{FULL, Run, WIDER, is_meager};
+use super::gate::LARGE_ROUND;
 use super::levels::Goal;
+use super::surface::Surface;
+use super::{Candidates, Metric};
 
 /// Candidates for every contraction that a level on the way still needs. With four levels cost 5 % less time, and are 5 % off.
 const CHEAPEST_EACH: usize = 2;
+/// Pairs on the border that are tried for the last face, in any order. Over a helmet one of as many is found for any count.
+const SHORTEST: usize = 64;
 
 impl Run<'_> {
     /// Commits the round's candidates up to the goal and, where others follow, makes its levels and goes on to the next.
@@ -29,6 +36,9 @@ impl Run<'_> {
             let follows = |targets| self.widening < FULL && self.heading(targets) < target;
             if !self.levels.targets_below(left).is_some_and(follows) {
                 self.commit(left - target, &mut done);
+                if faces >= LARGE_ROUND && faces - done.0.faces_removed == target + 1 {
+                    self.commit_on_border(&mut done);
+                }
                 break;
             }
             let pool = self.candidates.clone();
@@ -95,6 +105,53 @@ impl Run<'_> {
             round.blocked = done.0.blocked;
             round.greatest_cost = f32::from_bits(done.0.greatest_key);
         }
+    }
+
+    /// Whether one face may be left of a goal that only a pair on the border removes.
+    pub fn has_odd_ends(&self) -> bool {
+        self.of == Candidates::Pairs && self.prepared.border_vertices > 0
+    }
+
+    /// Removes one face by a pair on the border that costs little more than the dearest of the round did, if one is found: the
+    /// next would have to let every pair through. What is refused for it is none of the round's candidates, and not counted.
+    fn commit_on_border(&mut self, done: &mut (Committed, Spent)) {
+        // Accumulated quadrics have no limit to what is too dear, and faces that cancelled out are gone only after the round.
+        let may_find = self.options.metric == Metric::Volume && !self.options.joins() && self.widening < FULL;
+        if !may_find || !self.has_odd_ends() {
+            return;
+        }
+        self.candidates = self.shortest_on_border(done.0.greatest_key);
+        let refused = (done.0.blocked, done.0.outdated);
+        self.commit(1, done);
+        (done.0.blocked, done.0.outdated) = refused;
+        if let Some(round) = self.rounds.last_mut() {
+            round.blocked = done.0.blocked;
+        }
+    }
+
+    /// Some of the shortest pairs on the border whose ends the round has not contracted yet, as if all cost what `key` tells.
+    fn shortest_on_border(&self, key: u32) -> Vec<Candidate> {
+        let Surface { positions, faces, ring_starts, ring_faces, face_count, .. } = &self.host;
+        let stars = Stars::on_host(positions, faces, ring_starts, ring_faces);
+        let roles = self.host.roles.host();
+        let of_half_edge = |half_edge: u32| {
+            let [u, w] = half_edge_ends(half_edge, stars.faces);
+            let [at_u, at_w] = [u, w].map(|v| &stars.positions[v as usize]);
+            let may_go = at_u.flags & at_w.flags & (BORDER | LOCKED) == BORDER && (at_u.flags | at_w.flags) & HUB == 0;
+            if !may_go || roles[u as usize] != 0 || roles[w as usize] != 0 {
+                return None;
+            }
+            let has_end = |&&f: &&u32| stars.faces[f as usize].corners().contains(&w);
+            let is_border = stars.ring(u).iter().filter(has_end).count() == 1;
+            is_border.then(|| (at_u.xyz().distance_squared(at_w.xyz()).to_bits(), half_edge))
+        };
+        let half_edges = (0..3 * *face_count as u32).into_par_iter().with_min_len(CHUNK);
+        let mut found: Vec<(u32, u32)> = half_edges.filter_map(of_half_edge).collect();
+        if found.len() > SHORTEST {
+            found.select_nth_unstable(SHORTEST - 1);
+            found.truncate(SHORTEST);
+        }
+        found.into_iter().map(|(_, half_edge)| Candidate { key, half_edge }).collect()
     }
 
     /// Whether both ends of a candidate are on a border.

@@ -14,7 +14,7 @@ use super::commit::{Committed, Committer, Spent};
 use super::evaluate::{Evaluation, Round, plane_sums};
 use super::examine::Rules;
 use super::follower::Follower;
-use super::gate::{Gate, refused_again};
+use super::gate::{Gate, Refused};
 use super::history::{History, became};
 use super::join::Joins;
 use super::levels::{Goal, Levels};
@@ -50,11 +50,18 @@ pub struct Job<'a> {
     pub device: &'a Device,
     /// When it began. What it has tried before counts as building.
     pub clock: Instant,
+    /// The estimated deviation, in the normalized frame, past which nobody wants the outcomes that are not there yet.
+    pub worst_deviation: f64,
 }
 
-/// Runs rounds on a job's device; the calling thread belongs to its pool.
-pub fn run(job: Job<'_>, prepared: Prepared, mut progress: Option<&mut OnProgress<'_>>) -> Result<Vec<Outcome>> {
-    let Job { mesh, options, budgets, device, clock } = job;
+/// Runs rounds on a job's device; the calling thread belongs to its pool. Returns an outcome for each budget, but for those
+/// that came to be farther off than the job's worst.
+pub fn run(
+    job: Job<'_>,
+    prepared: Prepared,
+    mut progress: Option<&mut OnProgress<'_>>,
+) -> Result<Vec<Option<Outcome>>> {
+    let Job { mesh, options, budgets, device, clock, worst_deviation } = job;
     let levels = Levels::new(budgets, mesh, prepared.frame)?;
     let recorder = options.log.then(|| Recorder::new(mesh, &prepared));
     let mut run = Run { recorder, ..Run::new(mesh, prepared, options, device, levels, clock)? };
@@ -65,6 +72,9 @@ pub fn run(job: Job<'_>, prepared: Prepared, mut progress: Option<&mut OnProgres
         run.make(reached, StopReason::FacesReached);
         let Some(goal) = run.levels.goal() else { break };
         let (pairs, committed) = run.round(goal)?;
+        if f64::from(run.deviation) > worst_deviation {
+            break;
+        }
         if committed.contractions.is_empty() && run.widening >= FULL && run.of == Candidates::Triangles {
             (run.of, run.widening) = (Candidates::Pairs, 1.0);
             continue;
@@ -91,8 +101,9 @@ pub fn run(job: Job<'_>, prepared: Prepared, mut progress: Option<&mut OnProgres
             run.make(left, StopReason::Cancelled);
         }
     }
-    run.made.sort_unstable_by_key(|(index, _)| *index);
-    Ok(run.made.into_iter().map(|(_, outcome)| outcome).collect())
+    let mut outcomes = vec![None; budgets.len()];
+    run.made.into_iter().for_each(|(index, outcome)| outcomes[index] = Some(outcome));
+    Ok(outcomes)
 }
 
 /// The state of a run between rounds.
@@ -126,8 +137,8 @@ pub struct Run<'a> {
     pub tried: usize,
     /// How many times wider than usual the gate is.
     pub widening: f64,
-    /// How many candidates are going to be refused again, where they are many.
-    refused: usize,
+    /// What is going to be refused again.
+    refused: Refused,
     /// Greatest estimated deviation of a contraction so far, in the normalized frame.
     pub deviation: f32,
     pub rounds: Vec<RoundRecord>,
@@ -178,7 +189,7 @@ impl<'a> Run<'a> {
             candidates: Vec::new(),
             tried: 0,
             widening: 1.0,
-            refused: 0,
+            refused: Refused::default(),
             deviation: 0.0,
             rounds: Vec::new(),
             clock,
@@ -409,8 +420,7 @@ impl<'a> Run<'a> {
     /// What becomes candidates when so many faces live.
     fn gate(&self, faces: usize, target: usize) -> Gate {
         // One face is a border pair's to remove, and there is seldom one among the cheapest few.
-        let is_odd = faces == target + 1 && self.of == Candidates::Pairs && self.prepared.border_vertices > 0;
-        if self.widening >= FULL || is_odd {
+        if self.widening >= FULL || (faces == target + 1 && self.has_odd_ends()) {
             return Gate::OPEN;
         }
         Gate::of_round(self.options.metric, self.of, [faces, target], self.widening, self.refused)
@@ -418,7 +428,7 @@ impl<'a> Run<'a> {
 
     /// Heads for the next level as a run that starts here would.
     fn begin_level(&mut self) {
-        (self.of, self.widening, self.refused) = (self.options.candidates, 1.0, 0);
+        (self.of, self.widening, self.refused) = (self.options.candidates, 1.0, Refused::default());
     }
 
     /// Widens the gate after a round that mostly met refusals, narrows it again after a good one, and notes what the next is
@@ -427,11 +437,14 @@ impl<'a> Run<'a> {
         // Where attributes decide, a pair may cost more than the gate is told, whatever its neighbors do.
         let has_attributes = self.prepared.carried.wedges.as_ref().is_some_and(|wedges| wedges.layout.costed > 0);
         let outdated = if has_attributes { committed.outdated } else { 0 };
-        let refused = committed.blocked.refused() as usize + outdated;
-        let is_by_pairs = self.of == Candidates::Pairs;
-        self.refused =
-            if is_by_pairs { refused_again(refused, committed.contractions.len(), self.host.face_count) } else { 0 };
-        if is_meager(committed.contractions.len(), self.tried) {
+        let (contracted, pairs) = (committed.contractions.len(), self.rounds.last().map_or(0, |round| round.pairs));
+        self.refused = match self.of {
+            Candidates::Pairs => {
+                Refused::new(&committed.blocked, outdated, contracted, [self.host.face_count, pairs as usize])
+            }
+            Candidates::Triangles => Refused::default(),
+        };
+        if is_meager(contracted, self.tried) {
             self.widening = (self.widening * WIDER as f64).min(FULL);
         } else {
             self.widening = (self.widening / WIDER as f64).max(1.0);

@@ -1,6 +1,7 @@
 //! The gate: how many of the cheapest pairs of a round become its candidates.
 
 use crate::kernel::find_threshold::share_of;
+use crate::simplify::Blocked;
 
 use super::{Candidates, Metric};
 
@@ -14,22 +15,39 @@ const LEAST_SHARE: f64 = 0.2;
 const PLANE_SHARE: f64 = 0.15;
 /// Candidates for every contraction still needed.
 const CANDIDATES_EACH: f64 = 1.5;
+/// The same where it is to be the last round, for it removes no more than this share of its faces: another would cost more than the
+/// order of these few is worth.
+const LAST_EACH: f64 = 2.0;
+const LAST: f64 = 0.1;
 /// The same of triangles, each of which has a corner in common with a dozen others.
 const TRIANGLES_EACH: f64 = 4.0;
-
 /// Candidates for each that is going to be refused again: among those that the gate lets through beside them some are, too.
 const REFUSED_EACH: f64 = 1.25;
-
-/// From this share of what a round contracts on, what it refuses counts in the gate of the next. Without that, seams and features
-/// fill the gates of the last rounds, which are more then: a flight helmet to 25 % took nine instead of six.
+/// From this share of what a round contracts on, what the shape refuses counts in the gate of the next, too. Without that,
+/// features fill the gates of the last rounds, which are more then.
 const REFUSING: f64 = 0.1;
-/// Faces of a round below which it does not: rounds are cheap there, and with few faces left every contraction counts.
-const LARGE_ROUND: usize = 10_000;
+/// Faces of a round below which it does not: rounds are cheap there, with few faces left every contraction counts, and what the
+/// shape refuses changes with its neighbors.
+pub const LARGE_ROUND: usize = 10_000;
 
-/// How many of the candidates that a round of so many faces refused the next is going to meet again, where they are many.
-pub fn refused_again(refused: usize, contracted: usize, faces: usize) -> usize {
-    let are_many = refused as f64 > REFUSING * contracted as f64;
-    if are_many && faces >= LARGE_ROUND { refused } else { 0 }
+/// The candidates that a round refused and the next is going to meet again. Without them in the gate, seams fill it: they are the
+/// cheapest in every round.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Refused {
+    count: usize,
+    /// Those of seams alone, of all pairs of the round.
+    share: f64,
+}
+
+impl Refused {
+    /// Of a round on so many faces that contracted so many of its pairs. Where attributes decide, so many candidates became
+    /// dear, which they may do whatever their neighbors do.
+    pub fn new(blocked: &Blocked, outdated: usize, contracted: usize, [faces, pairs]: [usize; 2]) -> Self {
+        let by_seams = (blocked.seam + blocked.texture) as usize + outdated;
+        let refused = blocked.refused() as usize + outdated;
+        let are_many = faces >= LARGE_ROUND && refused as f64 > REFUSING * contracted as f64;
+        Self { count: if are_many { refused } else { by_seams }, share: by_seams as f64 / pairs.max(1) as f64 }
+    }
 }
 
 /// How many of the live pairs become candidates.
@@ -55,24 +73,27 @@ impl Gate {
         share_of(pairs as u32, self.share).min(self.most) as usize
     }
 
-    /// Of a round on so many faces: `widening` times what is usual, beside so many that will be refused.
+    /// Of a round on so many faces: `widening` times what is usual, beside those that will be refused.
     pub fn of_round(
         metric: Metric,
         of: Candidates,
         [faces, target]: [usize; 2],
         widening: f64,
-        refused: usize,
+        refused: Refused,
     ) -> Self {
         let share = match metric {
             Metric::Volume => VOLUME_SHARE * (faces as f64 / WIDE_FACES).clamp(LEAST_SHARE, 1.0),
             Metric::Plane => PLANE_SHARE,
         };
         let needed = (faces - target).div_ceil(of.most_faces()) as f64;
+        let is_last = (faces - target) as f64 <= LAST * faces as f64;
         let each = match of {
+            Candidates::Pairs if faces >= LARGE_ROUND && is_last => LAST_EACH,
             Candidates::Pairs => CANDIDATES_EACH,
             Candidates::Triangles => TRIANGLES_EACH,
         };
-        Self::new(share * widening, each * needed * widening + REFUSED_EACH * refused as f64)
+        let beside = (REFUSED_EACH * refused.share, REFUSED_EACH * refused.count as f64);
+        Self::new(share * widening + beside.0, each * needed * widening + beside.1)
     }
 }
 
@@ -80,16 +101,35 @@ impl Gate {
 mod tests {
     use super::*;
 
+    fn wanted(faces: usize, target: usize, refused: Refused, pairs: usize) -> usize {
+        Gate::of_round(Metric::Volume, Candidates::Pairs, [faces, target], 1.0, refused).wanted(pairs)
+    }
+
     #[test]
     fn what_is_refused_again_is_let_through_beside_what_is_needed() {
-        let of_round = |refused: usize| {
-            let refused = refused_again(refused, 1_000, 30_000);
-            Gate::of_round(Metric::Volume, Candidates::Pairs, [30_000, 28_000], 1.0, refused).wanted(45_000)
+        let blocked = Blocked { seam: 60, texture: 20, flip: 920, ..Blocked::default() };
+        let refused = |outdated: usize, contracted: usize, faces: usize| {
+            Refused::new(&blocked, outdated, contracted, [faces, 45_000])
         };
-        assert_eq!([0, 100, 104, 1_000].map(of_round), [1_500, 1_500, 1_630, 2_750]);
-        assert_eq!(of_round(100_000), 22_500);
-        // Small rounds are as they were.
-        assert_eq!([9_999, 10_000].map(|faces| refused_again(1_000, 1_000, faces)), [0, 1_000]);
+        let large = |outdated: usize| wanted(30_000, 26_000, refused(outdated, 2_000, 30_000), 45_000);
+        assert_eq!([0, 100].map(large), [3_000 + 1_250, 3_000 + 1_375]);
+        // The shape's refusals count where they are many, in large rounds alone.
+        assert_eq!([9_999, 10_000].map(|faces| refused(20, 2_000, faces).count), [100, 1_020]);
+        assert_eq!([10_199, 10_200].map(|contracted| refused(20, contracted, 30_000).count), [1_020, 100]);
+        // Where the share is what binds, those of seams come on top of it: a tenth of the pairs, and all.
+        let small = |count: usize| wanted(4_000, 100, Refused { count, share: count as f64 / 6_000.0 }, 6_000);
+        assert_eq!([0, 80, 800, 80_000].map(small), [600, 700, 1_600, 6_000]);
+        assert!((refused(20, 2_000, 30_000).share - 100.0 / 45_000.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_round_that_may_be_the_last_lets_more_through() {
+        let each = |faces: usize, needed: usize| {
+            let wanted = wanted(faces, faces - 2 * needed, Refused::default(), 100_000);
+            wanted as f64 / needed as f64
+        };
+        assert_eq!([1_001, 1_000].map(|needed| each(20_000, needed)), [1.5 + 0.5 / 1_001.0, 2.0]);
+        assert_eq!([10_000, 9_998].map(|faces| each(faces, 400)), [2.0, 1.5]);
     }
 
     #[test]

@@ -64,6 +64,10 @@ pub struct Layer {
 }
 
 impl Layer {
+    fn is_shading(&self) -> bool {
+        matches!(self.kind, Kind::Normal | Kind::Tangent)
+    }
+
     /// Its part of a row.
     pub fn of<'a>(&self, row: &'a [f32]) -> &'a [f32] {
         &row[self.first..self.first + self.width]
@@ -239,10 +243,14 @@ impl Layout {
         mesh.materials.as_ref().filter(|_| self.has_materials).map_or(0, |materials| materials.of_face[face])
     }
 
+    /// Whether there is anything that shading is made of.
+    pub fn has_shading(&self) -> bool {
+        self.layers.iter().any(Layer::is_shading)
+    }
+
     /// Whether two rows agree in all but what shading is made of.
     pub fn agree_but_in_shading(&self, a: &[f32], b: &[f32]) -> bool {
-        let is_shading = |layer: &&Layer| matches!(layer.kind, Kind::Normal | Kind::Tangent);
-        let mut others = self.layers.iter().filter(|layer| !is_shading(layer));
+        let mut others = self.layers.iter().filter(|layer| !layer.is_shading());
         others.all(|layer| layer.of(a).iter().map(|x| x.to_bits()).eq(layer.of(b).iter().map(|x| x.to_bits())))
     }
 

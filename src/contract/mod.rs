@@ -41,6 +41,7 @@ mod lock;
 mod patch;
 mod placement;
 mod prepare;
+mod pressure;
 mod propose;
 mod quadrics;
 mod quantize;
@@ -322,7 +323,7 @@ pub fn run(
     options.weighting.check(mesh.positions.len())?;
     options.held(mesh)?;
     device.install(|| {
-        let job = Job { mesh, options, budgets, device, clock: Instant::now() };
+        let job = Job { mesh, options, budgets, device, clock: Instant::now(), worst_deviation: f64::INFINITY };
         let mut outcomes = attempts::run(job, progress)?;
         if options.attributes.recomputes(mesh) {
             outcomes.iter_mut().for_each(|outcome| outcome.mesh.normals = Some(vertex_normals(&outcome.mesh)));

@@ -55,6 +55,11 @@ impl Prepared {
         seams
     }
 
+    /// Whether it carries what shading is made of, so that there may be creases.
+    pub fn has_shading(&self) -> bool {
+        self.carried.wedges.as_ref().is_some_and(|wedges| wedges.layout.has_shading())
+    }
+
     /// The fewest faces that any run leaves with seams of such flags, by all that is known yet: locked vertices stay, and one
     /// that vanishes takes two faces along at most.
     pub fn least_faces(&self, seams: &[u32]) -> usize {

@@ -43,9 +43,9 @@ pub struct Attributes {
     /// What becomes of seams of the texture, creases and borders between materials where they would keep more faces than are
     /// asked for. With 'yield' they give way, which a warning tells: creases first, then corners of other seams, then all;
     /// textures do not fold for it, and materials stay closed. Where creases would keep more than a fifth of the faces
-    /// asked for, and most of the others have to go, a second run in which they yield is made, and taken if its estimated
-    /// error is lower; not under a limit to the error. With 'hold', and with --placement endpoint or --join-within, the run
-    /// ends with the faces that are left.
+    /// asked for, and most of the others have to go, a run in which they yield is compared with one in which they hold, and
+    /// taken if its estimated error is lower; not under a limit to the error. With 'hold', and with --placement endpoint or
+    /// --join-within, the run ends with the faces that are left.
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = Seams::Yield, hide_possible_values = true, hide_default_value = true)]
     pub seams: Seams,
 
