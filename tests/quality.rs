@@ -209,7 +209,9 @@ fn fitted_results_are_more_accurate_than_the_peers() {
         for (share, peer) in [10, 100].into_iter().zip(volume) {
             let faces = mesh.faces.len() / share / 2 * 2;
             let rms = [0, 1, 3].map(|fit| {
-                let method = Method::Contract(Options { fit, ..Options::default() });
+                // As what the peers get: the shape alone.
+                let attributes = Attributes::drop_all();
+                let method = Method::Contract(Options { fit, attributes, ..Options::default() });
                 let device = Device::cpu(0).unwrap();
                 let outcome = coarsen::simplify(&mesh, &method, &Budget::faces(faces), &device, None).unwrap();
                 deviation(&mesh, &outcome.mesh, 200_000).rms * 1e4
