@@ -17,7 +17,8 @@ use super::{Candidates, Metric};
 
 /// Candidates for every contraction that a level on the way still needs. With four levels cost 5 % less time, and are 5 % off.
 const CHEAPEST_EACH: usize = 2;
-/// Pairs on the border that are tried for the last face, in any order. Over a helmet one of as many is found for any count.
+/// Pairs on the border that are tried for the last face, in any order. Of 60 numbers of faces of a helmet 25 left one, of 40 of a
+/// terrain 14, and a pair was found for each.
 const SHORTEST: usize = 64;
 
 impl Run<'_> {
@@ -36,7 +37,7 @@ impl Run<'_> {
             let follows = |targets| self.widening < FULL && self.heading(targets) < target;
             if !self.levels.targets_below(left).is_some_and(follows) {
                 self.commit(left - target, &mut done);
-                if faces >= LARGE_ROUND && faces - done.0.faces_removed == target + 1 {
+                if faces - done.0.faces_removed == target + 1 {
                     self.commit_on_border(&mut done);
                 }
                 break;
@@ -117,7 +118,8 @@ impl Run<'_> {
     fn commit_on_border(&mut self, done: &mut (Committed, Spent)) {
         // Accumulated quadrics have no limit to what is too dear, and faces that cancelled out are gone only after the round.
         let may_find = self.options.metric == Metric::Volume && !self.options.joins() && self.widening < FULL;
-        if !may_find || !self.has_odd_ends() {
+        // A small round of all pairs is cheap, and takes the cheapest.
+        if !may_find || !self.has_odd_ends() || self.host.face_count < LARGE_ROUND {
             return;
         }
         self.candidates = self.shortest_on_border(done.0.greatest_key);

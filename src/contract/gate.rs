@@ -15,8 +15,8 @@ const LEAST_SHARE: f64 = 0.2;
 const PLANE_SHARE: f64 = 0.15;
 /// Candidates for every contraction still needed.
 const CANDIDATES_EACH: f64 = 1.5;
-/// The same where it is to be the last round, for it removes no more than this share of its faces: another would cost more than the
-/// order of these few is worth.
+/// The same where it is to be the last round, for it removes no more than this share of its faces: another would cost more than
+/// the order of these few is worth.
 const LAST_EACH: f64 = 2.0;
 const LAST: f64 = 0.1;
 /// The same of triangles, each of which has a corner in common with a dozen others.
