@@ -137,8 +137,12 @@ fn add_scaled(sum: &mut Lanes, g: &Lanes, scale: f32) {
 }
 
 #[inline(always)]
-fn mean_of(sum: Lanes, inverse: f32) -> Lanes {
-    sum.map(|sum| flush(mul(sum, inverse), LEAST_FACTOR))
+fn mean_of(sum: &Lanes, inverse: f32) -> Lanes {
+    let mut mean = [0.0; NUMBERS];
+    for j in 0..NUMBERS {
+        mean[j] = flush(mul(sum[j], inverse), LEAST_FACTOR);
+    }
+    mean
 }
 
 #[inline(always)]
@@ -155,11 +159,6 @@ fn add_products(sum: &mut Lanes, a: &Lanes, b: &Lanes) {
     for j in 0..NUMBERS {
         sum[j] = add(sum[j], mul(a[j], b[j]));
     }
-}
-
-#[inline(always)]
-fn plus_lanes(sum: f32, lanes: &[f32]) -> f32 {
-    lanes.iter().fold(sum, |sum, &number| add(sum, number))
 }
 
 /// Adds the spread over the faces of a wedge, which is none over one. What a number adds is summed in a lane of its own,
@@ -184,7 +183,8 @@ fn add_wedge(mut spread: Sym3, faces: &[u32], rows: Rows<'_>, gradients: &mut Ve
             add_scaled(&mut z_sum, z, *root);
         }
         let inverse = if weight > NO_AREA { divide(1.0, weight) } else { 0.0 };
-        let [x_mean, y_mean, z_mean] = [x_sum, y_sum, z_sum].map(|sum| mean_of(sum, inverse));
+        // A closure given to `map` would be compiled apart, without the instructions that this is compiled for.
+        let (x_mean, y_mean, z_mean) = (mean_of(&x_sum, inverse), mean_of(&y_sum, inverse), mean_of(&z_sum, inverse));
         let [mut xx, mut xy, mut xz, mut yy, mut yz, mut zz] = [[0.0; NUMBERS]; 6];
         for Gradients { root, along: [x, y, z] } in &*gradients {
             let (x, y, z) = (off_mean(x, &x_mean, *root), off_mean(y, &y_mean, *root), off_mean(z, &z_mean, *root));
@@ -195,16 +195,14 @@ fn add_wedge(mut spread: Sym3, faces: &[u32], rows: Rows<'_>, gradients: &mut Ve
             add_products(&mut yz, &y, &z);
             add_products(&mut zz, &z, &z);
         }
-        let count = NUMBERS.min(rows.costed - first);
-        let Sym3 { xx: xx0, xy: xy0, xz: xz0, yy: yy0, yz: yz0, zz: zz0 } = spread;
-        spread = Sym3 {
-            xx: plus_lanes(xx0, &xx[..count]),
-            xy: plus_lanes(xy0, &xy[..count]),
-            xz: plus_lanes(xz0, &xz[..count]),
-            yy: plus_lanes(yy0, &yy[..count]),
-            yz: plus_lanes(yz0, &yz[..count]),
-            zz: plus_lanes(zz0, &zz[..count]),
-        };
+        for j in 0..NUMBERS.min(rows.costed - first) {
+            spread.xx = add(spread.xx, xx[j]);
+            spread.xy = add(spread.xy, xy[j]);
+            spread.xz = add(spread.xz, xz[j]);
+            spread.yy = add(spread.yy, yy[j]);
+            spread.yz = add(spread.yz, yz[j]);
+            spread.zz = add(spread.zz, zz[j]);
+        }
     }
     spread
 }
