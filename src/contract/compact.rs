@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::kernel::contract_vertices::{GONE, VERTEX};
 use crate::kernel::rows::{Face, Position, with_hub};
-use crate::kernel::split::{CHUNK, chunk_bounds, split_at_bounds};
+use crate::kernel::split::{CHUNK, chunk_bounds};
 use crate::mesh::adjacency::Stretch;
 
 /// Numbers live vertices without gaps: `new_vertex` becomes how many come before each, and every role the new number of
@@ -60,18 +60,23 @@ pub fn faces(renamed: &[u32], faces: &mut [Face], rows: &mut Vec<u32>) -> Vec<St
 
 /// Keeps the rows of live vertices: where the next entry of `new_vertex` is greater.
 pub fn keep_live<T: Copy + Send>(rows: &mut Vec<T>, new_vertex: &[u32]) {
-    rows.par_chunks_mut(CHUNK).zip(new_vertex.par_chunks(CHUNK)).for_each(|(rows, numbers)| {
+    let left = keep_live_in(rows, new_vertex);
+    rows.truncate(left);
+}
+
+/// [`keep_live`] of rows that stay as many; returns how many are kept.
+pub fn keep_live_in<T: Copy + Send>(rows: &mut [T], new_vertex: &[u32]) -> usize {
+    let vertices = new_vertex.len() - 1;
+    rows[..vertices].par_chunks_mut(CHUNK).zip(new_vertex.par_chunks(CHUNK)).for_each(|(rows, numbers)| {
         for i in 0..rows.len() {
             // A dead vertex has the number of the next that lives, which overwrites it.
             rows[(numbers[i] - numbers[0]) as usize] = rows[i];
         }
     });
-    let counts = live_in_chunks(new_vertex, rows.len());
-    let left = close_gaps(rows, 1, &counts);
-    rows.truncate(left);
+    close_gaps(rows, 1, &live_in_chunks(new_vertex, vertices))
 }
 
-/// [`keep_live`] of rows of so many numbers each, which stay as many.
+/// [`keep_live_in`] of rows of so many numbers each.
 pub fn keep_live_rows(rows: &mut [f32], width: usize, new_vertex: &[u32]) {
     let vertices = new_vertex.len() - 1;
     let chunks = rows[..vertices * width].par_chunks_mut((CHUNK * width).max(1));
@@ -100,22 +105,6 @@ pub fn close_gaps<T: Copy>(rows: &mut [T], width: usize, counts: &[usize]) -> us
         end += count;
     }
     end
-}
-
-/// Copies the rows of live vertices to their new numbers.
-pub fn move_live<T: Copy + Send + Sync>(rows: &[T], new_vertex: &[u32], out: &mut [T]) {
-    let bounds: Vec<usize> = chunk_bounds(rows.len()).collect();
-    let splits: Vec<u32> = bounds.iter().map(|&vertex| new_vertex[vertex]).collect();
-    let pieces = split_at_bounds(out, &splits);
-    bounds.par_windows(2).zip(pieces).for_each(|(range, out)| {
-        let first = new_vertex[range[0]];
-        // Also those that do not live, until the next takes their place: a branch would be misjudged.
-        for vertex in range[0]..range[1] {
-            if let Some(out) = out.get_mut((new_vertex[vertex] - first) as usize) {
-                *out = rows[vertex];
-            }
-        }
-    });
 }
 
 /// Tells which vertices are hubs.

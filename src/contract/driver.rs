@@ -355,7 +355,7 @@ impl<'a> Run<'a> {
             });
         }
         self.host.kill(cancelled.iter().map(|cancelled| cancelled.face));
-        self.host.compact_on_host(&self.host_queue, &mut self.prepared.carried, left.faces)?;
+        self.host.compact_on_host(&mut self.prepared.carried, left.faces);
         let new_vertex = &self.host.new_vertex()[..vertices];
         if let Some((_, history)) = &mut self.history {
             history.follow(contractions, new_vertex);

@@ -12,7 +12,7 @@ use crate::mesh::adjacency::group_into;
 use super::carry::Carried;
 use super::compact;
 
-/// Vertices from which a run frees what only its first round needs: 35 bytes a face less at the peak, 4 % more time.
+/// Vertices from which a run frees what only its first round needs: a lower peak, for a little more time.
 pub const LARGE_VERTICES: usize = 1 << 20;
 
 /// Positions, faces and rings on one device.
@@ -30,8 +30,6 @@ pub struct Surface {
     pub roles: Buffer<u32>,
     /// On the host: live vertices before each.
     new_vertex: Buffer<u32>,
-    /// On the host: the other half of what compaction does not rewrite in place. Made by the first, for what is left then.
-    spare: Option<(Buffer<Position>, Option<Buffer<PlaneQuadric>>)>,
 }
 
 /// The start of a run, in host memory.
@@ -57,7 +55,6 @@ impl Surface {
             face_count,
             roles: queue.buffer(vertex_count)?,
             new_vertex: queue.buffer(vertex_count + 1)?,
-            spare: None,
         })
     }
 
@@ -74,7 +71,6 @@ impl Surface {
             face_count,
             roles: queue.buffer(0)?,
             new_vertex: queue.buffer(0)?,
-            spare: None,
         };
         copy.send(queue, host)?;
         copy.quadrics = with_quadrics.then(|| queue.buffer(vertex_count)).transpose()?;
@@ -108,7 +104,7 @@ impl Surface {
     }
 
     /// [`Surface::compact`] on the host, with what goes along.
-    pub fn compact_on_host(&mut self, queue: &Queue, carried: &mut Carried, faces_left: usize) -> Result<()> {
+    pub fn compact_on_host(&mut self, carried: &mut Carried, faces_left: usize) {
         let (old_count, vertices) = (self.vertex_count, ..self.vertex_count);
         if let Some(wedges) = &mut carried.wedges {
             wedges.settle(&self.faces.host()[..self.face_count], &self.roles.host()[vertices]);
@@ -121,24 +117,16 @@ impl Surface {
         roles.fill(0);
         let new_vertex = &*new_vertex;
         (self.vertex_count, self.face_count) = (new_vertex[old_count] as usize, faces_left);
-        if self.spare.is_none() {
-            let quadrics = self.quadrics.is_some().then(|| queue.buffer(self.vertex_count)).transpose()?;
-            self.spare = Some((queue.buffer(self.vertex_count)?, quadrics));
-        }
 
-        let Self { positions, faces, ring_starts, ring_faces, quadrics, spare, .. } = self;
+        let Self { positions, faces, ring_starts, ring_faces, quadrics, .. } = self;
         let faces = &faces.host()[..faces_left];
         let (starts, rings) = (&mut ring_starts.host_mut()[..=self.vertex_count], ring_faces.host_mut());
         let count_rings =
             || group_into(&stretches, |face| faces[face].corners(), &mut *starts, |total| &mut rings[..total]);
         let move_rows = || {
-            if let Some((next, next_quadrics)) = spare {
-                compact::move_live(&positions.host()[vertices], new_vertex, next.host_mut());
-                std::mem::swap(positions, next);
-                if let (Some(own), Some(next)) = (quadrics, next_quadrics) {
-                    compact::move_live(&own.host()[vertices], new_vertex, next.host_mut());
-                    std::mem::swap(own, next);
-                }
+            compact::keep_live_in(positions.host_mut(), new_vertex);
+            if let Some(quadrics) = quadrics {
+                compact::keep_live_in(quadrics.host_mut(), new_vertex);
             }
             if let Some(wedges) = &mut carried.wedges {
                 wedges.compact(faces, new_vertex);
@@ -147,10 +135,5 @@ impl Surface {
         };
         rayon::join(count_rings, move_rows);
         compact::mark_hubs(&mut self.positions.host_mut()[..self.vertex_count], &*starts);
-        // What held the whole input is far larger than any later round needs: the second allocates what stays.
-        if old_count == self.roles.len() && old_count >= LARGE_VERTICES {
-            self.spare = None;
-        }
-        Ok(())
     }
 }
