@@ -9,19 +9,19 @@ fn quadric_bound(vertex: u32) -> QuadricBound {
     var offset_sq = 0.0;
     let end = load_ring_starts(vertex + 1u);
     for (var i = load_ring_starts(vertex); i < end; i++) {
-        let face = load_faces(load_ring_faces(i));
-        let n = normal_from(vertex, p0, face);
-        let n_sq = dot3(n, n);
-        if n_sq > NO_AREA {
-            let length = root(n_sq);
-            offset_sq = max(offset_sq, distance_sq(unit(n, length), x));
+        let f = load_ring_faces(i);
+        let n = load_normals(f);
+        let length = mul(n.root, n.root);
+        if mul(length, length) > NO_AREA {
+            offset_sq = max(offset_sq, distance_sq(unit(weighted(n), n.root), x));
             if on_border {
+                let face = load_faces(f);
                 let corners = array<u32, 3>(face.a, face.b, face.c);
                 for (var k = 0u; k < 3u; k++) {
                     let other = corners[k];
                     if other != vertex && faces_with(other, vertex) == 1u {
                         let e = sub3(xyz(load_positions(other)), p0);
-                        let across = unit(cross3(e, n), length);
+                        let across = unit(cross3(e, weighted(n)), n.root);
                         offset_sq = max(offset_sq, distance_sq(unit(across, root(dot3(e, e))), x));
                     }
                 }

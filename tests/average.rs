@@ -12,7 +12,6 @@ use coarsen::kernel::encode_quadrics::{EncodeQuadrics, word_count};
 use coarsen::kernel::format_frame::FormatFrame;
 use coarsen::kernel::pair_quadric::AT_ENDS;
 use coarsen::kernel::plane_costs::{Params, PlaneRows};
-use coarsen::kernel::plane_sums::PlaneSums;
 use coarsen::kernel::quadric_bounds::QuadricBounds;
 use coarsen::kernel::quadric_format::{F16, F32, LOCAL8, LOCAL16, RGBA8, SNORM16};
 use coarsen::kernel::rows::{BORDER, Face, PlaneQuadric, Position, QuadricBound};
@@ -22,7 +21,7 @@ use coarsen::simplify::MOVED;
 use coarsen::{Budget, Error, Mesh, Method, simplify};
 use support::average::{Entries, at, averages_of_padded, greatest, meshes, normalized, outer, planes, sum, times};
 use support::deviation::{Random, deviation};
-use support::engine::{bytes, contract, cpu};
+use support::engine::{bytes, contract, cpu, plane_quadrics};
 use support::shapes::{bumpy, grid, sphere};
 
 const FORMATS: [u32; 6] = [F32, F16, SNORM16, RGBA8, LOCAL16, LOCAL8];
@@ -75,18 +74,16 @@ impl Scene {
         frame: FormatFrame,
     ) -> Self {
         let count = rows.len() - 1;
-        let (vertex_count, border_weight, by_area) = (count as u32, 1.0, 0);
+        let vertex_count = count as u32;
         let positions = &queue.buffer_from(rows.clone()).expect("memory");
         let faces = &queue.buffer_from(faces).expect("memory");
         let ring_starts = &queue.buffer_from(starts).expect("memory");
         let ring_faces = &queue.buffer_from(rings).expect("memory");
-        let quadrics = &mut queue.buffer(count).expect("memory");
-        let sums =
-            PlaneSums { positions, faces, ring_starts, ring_faces, vertex_count, border_weight, by_area, quadrics };
-        queue.run(sums).expect("a kernel on the host");
-        let quadrics = &*quadrics;
+        let (normals, quadrics) =
+            &plane_quadrics(queue, [ring_starts, ring_faces], (positions, faces), vertex_count, PlaneWeight::One);
         let bounds = &mut queue.buffer(count).expect("memory");
-        let all = QuadricBounds { positions, faces, ring_starts, ring_faces, quadrics, vertex_count, frame, bounds };
+        let all =
+            QuadricBounds { positions, faces, ring_starts, ring_faces, normals, quadrics, vertex_count, frame, bounds };
         queue.run(all).expect("a kernel on the host");
         let mut bound = queue.buffer_from(bounds.host().to_vec()).expect("memory");
         while bound.len() > 1 {

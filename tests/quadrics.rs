@@ -7,11 +7,10 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 use coarsen::backend::Device;
-use coarsen::contract::{Metric, Options, Placement};
+use coarsen::contract::{Metric, Options, Placement, PlaneWeight};
 use coarsen::kernel::contract_quadrics::contracted;
 use coarsen::kernel::pairs::{half_edge_corners, pairs_at};
 use coarsen::kernel::plane_costs::PlaneCosts;
-use coarsen::kernel::plane_sums::PlaneSums;
 use coarsen::kernel::rows::{Face, PlaneQuadric, Position};
 use coarsen::kernel::stars::Stars;
 use coarsen::math::{DMat3, DVec3, Vec3};
@@ -21,7 +20,7 @@ use coarsen::progressive::Contraction;
 use coarsen::simplify::MOVED;
 use coarsen::{Budget, Mesh, Method, StopReason, simplify};
 use support::deviation::Random;
-use support::engine::{METRICS, contract, cpu};
+use support::engine::{METRICS, contract, cpu, plane_quadrics};
 use support::independent::topology;
 
 /// Least cosine between a face's normals before and after a contraction, less what single precision adds.
@@ -59,18 +58,8 @@ impl Rows {
         let faces = queue.buffer_from(self.faces.clone()).expect("host memory");
         let ring_starts = queue.buffer_from(self.rings.starts.clone()).expect("host memory");
         let ring_faces = queue.buffer_from(self.rings.faces.clone()).expect("host memory");
-        let mut quadrics = queue.buffer(self.positions.len()).expect("host memory");
-        let sums = PlaneSums {
-            positions: &positions,
-            faces: &faces,
-            ring_starts: &ring_starts,
-            ring_faces: &ring_faces,
-            vertex_count: self.positions.len() as u32,
-            border_weight: 1.0,
-            by_area: 1,
-            quadrics: &mut quadrics,
-        };
-        queue.run(sums).expect("runs on the host");
+        let (rings, surface) = ([&ring_starts, &ring_faces], (&positions, &faces));
+        let (_, quadrics) = plane_quadrics(&mut queue, rings, surface, self.positions.len() as u32, PlaneWeight::Area);
         quadrics.host().to_vec()
     }
 

@@ -2,7 +2,7 @@
 
 mod support;
 
-use coarsen::contract::{Metric, Options, Placement};
+use coarsen::contract::{Metric, Options, Placement, PlaneWeight, Quadrics};
 use coarsen::math::{DVec3, Vec3};
 use coarsen::mesh::{shapes, validate};
 use coarsen::simplify::{Blocked, MOVED};
@@ -362,6 +362,7 @@ fn origins_count_as_the_input_does() {
 ///   |/  |
 ///   0---1
 /// ```
+/// Planes count one each: by area, those of the long edges weigh nine times as much, and both sides cost the same.
 #[test]
 fn colors_and_normals_are_interpolated() {
     let (red, green) = ([1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.5]);
@@ -371,7 +372,9 @@ fn colors_and_normals_are_interpolated() {
         ..mesh(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 3.0, 0.0], [1.0, 3.0, 0.0]], &[[0, 1, 3], [0, 3, 2]])
     };
     for metric in METRICS {
-        let outcome = contract(&tall, &options(metric), Budget::faces(1));
+        let planes = if metric == Metric::Plane { PlaneWeight::One } else { PlaneWeight::default() };
+        let quadrics = Quadrics { planes, ..Quadrics::default() };
+        let outcome = contract(&tall, &Options { quadrics, ..options(metric) }, Budget::faces(1));
         let middle = outcome.vertex_origin.iter().position(|&origin| origin == MOVED).expect("a new vertex");
         let (colors, normals) = (outcome.mesh.colors.expect("colors"), outcome.mesh.normals.expect("normals"));
         assert!((outcome.mesh.positions[middle].x - 0.5).abs() < 1e-6, "{metric:?}");

@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use crate::backend::{Device, Queue, fallback};
+use crate::backend::{Buffer, Device, Queue, fallback};
 use crate::error::Result;
-use crate::kernel::rows::{Candidate, HUB, LOCKED, SEAM};
+use crate::kernel::rows::{Candidate, HUB, LOCKED, Normal, SEAM};
 use crate::mesh::Mesh;
 use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord, StopReason};
 
@@ -118,6 +118,8 @@ pub struct Run<'a> {
     pub host: Surface,
     host_queue: Queue,
     evaluation: Evaluation,
+    /// Of the faces before the first round.
+    normals: Option<Buffer<Normal>>,
     /// Where triangles are contracted.
     triangles: Option<Triangles>,
     /// In place of the evaluation: the GPU's copy.
@@ -184,6 +186,7 @@ impl<'a> Run<'a> {
             host,
             host_queue,
             evaluation,
+            normals: None,
             triangles,
             follower: None,
             candidates: Vec::new(),
@@ -254,7 +257,7 @@ impl<'a> Run<'a> {
     fn start_quadrics(&mut self, storage: Option<Storage>) -> Result<()> {
         let Self { options, prepared, host, host_queue, .. } = self;
         let clock = Instant::now();
-        plane_sums(host_queue, host, options)?;
+        let normals = plane_sums(host_queue, host, options)?;
         let summing = clock.elapsed().as_secs_f64();
         let weights = &mut prepared.carried.weights;
         start_weights(host_queue, host, options, prepared.border_vertices > 0, weights)?;
@@ -262,7 +265,8 @@ impl<'a> Run<'a> {
             weigh_start(host_queue, host, weights)?;
             weights.clear();
         }
-        let record = quantize(host_queue, host, storage)?;
+        let record = quantize(host_queue, host, normals.as_ref(), storage)?;
+        self.normals = normals;
         self.quadrics = record.map(|record| QuadricRecord { secs: summing + record.secs, ..record });
         Ok(())
     }
@@ -390,7 +394,7 @@ impl<'a> Run<'a> {
         let mut candidates = std::mem::take(&mut self.candidates);
         let mut found = None;
         candidates.clear();
-        let of = self.of;
+        let (of, normals) = (self.of, self.normals.take());
         self.with_gpu(|follower, _, carried| {
             found = Some(follower.propose(of, gate, &mut carried.weights, &mut candidates)?);
             Ok(())
@@ -404,7 +408,7 @@ impl<'a> Run<'a> {
             (None, _) => {
                 candidates.clear();
                 let Carried { weights, wedges, .. } = &mut self.prepared.carried;
-                let round = Round { joins: self.joins.pairs(), gate, weights, wedges: wedges.as_ref() };
+                let round = Round { normals, joins: self.joins.pairs(), gate, weights, wedges: wedges.as_ref() };
                 self.evaluation.run(&self.host, round, &mut candidates)?
             }
         };

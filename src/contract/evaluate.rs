@@ -47,6 +47,8 @@ struct Volume {
 /// What a round is evaluated with, beside the surface.
 #[derive(Debug)]
 pub struct Round<'a> {
+    /// The normals of its faces, where they are known.
+    pub normals: Option<Buffer<Normal>>,
     /// Pairs without an edge.
     pub joins: &'a [[u32; 2]],
     pub gate: Gate,
@@ -89,10 +91,10 @@ impl Evaluation {
     pub fn run(
         &mut self,
         surface: &Surface,
-        Round { joins, gate, weights, wedges }: Round<'_>,
+        Round { normals, joins, gate, weights, wedges }: Round<'_>,
         candidates: &mut Vec<Candidate>,
     ) -> Result<usize> {
-        self.sums(surface, wedges)?;
+        self.sums(surface, normals, wedges)?;
         if let Some(round_weights) = &mut self.weights {
             round_weights.begin(&mut self.queue, surface, weights)?;
         }
@@ -128,15 +130,19 @@ impl Evaluation {
     }
 
     /// Sums what the metric needs of the surface as it is.
-    fn sums(&mut self, surface: &Surface, wedges: Option<&Wedges>) -> Result<()> {
+    fn sums(&mut self, surface: &Surface, found: Option<Buffer<Normal>>, wedges: Option<&Wedges>) -> Result<()> {
         let Surface { positions, faces, ring_starts, ring_faces, .. } = surface;
         let (queue, Some(Volume { normals, sums, borders })) = (&mut self.queue, &mut self.volume) else {
             return Ok(());
         };
-        grow(queue, normals, surface.face_count)?;
         grow(queue, sums, surface.vertex_count)?;
         let (vertex_count, face_count) = (surface.vertex_count as u32, surface.face_count as u32);
-        queue.run(FaceNormals { positions, faces, face_count, normals })?;
+        if let Some(found) = found {
+            *normals = found;
+        } else {
+            grow(queue, normals, surface.face_count)?;
+            queue.run(FaceNormals { positions, faces, face_count, normals })?;
+        }
         queue.run(VolumeSums { positions, faces, ring_starts, ring_faces, normals, vertex_count, sums, borders })?;
         if let (Some(spreads), Some(wedges)) = (&mut self.spreads, wedges) {
             spreads.add_to(queue, surface, &wedges.buffers, normals, sums)?;
@@ -206,13 +212,26 @@ impl Costs<'_> {
     }
 }
 
-/// Fills a surface's quadrics from its faces.
-pub fn plane_sums(queue: &mut Queue, surface: &mut Surface, options: &Options) -> Result<()> {
-    let Surface { positions, faces, ring_starts, ring_faces, quadrics, vertex_count, .. } = surface;
-    let Some(quadrics) = quadrics else { return Ok(()) };
-    let (vertex_count, border_weight) = (*vertex_count as u32, options.border_weight);
-    let by_area = options.quadrics.planes.by_area();
-    queue.run(PlaneSums { positions, faces, ring_starts, ring_faces, vertex_count, border_weight, by_area, quadrics })
+/// Fills a surface's quadrics, if it has any, from its faces; returns the normals of these.
+pub fn plane_sums(queue: &mut Queue, surface: &mut Surface, options: &Options) -> Result<Option<Buffer<Normal>>> {
+    let Surface { positions, faces, ring_starts, ring_faces, quadrics, .. } = surface;
+    let Some(quadrics) = quadrics else { return Ok(None) };
+    let (vertex_count, face_count) = (surface.vertex_count as u32, surface.face_count as u32);
+    let (border_weight, by_area) = (options.border_weight, options.quadrics.planes.by_area());
+    let mut normals = queue.buffer(surface.face_count)?;
+    queue.run(FaceNormals { positions, faces, face_count, normals: &mut normals })?;
+    queue.run(PlaneSums {
+        positions,
+        faces,
+        ring_starts,
+        ring_faces,
+        normals: &normals,
+        vertex_count,
+        border_weight,
+        by_area,
+        quadrics,
+    })?;
+    Ok(Some(normals))
 }
 
 /// Replaces a buffer that cannot hold `len` rows; what it held is lost.

@@ -52,10 +52,10 @@ impl Follower {
     ) -> Result<Self> {
         let (weights, wedges) = (&mut carried.weights, carried.wedges.as_ref());
         let mut surface = Surface::copy(&mut queue, host, options.metric == Metric::Plane)?;
-        plane_sums(&mut queue, &mut surface, options)?;
+        let normals = plane_sums(&mut queue, &mut surface, options)?;
         start_weights(&mut queue, &surface, options, border_vertices > 0, weights)?;
         weigh_start(&mut queue, &mut surface, weights)?;
-        quantize(&mut queue, &mut surface, storage)?;
+        quantize(&mut queue, &mut surface, normals.as_ref(), storage)?;
         let triangles = Triangles::new(&queue, &surface, options)?;
         let mut proposal = Proposal::new(&queue, &surface, options, border_vertices, wedges)?;
         proposal.take_wedges(&mut queue, &surface, wedges)?;

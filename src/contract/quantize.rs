@@ -12,7 +12,7 @@ use crate::kernel::decode_quadrics::{DecodeQuadrics, entries_of};
 use crate::kernel::encode_quadrics::{EncodeQuadrics, word_count};
 use crate::kernel::format_frame::FormatFrame;
 use crate::kernel::quadric_bounds::QuadricBounds;
-use crate::kernel::rows::{Position, QuadricBound};
+use crate::kernel::rows::{Normal, Position, QuadricBound};
 use crate::math::{DVec3, Vec3};
 use crate::mesh::Mesh;
 
@@ -74,7 +74,8 @@ impl Storage {
         }))
     }
 
-    fn store(self, queue: &mut Queue, surface: &Surface) -> Result<Option<Stored>> {
+    /// `normals` are those of the surface's faces.
+    fn store(self, queue: &mut Queue, surface: &Surface, normals: &Buffer<Normal>) -> Result<Option<Stored>> {
         let Some(quadrics) = &surface.quadrics else { return Ok(None) };
         let Surface { positions, faces, ring_starts, ring_faces, .. } = surface;
         let (vertex_count, frame, format) = (surface.vertex_count as u32, self.frame, self.format.code());
@@ -85,6 +86,7 @@ impl Storage {
             faces,
             ring_starts,
             ring_faces,
+            normals,
             quadrics,
             vertex_count,
             frame,
@@ -113,10 +115,16 @@ impl Storage {
 }
 
 /// Puts the quadrics of a surface through its format, if it has one; tells how they were stored where that is the host.
-pub fn quantize(queue: &mut Queue, surface: &mut Surface, storage: Option<Storage>) -> Result<Option<QuadricRecord>> {
+/// `normals` are those of its faces.
+pub fn quantize(
+    queue: &mut Queue,
+    surface: &mut Surface,
+    normals: Option<&Buffer<Normal>>,
+    storage: Option<Storage>,
+) -> Result<Option<QuadricRecord>> {
     let clock = Instant::now();
-    let Some(storage) = storage else { return Ok(None) };
-    let Some(Stored { bound, words }) = storage.store(queue, surface)? else { return Ok(None) };
+    let (Some(storage), Some(normals)) = (storage, normals) else { return Ok(None) };
+    let Some(Stored { bound, words }) = storage.store(queue, surface, normals)? else { return Ok(None) };
     let Surface { positions, quadrics: Some(quadrics), vertex_count, .. } = surface else { return Ok(None) };
     let (vertex_count, frame, format) = (*vertex_count as u32, storage.frame, storage.format.code());
     queue.run(DecodeQuadrics { positions, words: &words, bound: &bound, vertex_count, frame, format, quadrics })?;
@@ -164,10 +172,10 @@ pub fn initial_quadrics(mesh: &Mesh, options: &Options, device: &Device) -> Resu
         let mut find = |mut queue: Queue| -> Result<_> {
             let mut surface = Surface::new(&mut queue, start.clone(), true)?;
             let clock = Instant::now();
-            plane_sums(&mut queue, &mut surface, options)?;
+            let normals = plane_sums(&mut queue, &mut surface, options)?.ok_or_else(missing)?;
             start_weights(&mut queue, &surface, options, border_vertices > 0, weights)?;
             weigh_start(&mut queue, &mut surface, weights)?;
-            let stored = storage.store(&mut queue, &surface)?.ok_or_else(missing)?;
+            let stored = storage.store(&mut queue, &surface, &normals)?.ok_or_else(missing)?;
             let (mut words, mut bound) = (Vec::new(), Vec::new());
             queue.read(&stored.words, 0..stored.words.len(), &mut words)?;
             queue.read(&stored.bound, 0..1, &mut bound)?;

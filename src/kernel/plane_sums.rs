@@ -10,11 +10,12 @@
 use rayon::prelude::*;
 
 use super::pair_quadric::{CONSTANTS, NO_AREA};
-use super::rows::{BORDER, Face, HUB, PlaneQuadric, Position};
+use super::rows::{BORDER, Face, HUB, Normal, PlaneQuadric, Position};
 use super::split::CHUNK;
-use super::stars::{Stars, faces_with, normal_from, unit};
+use super::stars::{Stars, faces_with, unit};
+use super::warm::{faces_near, warm_up};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
-use crate::math::exact::{Sym3, add, cross3, divide, dot3, mul, outer, root, sub3, sym_add, sym_scale};
+use crate::math::exact::{Sym3, add, cross3, dot3, mul, outer, root, sub3, sym_add, sym_scale};
 
 /// One invocation a vertex.
 pub struct PlaneSums<'a> {
@@ -26,6 +27,8 @@ pub struct PlaneSums<'a> {
     pub ring_starts: &'a Buffer<u32>,
     /// The faces around every vertex, ascending.
     pub ring_faces: &'a Buffer<u32>,
+    /// F normals.
+    pub normals: &'a Buffer<Normal>,
     /// V.
     pub vertex_count: u32,
     /// Weight of a border plane, times its edge's squared length if planes count by area.
@@ -45,32 +48,30 @@ params! {
 }
 
 #[inline(always)]
-fn plane_sum(vertex: u32, stars: &Stars<'_>, params: Params) -> PlaneQuadric {
+fn plane_sum(vertex: u32, stars: &Stars<'_>, normals: &[Normal], params: Params) -> PlaneQuadric {
     let mut matrix = Sym3::default();
     let mut weight = 0.0;
     let on_border = stars.positions[vertex as usize].flags & (BORDER | HUB) == BORDER;
-    let p0 = stars.positions[vertex as usize].xyz();
     for &f in stars.ring(vertex) {
-        let face = stars.faces[f as usize];
-        let n = normal_from(vertex, p0, face, stars);
-        let n_sq = dot3(n, n);
-        if n_sq > NO_AREA {
-            let length = root(n_sq);
+        let n = normals[f as usize];
+        let length = mul(n.root, n.root);
+        if mul(length, length) > NO_AREA {
             if params.by_area == 1 {
                 // |n| is twice the area: area·(n/|n|)(n/|n|)ᵀ = n nᵀ/(2|n|).
-                matrix = sym_add(matrix, sym_scale(outer(n), divide(0.5, length)));
+                matrix = sym_add(matrix, sym_scale(outer(n.weighted()), 0.5));
                 weight = add(weight, mul(0.5, length));
             } else {
-                matrix = sym_add(matrix, outer(unit(n, length)));
+                matrix = sym_add(matrix, outer(unit(n.weighted(), n.root)));
                 weight = add(weight, 1.0);
             }
             if on_border {
+                let face = stars.faces[f as usize];
                 for other in [face.a, face.b, face.c] {
                     if other != vertex && faces_with(other, vertex, stars) == 1 {
                         let e = sub3(stars.positions[other as usize].xyz(), stars.positions[vertex as usize].xyz());
                         let e_sq = dot3(e, e);
                         // The plane holds the edge and the normal; |e×n/|n|| = |e| since they are perpendicular.
-                        let across = unit(cross3(e, n), length);
+                        let across = unit(cross3(e, n.weighted()), n.root);
                         if params.by_area == 1 {
                             matrix = sym_add(matrix, sym_scale(outer(across), params.border_weight));
                             weight = add(weight, mul(params.border_weight, e_sq));
@@ -117,6 +118,7 @@ impl Kernel for PlaneSums<'_> {
             Binding::new("faces", Access::Read, self.faces),
             Binding::new("ring_starts", Access::Read, self.ring_starts),
             Binding::new("ring_faces", Access::Read, self.ring_faces),
+            Binding::new("normals", Access::Read, self.normals),
             Binding::new("quadrics", Access::Write, self.quadrics),
         ]
     }
@@ -128,9 +130,14 @@ impl Kernel for PlaneSums<'_> {
     fn run_cpu(&mut self) {
         let params = self.params();
         let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
+        let normals = self.normals.host();
         let quadrics = &mut self.quadrics.host_mut()[..self.vertex_count as usize];
-        quadrics.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(vertex, quadric)| {
-            *quadric = plane_sum(vertex as u32, &stars, params);
+        quadrics.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, quadrics)| {
+            let vertices = chunk * CHUNK..chunk * CHUNK + quadrics.len();
+            warm_up(&normals[faces_near(vertices.clone(), stars.ring_starts, stars.ring_faces, normals.len())]);
+            for (vertex, quadric) in vertices.zip(quadrics) {
+                *quadric = plane_sum(vertex as u32, &stars, normals, params);
+            }
         });
     }
 }

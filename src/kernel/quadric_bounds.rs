@@ -10,9 +10,9 @@ use rayon::prelude::*;
 
 use super::format_frame::{FormatFrame, in_format};
 use super::pair_quadric::{CONSTANTS, NO_AREA};
-use super::rows::{BORDER, Face, HUB, PlaneQuadric, Position, QuadricBound};
+use super::rows::{BORDER, Face, HUB, Normal, PlaneQuadric, Position, QuadricBound};
 use super::split::CHUNK;
-use super::stars::{Stars, faces_with, normal_from, unit};
+use super::stars::{Stars, faces_with, unit};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
 use crate::math::Vec3;
 use crate::math::exact::{LEAST_FACTOR, cross3, dot3, flush, mul, root, sub3};
@@ -27,6 +27,8 @@ pub struct QuadricBounds<'a> {
     pub ring_starts: &'a Buffer<u32>,
     /// The faces around every vertex, ascending.
     pub ring_faces: &'a Buffer<u32>,
+    /// F normals.
+    pub normals: &'a Buffer<Normal>,
     /// V quadrics.
     pub quadrics: &'a Buffer<PlaneQuadric>,
     /// V.
@@ -38,24 +40,29 @@ pub struct QuadricBounds<'a> {
 }
 
 #[inline(always)]
-fn quadric_bound(vertex: u32, stars: &Stars<'_>, quadric: PlaneQuadric, params: FormatFrame) -> QuadricBound {
+fn quadric_bound(
+    vertex: u32,
+    stars: &Stars<'_>,
+    normals: &[Normal],
+    quadric: PlaneQuadric,
+    params: FormatFrame,
+) -> QuadricBound {
     let position = stars.positions[vertex as usize];
     let p0 = position.xyz();
     let on_border = position.flags & (BORDER | HUB) == BORDER;
     let x = in_format(p0, params);
     let mut offset_sq = 0.0_f32;
     for &f in stars.ring(vertex) {
-        let face = stars.faces[f as usize];
-        let n = normal_from(vertex, p0, face, stars);
-        let n_sq = dot3(n, n);
-        if n_sq > NO_AREA {
-            let length = root(n_sq);
-            offset_sq = offset_sq.max(distance_sq(unit(n, length), x));
+        let n = normals[f as usize];
+        let length = mul(n.root, n.root);
+        if mul(length, length) > NO_AREA {
+            offset_sq = offset_sq.max(distance_sq(unit(n.weighted(), n.root), x));
             if on_border {
+                let face = stars.faces[f as usize];
                 for other in [face.a, face.b, face.c] {
                     if other != vertex && faces_with(other, vertex, stars) == 1 {
                         let e = sub3(stars.positions[other as usize].xyz(), p0);
-                        let across = unit(cross3(e, n), length);
+                        let across = unit(cross3(e, n.weighted()), n.root);
                         offset_sq = offset_sq.max(distance_sq(unit(across, root(dot3(e, e))), x));
                     }
                 }
@@ -91,6 +98,7 @@ impl Kernel for QuadricBounds<'_> {
             Binding::new("faces", Access::Read, self.faces),
             Binding::new("ring_starts", Access::Read, self.ring_starts),
             Binding::new("ring_faces", Access::Read, self.ring_faces),
+            Binding::new("normals", Access::Read, self.normals),
             Binding::new("quadrics", Access::Read, self.quadrics),
             Binding::new("bounds", Access::Write, self.bounds),
         ]
@@ -103,10 +111,10 @@ impl Kernel for QuadricBounds<'_> {
     fn run_cpu(&mut self) {
         let params = self.params();
         let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
-        let quadrics = self.quadrics.host();
+        let (normals, quadrics) = (self.normals.host(), self.quadrics.host());
         let bounds = &mut self.bounds.host_mut()[..self.vertex_count as usize];
         bounds.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(vertex, bound)| {
-            *bound = quadric_bound(vertex as u32, &stars, quadrics[vertex], params);
+            *bound = quadric_bound(vertex as u32, &stars, normals, quadrics[vertex], params);
         });
     }
 }

@@ -1,9 +1,9 @@
-//! The faces around a vertex and their normals. In WGSL: `shaders/shared/stars.wgsl`.
+//! The faces around a vertex. In WGSL: `shaders/shared/stars.wgsl`.
 
 use super::rows::{Face, Position};
 use crate::backend::Buffer;
 use crate::math::Vec3;
-use crate::math::exact::{LEAST_FACTOR, cross3, divide, flush3, scale3, sub3};
+use crate::math::exact::{LEAST_FACTOR, divide, flush3, scale3};
 
 /// The live mesh as kernels see it.
 #[derive(Debug, Clone, Copy)]
@@ -75,16 +75,7 @@ pub fn spoke(face: Face, vertex: u32) -> Spoke {
     }
 }
 
-/// n = (p1−p0)×(p2−p0): twice the area, along the normal. `p0` is the position of `vertex`, a corner of the face.
-#[inline(always)]
-pub fn normal_from(vertex: u32, p0: Vec3, face: Face, stars: &Stars<'_>) -> Vec3 {
-    let seen = spoke(face, vertex);
-    let p1 = stars.positions[seen.next as usize].xyz();
-    let p2 = stars.positions[seen.last as usize].xyz();
-    flush3(cross3(sub3(p1, p0), sub3(p2, p0)), LEAST_FACTOR)
-}
-
-/// n by its length; zero where that is.
+/// A vector by its length; zero where that is.
 #[inline(always)]
 pub fn unit(n: Vec3, length: f32) -> Vec3 {
     flush3(scale3(n, divide(1.0, length)), LEAST_FACTOR)

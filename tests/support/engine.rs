@@ -1,8 +1,11 @@
 //! Running the engine as tests do, and what every result must satisfy.
 
-use coarsen::backend::{Device, GpuOptions, Selector};
-use coarsen::contract::{Metric, Options};
+use coarsen::backend::{Buffer, Device, GpuOptions, Queue, Selector};
+use coarsen::contract::{Metric, Options, PlaneWeight};
 use coarsen::formats::{Format, WriteOptions, write_to};
+use coarsen::kernel::face_normals::FaceNormals;
+use coarsen::kernel::plane_sums::PlaneSums;
+use coarsen::kernel::rows::{Face, Normal, PlaneQuadric, Position};
 use coarsen::mesh::{Defect, validate};
 use coarsen::progressive::{CollapseLog, Replay};
 use coarsen::{Budget, Mesh, Method, Outcome, simplify};
@@ -142,4 +145,31 @@ pub fn assert_same_mesh(name: &str, a: &Mesh, b: &Mesh) {
     let bits =
         |mesh: &Mesh| -> Vec<[u64; 3]> { mesh.positions.iter().map(|p| p.to_array().map(f64::to_bits)).collect() };
     assert!(bits(a) == bits(b), "{name}: the signs of zeros");
+}
+
+/// The normals of all faces, and the quadrics of planes of so many vertices.
+pub fn plane_quadrics(
+    queue: &mut Queue,
+    [ring_starts, ring_faces]: [&Buffer<u32>; 2],
+    (positions, faces): (&Buffer<Position>, &Buffer<Face>),
+    vertex_count: u32,
+    planes: PlaneWeight,
+) -> (Buffer<Normal>, Buffer<PlaneQuadric>) {
+    let mut normals = queue.buffer(faces.len()).expect("memory");
+    let face_count = faces.len() as u32;
+    queue.run(FaceNormals { positions, faces, face_count, normals: &mut normals }).expect("a kernel on the host");
+    let mut quadrics = queue.buffer(vertex_count as usize).expect("memory");
+    let sums = PlaneSums {
+        positions,
+        faces,
+        ring_starts,
+        ring_faces,
+        normals: &normals,
+        vertex_count,
+        border_weight: 1.0,
+        by_area: u32::from(planes == PlaneWeight::Area),
+        quadrics: &mut quadrics,
+    };
+    queue.run(sums).expect("a kernel on the host");
+    (normals, quadrics)
 }

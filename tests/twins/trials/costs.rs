@@ -199,15 +199,28 @@ fn volume_costs(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<(
 fn plane_sums(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()> {
     for (round, perturbed) in rounds(perturbed) {
         seen.input(round.name);
-        let mesh = Mesh::new(queue, round, with_a_shift(round, perturbed))?;
+        let mut normals = round.normals.clone();
+        flip(&mut normals[0].x, perturbed);
+        let mesh = Mesh::new(queue, round, round.positions.clone())?;
         let Mesh { positions, faces, ring_starts, ring_faces } = &mesh;
+        let normals = &queue.buffer_from(normals)?;
         let vertex_count = round.positions.len() as u32;
         let border_weight = 0.7;
         for by_area in [1, 0] {
             let quadrics = &mut queue.buffer(round.positions.len())?;
             seen.run(
                 queue,
-                PlaneSums { positions, faces, ring_starts, ring_faces, vertex_count, border_weight, by_area, quadrics },
+                PlaneSums {
+                    positions,
+                    faces,
+                    ring_starts,
+                    ring_faces,
+                    normals,
+                    vertex_count,
+                    border_weight,
+                    by_area,
+                    quadrics,
+                },
             )?;
             seen.output(queue, "quadrics", quadrics)?;
         }

@@ -46,13 +46,24 @@ fn quadric_bounds(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result
         let faces = &queue.buffer_from(round.faces.clone())?;
         let ring_starts = &queue.buffer_from(round.ring_starts.clone())?;
         let ring_faces = &queue.buffer_from(round.ring_faces.clone())?;
+        let normals = &queue.buffer_from(round.normals.clone())?;
         let quadrics = &queue.buffer_from(round.quadrics.clone())?;
         let vertex_count = round.positions.len() as u32;
         for frame in FRAMES {
             let bounds = &mut queue.buffer(round.positions.len())?;
             seen.run(
                 queue,
-                QuadricBounds { positions, faces, ring_starts, ring_faces, quadrics, vertex_count, frame, bounds },
+                QuadricBounds {
+                    positions,
+                    faces,
+                    ring_starts,
+                    ring_faces,
+                    normals,
+                    quadrics,
+                    vertex_count,
+                    frame,
+                    bounds,
+                },
             )?;
             seen.output(queue, "bounds", bounds)?;
         }

@@ -253,6 +253,7 @@ impl Round {
                 faces,
                 ring_starts,
                 ring_faces,
+                normals,
                 vertex_count,
                 border_weight: 0.5,
                 by_area: 1,
