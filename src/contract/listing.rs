@@ -70,7 +70,16 @@ impl Listing {
 
     /// Appends the pairs with keys below `threshold`; only these are left.
     pub fn gate(&mut self, threshold: u32, candidates: &mut Vec<Candidate>) {
-        self.tasks.par_iter_mut().for_each(|listed| listed.retain(|candidate| candidate.key < threshold));
+        self.tasks.par_iter_mut().for_each(|listed| {
+            // Every pair is written, until the next takes its place: a branch would be misjudged.
+            let mut left = 0;
+            for i in 0..listed.len() {
+                let pair = listed[i];
+                listed[left] = pair;
+                left += usize::from(pair.key < threshold);
+            }
+            listed.truncate(left);
+        });
         candidates.reserve(self.len());
         self.tasks.iter().for_each(|listed| candidates.extend_from_slice(listed));
     }

@@ -10,7 +10,7 @@ use super::stl::Facets;
 use super::{Compression, Format};
 use crate::error::{Error, Place, Result};
 use crate::math::DVec3;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, first_where};
 
 /// Rows that a thread decodes at a time.
 pub(super) const LEAST_ROWS: usize = 1 << 12;
@@ -190,8 +190,7 @@ pub(super) fn check_finite(
     format: &'static str,
     place: impl Fn(usize) -> u64,
 ) -> Result<()> {
-    use rayon::prelude::*;
-    match positions.par_iter().with_min_len(LEAST_ROWS).position_first(|position| !position.is_finite()) {
+    match first_where(positions, |position| !position.is_finite()) {
         None => Ok(()),
         Some(at) => {
             let (vertex, found) = (first + at, positions[at]);

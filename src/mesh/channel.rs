@@ -1,5 +1,6 @@
 //! What vertices and faces carry beside the standard attributes: channels of numbers, materials.
 
+use super::first_where;
 use crate::error::{Error, Result};
 
 /// How the numbers of a [`Channel`] pass from the vertices of a face to a point between them.
@@ -79,7 +80,7 @@ impl Materials {
         if self.of_face.len() != faces {
             return Err(Error::Mesh(format!("{} materials for {faces} faces", self.of_face.len())));
         }
-        match self.of_face.iter().position(|&material| material as usize >= self.names.len()) {
+        match first_where(&self.of_face, |&material| material as usize >= self.names.len()) {
             Some(f) => {
                 let (number, count) = (self.of_face[f], self.names.len());
                 Err(Error::Mesh(format!("face {f} has the material {number}, there are {count}")))

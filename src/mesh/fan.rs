@@ -51,19 +51,21 @@ fn closes<const N: usize>(faces: &[[u32; 3]], ring: &[u32], vertex: u32) -> bool
     if repeats || ring.is_empty() {
         return !repeats;
     }
-    let mut at = 0;
-    for walked in 1..=ring.len() {
-        let end = ends[at];
+    // The arrow that follows each, before any step: then the steps are all that waits for another.
+    let (mut next, mut has_next) = ([0; N], true);
+    for (&end, next) in ends[..ring.len()].iter().zip(&mut next) {
         let mut follows = 0_u32;
         for (i, &begin) in begins.iter().enumerate() {
             follows |= u32::from(begin == end) << i;
         }
-        if !follows.is_power_of_two() {
-            return false;
-        }
-        at = follows.trailing_zeros() as usize;
+        has_next &= follows.is_power_of_two();
+        *next = follows.trailing_zeros() as usize % N;
+    }
+    let mut at = 0;
+    for walked in 1..=ring.len() {
+        at = next[at];
         if at == 0 {
-            return walked == ring.len();
+            return has_next && walked == ring.len();
         }
     }
     false

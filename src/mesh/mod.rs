@@ -54,6 +54,15 @@ use crate::math::{DVec3, Vec2, Vec3};
 /// The fewest rows worth handing to another thread.
 const PARALLEL_ROWS: usize = 4096;
 
+/// The index of the first row of which this holds, whatever the threads.
+///
+/// In pieces without a branch: a parallel search for a position looks after every row whether another thread has found one.
+pub(crate) fn first_where<T: Sync>(rows: &[T], holds: impl Fn(&T) -> bool + Sync) -> Option<usize> {
+    let in_piece = |piece: &[T]| piece.iter().fold(false, |found, row| found | holds(row));
+    let first = rows.par_chunks(PARALLEL_ROWS).position_first(in_piece)? * PARALLEL_ROWS;
+    rows[first..].iter().position(holds).map(|row| first + row)
+}
+
 /// How many of so many rows a task takes, within these bounds: threads share few large tasks badly, and small ones of a large
 /// mesh are too many for each to look at every other's.
 fn task_len(rows: usize, (least, most): (usize, usize)) -> usize {
@@ -112,13 +121,11 @@ impl Mesh {
                 self.faces.len()
             )));
         }
-        // The position that comes first, whatever the threads.
-        let rows = self.positions.par_iter().with_min_len(PARALLEL_ROWS);
-        if let Some(v) = rows.position_first(|p| !p.is_finite()) {
+        if let Some(v) = first_where(&self.positions, |p| !p.is_finite()) {
             return Err(Error::Mesh(format!("vertex {v} has a coordinate that is not finite: {}", self.positions[v])));
         }
-        let rows = self.faces.par_iter().with_min_len(PARALLEL_ROWS);
-        if let Some(f) = rows.position_first(|face| face.iter().any(|&v| v as usize >= vertex_count)) {
+        let is_out_of_range = |&[a, b, c]: &[u32; 3]| a.max(b).max(c) as usize >= vertex_count;
+        if let Some(f) = first_where(&self.faces, is_out_of_range) {
             return Err(Error::Mesh(format!(
                 "face {f} has an index out of range: {:?}, the mesh has {vertex_count} vertices",
                 self.faces[f]
@@ -140,7 +147,7 @@ impl Mesh {
         self.channels.iter().try_for_each(|channel| channel.check(vertex_count))?;
         self.materials.iter().try_for_each(|materials| materials.check(self.faces.len()))?;
         let texcoords = self.texcoords.as_deref().unwrap_or_default();
-        if let Some(f) = texcoords.iter().position(|corners| corners.iter().any(|uv| !uv.is_finite())) {
+        if let Some(f) = first_where(texcoords, |corners| corners.iter().any(|uv| !uv.is_finite())) {
             return Err(Error::Mesh(format!(
                 "face {f} has a texture coordinate that is not finite: {:?}",
                 texcoords[f].map(|uv| uv.to_array())
@@ -203,5 +210,21 @@ impl Mesh {
     pub(crate) fn cross(&self, face: [u32; 3]) -> DVec3 {
         let [a, b, c] = face.map(|v| self.positions[v as usize]);
         (b - a).cross(c - a)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_row_is_found_in_any_piece() {
+        let count = 3 * PARALLEL_ROWS + 10;
+        for wanted in [0, 1, PARALLEL_ROWS - 1, PARALLEL_ROWS, 2 * PARALLEL_ROWS + 5, count - 1] {
+            let rows: Vec<bool> = (0..count).map(|row| row == wanted || (row > wanted && row % 7 == 0)).collect();
+            assert_eq!(first_where(&rows, |&row| row), Some(wanted));
+        }
+        assert_eq!(first_where(&vec![false; count], |&row| row), None);
+        assert_eq!(first_where(&[], |&row: &bool| row), None);
     }
 }

@@ -10,7 +10,7 @@ use super::scalar::{Order, Scalar};
 use super::vertex::{VertexLayout, Vertices, normal, scalar_of, texcoord};
 use crate::error::{Error, Place, Result};
 use crate::formats::attributes;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, first_where};
 
 /// Rows below which a thread of its own does not pay.
 const LEAST_ROWS: usize = 1 << 14;
@@ -124,7 +124,7 @@ fn read_vertices(cursor: &mut Cursor<'_>, element: &Element, layout: &VertexLayo
         ..Mesh::default()
     };
     let texcoords = layout.texcoord.map(|places| rows().map(|row| texcoord(places, |at| value(row, at))).collect());
-    match mesh.positions.par_iter().with_min_len(LEAST_ROWS).position_first(|position| !position.is_finite()) {
+    match first_where(&mesh.positions, |position| !position.is_finite()) {
         None => Ok(Vertices { mesh, texcoords }),
         Some(vertex) => {
             cursor.at = start + vertex * row_bytes;
@@ -167,8 +167,8 @@ fn read_faces(cursor: &mut Cursor<'_>, element: &Element, layout: &FaceLayout, m
     let row_bytes = triangle.bytes;
     let rows = || bytes.par_chunks_exact(row_bytes).with_min_len(LEAST_ROWS);
     mesh.faces = rows().map(|row| triangle.corners(row, order)).collect();
-    let out_of_range = |face: &[u32; 3]| face.iter().any(|&vertex| vertex as usize >= vertex_count);
-    if let Some(face) = mesh.faces.par_iter().with_min_len(LEAST_ROWS).position_first(out_of_range) {
+    let is_out_of_range = |&[a, b, c]: &[u32; 3]| a.max(b).max(c) as usize >= vertex_count;
+    if let Some(face) = first_where(&mesh.faces, is_out_of_range) {
         cursor.at += face * row_bytes;
         let row = &bytes[face * row_bytes..];
         let (corners_at, item) = triangle.corners;

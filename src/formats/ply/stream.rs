@@ -16,7 +16,7 @@ use crate::error::{Error, Place, Result};
 use crate::formats::stream::{LEAST_ROWS, Rows, Table, check_finite, refused};
 use crate::formats::{Format, input};
 use crate::math::DVec3;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, first_where};
 
 /// A binary PLY of triangles whose rows have one size: one side of [`Stream`](crate::formats::Stream), which says what each does.
 #[derive(Debug)]
@@ -180,8 +180,8 @@ impl Tables {
             )));
         }
         rows().map(|row| self.triangle.corners(row, self.order)).collect_into_vec(faces);
-        let out_of_range = |face: &[u32; 3]| face.iter().any(|&vertex| vertex as usize >= self.vertices.count);
-        match faces.par_iter().with_min_len(LEAST_ROWS).position_first(out_of_range) {
+        let is_out_of_range = |&[a, b, c]: &[u32; 3]| a.max(b).max(c) as usize >= self.vertices.count;
+        match first_where(faces, is_out_of_range) {
             None => Ok(()),
             Some(at) => {
                 let place = Place::Byte(self.faces.place(first + at));
