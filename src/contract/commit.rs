@@ -19,10 +19,10 @@ use crate::simplify::Blocked;
 
 use super::Candidates;
 use super::carry::Carried;
-use super::deal::Deal;
+use super::deal::{Left, Pile, Share, lower_end};
 use super::examine::{Examiner, Rules, Verdict};
 use super::filter::Rejection;
-use super::patch::Patch;
+use super::patch::{Connectivity, Patch};
 use super::select::sort;
 use super::star::Outside;
 use super::surface::Surface;
@@ -116,7 +116,6 @@ impl Spent {
 #[derive(Debug)]
 pub struct Committer {
     rules: Rules,
-    deal: Deal,
     scratch: Vec<Candidate>,
     /// Commits so far, of which a round may have several: another order among ties in each.
     commits: u32,
@@ -125,7 +124,7 @@ pub struct Committer {
 impl Committer {
     /// For a run under these rules.
     pub fn new(rules: Rules) -> Self {
-        Self { rules, deal: Deal::default(), scratch: Vec::new(), commits: 0 }
+        Self { rules, scratch: Vec::new(), commits: 0 }
     }
 
     /// Commits under another error limit, in the normalized frame, from here on.
@@ -161,13 +160,25 @@ impl Committer {
         let dearest = candidates.iter().map(|candidate| candidate.key).max().map_or(0.0, f32::from_bits);
         let task = Task { rules: self.rules, of: quota.of, may_wait, dearest, commit: self.commits };
         self.commits += 1;
+        if quota.of == Candidates::Triangles {
+            // Those of triangles ascend by face.
+            let faces = surface.faces.host();
+            candidates.sort_by_key(|&candidate| lower_end(candidate, faces));
+        }
+        let mut left: Option<Vec<Left>> = None;
         for size in patch_sizes(surface.vertex_count) {
+            let pile = left.as_deref().map_or(Pile::List(candidates), Pile::Left);
             // As many faces as on the inside: what fits the quota as such fits at any border.
             let fitting = quota.faces.saturating_sub(done.0.faces_removed) / quota.of.most_faces();
-            if candidates.is_empty() || fitting == 0 {
+            if pile.len() == 0 || fitting == 0 {
                 break;
             }
-            self.commit_patches(Patch::whole(surface, carried).split(size), size, candidates, fitting, task, &mut done);
+            let patches = Patch::whole(surface, carried).split(size);
+            left = Some(commit_patches(patches, pile, fitting, task, &mut done));
+        }
+        if let Some(left) = left {
+            candidates.clear();
+            left.iter().for_each(|left| candidates.extend_from_slice(&left.candidates));
         }
         candidates.extend(joining);
         let clock = Instant::now();
@@ -181,46 +192,42 @@ impl Committer {
         done.1.add(spent);
         done
     }
+}
 
-    /// Contracts at most `fitting` candidates within `patches` of `size` vertices; leaves those that reach out or did not
-    /// fit.
-    fn commit_patches(
-        &mut self,
-        patches: Vec<Patch<'_>>,
-        size: usize,
-        candidates: &mut Vec<Candidate>,
-        fitting: usize,
-        task: Task,
-        done: &mut (Committed, Spent),
-    ) {
-        let Some(faces) = patches.first().map(|patch| patch.connectivity.faces) else { return };
-        self.deal.deal(candidates, faces, size, patches.len());
-        let (deal, total) = (&self.deal, candidates.len());
-        let results: Vec<_> = patches
-            .into_par_iter()
-            .enumerate()
-            .map(|(number, patch)| {
-                let clock = Instant::now();
-                let mut own = Vec::with_capacity(deal.count(number));
-                deal.shares(number).for_each(|share| own.extend_from_slice(share));
-                sort(&mut own, &mut Vec::new(), task.commit);
-                let sorting = clock.elapsed();
-                let most = (fitting as u128 * own.len() as u128 / total as u128) as usize;
-                patch.warm_up();
-                let mut work = Work::new(patch, task);
-                let left = work.attempt_within(&own, most);
-                let spent = Spent { sorting, examining: work.examining(), total: clock.elapsed() };
-                (work.committed, spent, left)
-            })
-            .collect();
-        candidates.clear();
-        for (committed, spent, left) in results {
-            done.0.add(committed);
-            done.1.add(spent);
-            candidates.extend(left);
-        }
-        self.deal.crossing().for_each(|crossing| candidates.extend_from_slice(crossing));
-    }
+/// Contracts at most `fitting` candidates of `pile` within `patches` of one size; returns those that reach out or did not
+/// fit.
+fn commit_patches(
+    patches: Vec<Patch<'_>>,
+    pile: Pile<'_>,
+    fitting: usize,
+    task: Task,
+    done: &mut (Committed, Spent),
+) -> Vec<Left> {
+    let Some(Connectivity { faces, .. }) = patches.first().map(|patch| patch.connectivity) else { return Vec::new() };
+    let (starts, total) = (pile.cut(faces, patches[0].len(), patches.len()), pile.len());
+    let results: Vec<_> = patches
+        .into_par_iter()
+        .enumerate()
+        .map_init(Vec::new, |scratch, (number, patch)| {
+            let clock = Instant::now();
+            let Share { mut own, mut left } = pile.share(&starts, number, &patch.vertices(), faces);
+            sort(&mut own, scratch, task.commit);
+            let sorting = clock.elapsed();
+            let most = (fitting as u128 * own.len() as u128 / total as u128) as usize;
+            patch.warm_up();
+            let mut work = Work::new(patch, task);
+            work.attempt_within(&own, most, &mut left);
+            let spent = Spent { sorting, examining: work.examining(), total: clock.elapsed() };
+            (work.committed, spent, left)
+        })
+        .collect();
+    done.0.contractions.reserve(results.iter().map(|(committed, ..)| committed.contractions.len()).sum());
+    let all = results.into_iter().map(|(committed, spent, left)| {
+        done.0.add(committed);
+        done.1.add(spent);
+        left
+    });
+    all.collect()
 }
 
 /// How many vertices the patches of each level have on a surface of so many. The halves come last, so that little is left to
@@ -281,23 +288,22 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Contracts at most `most` of `candidates` and returns those that it could not or was not allowed to look at.
-    fn attempt_within(&mut self, candidates: &[Candidate], most: usize) -> Vec<Candidate> {
-        let mut left = Vec::new();
+    /// Contracts at most `most` of `candidates`; those that it could not or was not allowed to look at are `left`.
+    fn attempt_within(&mut self, candidates: &[Candidate], most: usize, left: &mut Left) {
+        let faces = self.patch.connectivity.faces;
         let most = match self.of {
             Candidates::Pairs => most,
             Candidates::Triangles => 2 * most,
         };
         for (i, &candidate) in candidates.iter().enumerate() {
             if self.committed.contractions.len() == most {
-                left.extend_from_slice(&candidates[i..]);
+                candidates[i..].iter().for_each(|&candidate| left.push(candidate, faces));
                 break;
             }
             if !self.attempt(candidate) {
-                left.push(candidate);
+                left.push(candidate, faces);
             }
         }
-        left
     }
 
     /// Contracts `candidates` until the quota is used up. The patch is the whole surface.

@@ -1,106 +1,182 @@
-//! Dealing a round's candidates to patches.
-//!
-//! In two stable steps that run in parallel: every chunk of the candidates sorts its own by patch, then every patch takes
-//! its share of each chunk, so that a patch has its candidates in the order of the list.
+//! Dealing a round's candidates to patches: each looks through those whose lower end may be its own, takes what lies inside,
+//! and leaves the rest to the larger patches of the next level. No list is sorted for it, and nobody waits.
 
-use rayon::prelude::*;
+use std::ops::Range;
 
 use crate::kernel::pairs::half_edge_ends;
 use crate::kernel::rows::{Candidate, Face};
 
-/// Candidates that are sorted at a time.
-const CHUNK: usize = 1 << 14;
-
-/// Candidates by patch.
-#[derive(Debug, Default)]
-pub struct Deal {
-    /// The candidates, by patch within every chunk; last come those whose ends lie in two patches.
-    dealt: Vec<Candidate>,
-    /// For every chunk where its share for each patch starts, where those of no patch do, and its end.
-    starts: Vec<u32>,
-    patches: usize,
+/// What patches are dealt from.
+#[derive(Debug, Clone, Copy)]
+pub enum Pile<'a> {
+    /// A list that ascends by lower end, of which every patch has a piece; what stands in another's waits for a larger one.
+    List(&'a [Candidate]),
+    /// What the patches of the level before left over.
+    Left(&'a [Left]),
 }
 
-impl Deal {
-    /// Deals `candidates` to as many `patches` of `size` vertices each.
-    pub fn deal(&mut self, candidates: &[Candidate], faces: &[Face], size: usize, patches: usize) {
-        self.patches = patches;
-        self.dealt.clear();
-        self.dealt.resize(candidates.len(), Candidate::default());
-        self.starts.clear();
-        self.starts.resize(candidates.len().div_ceil(CHUNK) * (patches + 2), 0);
-        let size = size as u32;
-        let patch = |candidate: &Candidate| {
+/// Candidates that a patch left over.
+#[derive(Debug)]
+pub struct Left {
+    pub candidates: Vec<Candidate>,
+    /// The least lower end and the greatest.
+    least: u32,
+    greatest: u32,
+}
+
+/// What is dealt to a patch.
+#[derive(Debug)]
+pub struct Share {
+    /// Candidates with both ends inside.
+    pub own: Vec<Candidate>,
+    pub left: Left,
+}
+
+impl Pile<'_> {
+    /// How many candidates there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::List(candidates) => candidates.len(),
+            Self::Left(left) => left.iter().map(|left| left.candidates.len()).sum(),
+        }
+    }
+
+    /// Where the piece of every patch of `size` vertices begins, and the end; nothing where there are no pieces.
+    pub fn cut(&self, faces: &[Face], size: usize, patches: usize) -> Vec<usize> {
+        let Self::List(candidates) = *self else { return Vec::new() };
+        let mut starts = vec![0];
+        for patch in 1..patches {
+            let (start, end) = (starts[patch - 1], (patch * size) as u32);
+            starts.push(start + candidates[start..].partition_point(|&candidate| lower_end(candidate, faces) < end));
+        }
+        starts.push(candidates.len());
+        starts
+    }
+
+    /// The share of the patch of this number and these vertices, of a pile cut so.
+    pub fn share(&self, starts: &[usize], patch: usize, vertices: &Range<u32>, faces: &[Face]) -> Share {
+        match *self {
+            Self::List(candidates) => {
+                let piece = &candidates[starts[patch]..starts[patch + 1]];
+                let mut share = Share::new(piece.len());
+                share.take(piece, vertices, faces, |_| true);
+                share
+            }
+            Self::Left(left) => {
+                let mut share = Share::new(0);
+                for Left { candidates, .. } in left.iter().filter(|left| left.may_meet(vertices)) {
+                    share.take(candidates, vertices, faces, |lower_end| vertices.contains(&lower_end));
+                }
+                share
+            }
+        }
+    }
+}
+
+impl Left {
+    /// Adds a candidate.
+    pub fn push(&mut self, candidate: Candidate, faces: &[Face]) {
+        let lower_end = lower_end(candidate, faces);
+        (self.least, self.greatest) = (self.least.min(lower_end), self.greatest.max(lower_end));
+        self.candidates.push(candidate);
+    }
+
+    fn may_meet(&self, vertices: &Range<u32>) -> bool {
+        self.least < vertices.end && vertices.start <= self.greatest
+    }
+}
+
+impl Share {
+    fn new(most: usize) -> Self {
+        let left = Left { candidates: Vec::new(), least: u32::MAX, greatest: 0 };
+        Self { own: Vec::with_capacity(most), left }
+    }
+
+    /// Takes candidates with both ends among `vertices`; leaves those over whose lower end is to be looked after here.
+    fn take(
+        &mut self,
+        candidates: &[Candidate],
+        vertices: &Range<u32>,
+        faces: &[Face],
+        looks_after: impl Fn(u32) -> bool,
+    ) {
+        for &candidate in candidates {
             let [u, w] = half_edge_ends(candidate.half_edge, faces);
-            let (first, second) = (u / size, w / size);
-            if first == second { first as usize } else { patches }
-        };
-        (candidates.par_chunks(CHUNK).zip(self.dealt.par_chunks_mut(CHUNK)))
-            .zip(self.starts.par_chunks_mut(patches + 2))
-            .enumerate()
-            .for_each_init(Vec::new, |of_patch: &mut Vec<u32>, (chunk, ((candidates, dealt), starts))| {
-                of_patch.clear();
-                of_patch.extend(candidates.iter().map(|candidate| patch(candidate) as u32));
-                for &patch in of_patch.iter() {
-                    starts[patch as usize + 1] += 1;
-                }
-                for patch in 0..=patches {
-                    starts[patch + 1] += starts[patch];
-                }
-                // The starts move on to the ends, which are the next starts: shifted back by one below.
-                for (candidate, &patch) in candidates.iter().zip(of_patch.iter()) {
-                    let start = &mut starts[patch as usize];
-                    dealt[*start as usize] = *candidate;
-                    *start += 1;
-                }
-                starts.copy_within(0..=patches, 1);
-                starts[0] = 0;
-                for start in starts {
-                    *start += (chunk * CHUNK) as u32;
-                }
-            });
+            if vertices.contains(&u) & vertices.contains(&w) {
+                self.own.push(candidate);
+            } else if looks_after(u.min(w)) {
+                self.left.push(candidate, faces);
+            }
+        }
     }
+}
 
-    /// How many candidates a patch has.
-    pub fn count(&self, patch: usize) -> usize {
-        self.shares(patch).map(<[_]>::len).sum()
-    }
-
-    /// A patch's candidates, in parts.
-    pub fn shares(&self, patch: usize) -> impl Iterator<Item = &[Candidate]> {
-        let share = move |starts: &[u32]| &self.dealt[starts[patch] as usize..starts[patch + 1] as usize];
-        self.starts.chunks_exact(self.patches + 2).map(share)
-    }
-
-    /// Those whose ends lie in two patches, in parts.
-    pub fn crossing(&self) -> impl Iterator<Item = &[Candidate]> {
-        self.shares(self.patches)
-    }
+/// The lower end of a candidate.
+pub fn lower_end(candidate: Candidate, faces: &[Face]) -> u32 {
+    let [u, w] = half_edge_ends(candidate.half_edge, faces);
+    u.min(w)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// Face i joins vertices i and i + 1 by its first half-edge, that of the candidate with the key i.
+    fn strip(count: u32) -> (Vec<Face>, Vec<Candidate>) {
+        let faces = (0..count).map(|i| Face { a: i, b: i + 1, c: i + 2 });
+        let candidates = (0..count).map(|i| Candidate { key: i, half_edge: 3 * i });
+        (faces.collect(), candidates.collect())
+    }
+
+    /// What all patches of this size take and leave over.
+    fn deal(pile: Pile<'_>, faces: &[Face], size: usize) -> Vec<Share> {
+        let patches = (faces.len() + 1).div_ceil(size);
+        let starts = pile.cut(faces, size, patches);
+        let vertices = |patch: usize| (patch * size) as u32..((patch + 1) * size) as u32;
+        (0..patches).map(|patch| pile.share(&starts, patch, &vertices(patch), faces)).collect()
+    }
+
+    fn keys<'c>(candidates: impl IntoIterator<Item = &'c Candidate>) -> Vec<u32> {
+        candidates.into_iter().map(|candidate| candidate.key).collect()
+    }
+
     #[test]
-    fn every_patch_gets_its_own_in_order() {
-        // Face i joins vertices i and i + 1; patches of 10 vertices: half-edges at 9, 19, … cross.
-        let faces: Vec<Face> = (0..40_000).map(|i| Face { a: i, b: i + 1, c: i + 2 }).collect();
-        let candidates: Vec<Candidate> =
-            (0..40_000).map(|i| Candidate { key: i, half_edge: 3 * (i * 7 % 40_000) }).collect();
-        let mut deal = Deal::default();
-        deal.deal(&candidates, &faces, 10, 4_001);
-        let all = |shares: &mut dyn Iterator<Item = &[Candidate]>| shares.flatten().copied().collect::<Vec<_>>();
-        let mut seen = 0;
-        for patch in 0..4_001_u32 {
-            let own = |c: &&Candidate| c.half_edge / 30 == patch && c.half_edge / 3 % 10 != 9;
-            let expected: Vec<Candidate> = candidates.iter().filter(own).copied().collect();
-            assert_eq!(all(&mut deal.shares(patch as usize)), expected);
-            assert_eq!(deal.count(patch as usize), expected.len());
-            seen += expected.len();
+    fn every_patch_takes_its_own_and_leaves_what_crosses() {
+        let (faces, candidates) = strip(400);
+        let pile = Pile::List(&candidates);
+        assert_eq!(pile.len(), 400);
+        let shares = deal(pile, &faces, 10);
+        for (first, share) in (0..).step_by(10).zip(&shares) {
+            assert_eq!(keys(&share.own), (first..400.min(first + 9)).collect::<Vec<u32>>());
+            assert_eq!(keys(&share.left.candidates), (first + 9..400.min(first + 10)).collect::<Vec<u32>>());
         }
-        let expected: Vec<Candidate> = candidates.iter().filter(|c| c.half_edge / 3 % 10 == 9).copied().collect();
-        assert_eq!(all(&mut deal.crossing()), expected);
-        assert_eq!(seen + expected.len(), candidates.len());
+        // Left over are those from 9, 19, 29, …; patches of 25 vertices have all but those from 49, 99, 149, ….
+        let left: Vec<Left> = shares.into_iter().map(|share| share.left).collect();
+        let pile = Pile::Left(&left);
+        assert_eq!(pile.len(), 40);
+        let shares = deal(pile, &faces, 25);
+        let crossing: Vec<u32> = (49..400).step_by(50).collect();
+        assert_eq!(keys(shares.iter().flat_map(|share| &share.left.candidates)), crossing);
+        let own: Vec<u32> = (9..400).step_by(10).filter(|key| !crossing.contains(key)).collect();
+        assert_eq!(keys(shares.iter().flat_map(|share| &share.own)), own);
+    }
+
+    #[test]
+    fn nothing_is_lost_in_any_order() {
+        let (faces, candidates) = strip(400);
+        let shuffled: Vec<Candidate> = (0..400).map(|i| candidates[i * 7 % 400]).collect();
+        let mut left: Option<Vec<Left>> = None;
+        let mut taken = Vec::new();
+        for size in [10, 40, 201] {
+            let pile = left.as_deref().map_or(Pile::List(&shuffled), Pile::Left);
+            let shares = deal(pile, &faces, size);
+            taken.extend(shares.iter().flat_map(|share| &share.own).copied());
+            left = Some(shares.into_iter().map(|share| share.left).collect());
+        }
+        let crossing = left.iter().flatten().flat_map(|left| &left.candidates);
+        let mut all = keys(taken.iter().chain(crossing));
+        all.sort_unstable();
+        assert_eq!(all, (0..400).collect::<Vec<u32>>());
+        assert!(taken.len() > 390, "{}", taken.len());
     }
 }

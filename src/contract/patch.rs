@@ -7,6 +7,8 @@
 //! - Patches that are worked on at the same time share no vertex. A contraction whose faces reach out of its patch is
 //!   left for a larger one.
 
+use std::ops::Range;
+
 use crate::kernel::contract_faces::renamed;
 use crate::kernel::contract_vertices::{GONE, KEEPS};
 use crate::kernel::rows::{Contraction, Face, PlaneQuadric, Position};
@@ -125,6 +127,11 @@ impl<'a> Patch<'a> {
     /// How many vertices it has.
     pub fn len(&self) -> usize {
         self.positions.len()
+    }
+
+    /// The numbers of its vertices.
+    pub fn vertices(&self) -> Range<u32> {
+        self.first..self.first + self.len() as u32
     }
 
     /// The number of a vertex within the patch; out of its range for any other.
