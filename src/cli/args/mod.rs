@@ -64,17 +64,21 @@ pub fn command() -> Command {
 fn wrapped(text: &str, width: usize) -> String {
     let mut lines: Vec<String> = Vec::new();
     for paragraph in text.lines() {
-        lines.push(String::new());
+        let (mut line, mut line_chars) = (String::new(), 0);
         for word in paragraph.split_whitespace() {
-            match lines.last_mut() {
-                Some(line) if line.is_empty() => line.push_str(word),
-                Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
-                    line.push(' ');
-                    line.push_str(word);
-                }
-                _ => lines.push(word.into()),
+            let word_chars = word.chars().count();
+            if line_chars > 0 && line_chars + 1 + word_chars > width {
+                lines.push(std::mem::take(&mut line));
+                line_chars = 0;
             }
+            if line_chars > 0 {
+                line.push(' ');
+                line_chars += 1;
+            }
+            line.push_str(word);
+            line_chars += word_chars;
         }
+        lines.push(line);
     }
     lines.join("\n")
 }
