@@ -51,12 +51,16 @@ pub struct Arguments {
 ///
 /// The width is fixed, so that the help is the same in a terminal, a file and a test.
 pub fn command() -> Command {
-    Arguments::command().mut_subcommands(|verb| {
-        let about = verb.get_long_about().map(|text| wrapped(&text.to_string(), 79)).unwrap_or_default();
-        verb.long_about(about).mut_args(|arg| match arg.get_long_help().map(|text| wrapped(&text.to_string(), 69)) {
-            Some(text) => arg.long_help(text),
-            None => arg,
-        })
+    // Of the verb in use only: those of all take as long as reading a small mesh.
+    Arguments::command().mut_subcommands(|verb| verb.defer(with_lines))
+}
+
+/// A verb with long texts broken into lines.
+fn with_lines(verb: Command) -> Command {
+    let about = verb.get_long_about().map(|text| wrapped(&text.to_string(), 79)).unwrap_or_default();
+    verb.long_about(about).mut_args(|arg| match arg.get_long_help().map(|text| wrapped(&text.to_string(), 69)) {
+        Some(text) => arg.long_help(text),
+        None => arg,
     })
 }
 
