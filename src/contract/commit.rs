@@ -110,6 +110,16 @@ impl Spent {
         self.examining += other.examining;
         self.total += other.total;
     }
+
+    /// The wall-clock seconds of a commit split as its tasks spent theirs: ordering, examining, contracting.
+    pub fn shares(&self, secs: f64) -> [f64; 3] {
+        let total = self.total.as_secs_f64().max(f64::MIN_POSITIVE);
+        let share = |part: Duration| (part.as_secs_f64() / total).min(1.0) * secs;
+        let select = share(self.sorting);
+        // Estimated from some: all of them together may come out as more than there was.
+        let filter = share(self.examining).min(secs - select);
+        [select, filter, secs - select - filter]
+    }
 }
 
 /// Scratch that outlives a round.
@@ -432,6 +442,17 @@ impl<'a> Work<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn shares_add_up_to_what_there_was() {
+        let spent = |sorting, examining| {
+            let [sorting, examining, total] = [sorting, examining, 100].map(Duration::from_millis);
+            Spent { sorting, examining, total }
+        };
+        assert_eq!(spent(25, 50).shares(8.0), [2.0, 4.0, 2.0]);
+        assert_eq!(spent(25, 90).shares(8.0), [2.0, 6.0, 0.0]);
+        assert_eq!(Spent::default().shares(8.0), [0.0, 0.0, 8.0]);
+    }
 
     #[test]
     fn patches_are_many_and_halves_come_last() {

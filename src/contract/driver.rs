@@ -10,7 +10,7 @@ use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord
 
 use super::apply::Left;
 use super::carry::Carried;
-use super::commit::{Committed, Committer, Spent};
+use super::commit::{Committed, Committer};
 use super::evaluate::{Evaluation, Round, plane_sums};
 use super::examine::Rules;
 use super::follower::Follower;
@@ -323,7 +323,7 @@ impl<'a> Run<'a> {
         }
         let moved_up = self.time_moving().saturating_sub(before).as_secs_f64();
         self.seconds.transfer += moved + moved_up;
-        let [select, filter, apply] = shares(spent, committed_at - evaluated - restored);
+        let [select, filter, apply] = spent.shares(committed_at - evaluated - restored);
         self.seconds.select += select;
         self.seconds.filter += filter;
         self.seconds.apply += apply + clock.elapsed().as_secs_f64() - committed_at - moved_up;
@@ -467,14 +467,6 @@ impl<'a> Run<'a> {
 /// Whether a commit contracted too few of what it tried.
 pub fn is_meager(contracted: usize, tried: usize) -> bool {
     (contracted as f64) < MEAGER * tried as f64
-}
-
-/// The wall-clock seconds of a commit split as its tasks spent theirs: ordering, examining, contracting.
-fn shares(spent: Spent, secs: f64) -> [f64; 3] {
-    let total = spent.total.as_secs_f64().max(f64::MIN_POSITIVE);
-    let share = |part: Duration| (part.as_secs_f64() / total).min(1.0) * secs;
-    let (select, filter) = (share(spent.sorting), share(spent.examining));
-    [select, filter, (secs - select - filter).max(0.0)]
 }
 
 /// Live faces below which a run that starts with so many goes on on the CPU.
