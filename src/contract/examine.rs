@@ -9,7 +9,7 @@ use crate::math::DVec3;
 use crate::mesh::limits::min_cos;
 
 use super::blend::Blend;
-use super::filter::{Rejection, ShapeLimits, link_condition, shapes_hold};
+use super::filter::{Rejection, ShapeLimits, closed_link_condition, link_condition, shapes_hold};
 use super::patch::{Patch, Placed};
 use super::placement::Quadric;
 use super::sides::Sides;
@@ -141,7 +141,9 @@ impl Examiner {
     fn judge(&mut self, patch: &Patch<'_>, pair: [u32; 2], middle: DVec3, cost: f32) -> Result<Accepted, Rejection> {
         let (pu, pw) = (patch.position(pair[0]), patch.position(pair[1]));
         let joins = (pu.flags | pw.flags) & JOINED != 0 || self.star.shared.is_empty();
-        if !joins {
+        if !self.rules.joins && (pu.flags | pw.flags) & (BORDER | LOCKED) == 0 {
+            closed_link_condition(&self.star, pair[1])?;
+        } else if !joins {
             link_condition(&self.star, pair[1], [pu.flags, pw.flags])?;
         } else if pu.flags & pw.flags & LOCKED != 0 {
             return Err(Rejection::Link);

@@ -99,6 +99,20 @@ pub fn link_condition(star: &Star, w: u32, flags: [u32; 2]) -> Result<(), Reject
     Ok(())
 }
 
+/// [`link_condition`] between two ends with one closed fan each, whose edge has two faces.
+///
+/// Every neighbor is the next corner of one face of its fan and the last of another: common neighbors other than the opposite
+/// vertices k and l are next corners on either side, where k is one only around the first end and l only around the second.
+/// An end has a face with both k and l where it has no other beside the shared ones.
+pub fn closed_link_condition(star: &Star, w: u32) -> Result<(), Rejection> {
+    let [k, l] = &star.shared[..] else { return Err(Rejection::Link) };
+    let next = |face: &StarFace| face.others[0];
+    let meets = |v: u32| star.first.iter().fold(false, |found, face| found | (next(face) == v));
+    let meets = star.second.iter().fold(false, |found, face| found | meets(next(face)));
+    let is_flat = star.first.len() == 1 && star.second.len() == 1;
+    if meets | is_flat | (Star::opposite(k, w) == Star::opposite(l, w)) { Err(Rejection::Link) } else { Ok(()) }
+}
+
 /// Whether the edges from both ends to `tip`, an opposite vertex, become one edge of the same kind as either: not one
 /// without a face, nor one that loses a third.
 fn leaves_an_edge(star: &Star, tip: u32) -> bool {

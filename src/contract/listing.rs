@@ -8,7 +8,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::kernel::cost_histogram::{BUCKET_SHIFT, BUCKETS};
-use crate::kernel::pairs::append_pairs;
+use crate::kernel::pairs::Lister;
 use crate::kernel::rows::{Candidate, Edge};
 use crate::kernel::split::CHUNK;
 use crate::kernel::stars::Stars;
@@ -34,7 +34,13 @@ impl Listing {
         warm_up: impl Fn(Range<usize>) + Sync + Send,
     ) -> Vec<u32> {
         self.tasks.resize_with(vertices.div_ceil(VERTICES_EACH), Vec::new);
-        let worker = || Worker { keys_of: costing(), pairs: Vec::new(), keys: Vec::new(), histogram: no_pairs() };
+        let worker = || Worker {
+            lister: Lister::default(),
+            keys_of: costing(),
+            pairs: Vec::new(),
+            keys: Vec::new(),
+            histogram: no_pairs(),
+        };
         let workers = self.tasks.par_iter_mut().enumerate().fold(worker, |mut worker, (task, listed)| {
             let own = task * VERTICES_EACH..vertices.min((task + 1) * VERTICES_EACH);
             warm_up(own.clone());
@@ -87,6 +93,7 @@ impl Listing {
 
 /// The scratch of a thread.
 struct Worker<K> {
+    lister: Lister,
     keys_of: K,
     pairs: Vec<Edge>,
     keys: Vec<u32>,
@@ -95,9 +102,9 @@ struct Worker<K> {
 
 impl<K: FnMut(&[Edge], &mut [u32])> Worker<K> {
     fn list(&mut self, vertices: Range<u32>, stars: &Stars<'_>, listed: &mut Vec<Candidate>) {
-        let Self { keys_of, pairs, keys, histogram } = self;
+        let Self { lister, keys_of, pairs, keys, histogram } = self;
         pairs.clear();
-        vertices.for_each(|vertex| append_pairs(vertex, stars, pairs));
+        vertices.for_each(|vertex| lister.append(vertex, stars, pairs));
         keys.resize(pairs.len(), 0);
         keys_of(pairs, keys);
         keys.iter().for_each(|key| histogram[(key >> BUCKET_SHIFT) as usize] += 1);

@@ -6,6 +6,7 @@
 use super::rows::{BORDER, Edge, Face, HUB, LOCKED};
 use super::stars::{Stars, spoke};
 use crate::backend::{Constant, Switch};
+use crate::math::places::Places;
 
 /// No face: what is across a border.
 pub const NO_FACE: u32 = u32::MAX;
@@ -16,7 +17,7 @@ pub const PAIR_BLOCK: u32 = 8;
 pub const CONSTANTS: &[(&str, Constant)] = &[
     ("NO_FACE", Constant::U32(NO_FACE)),
     ("PAIR_BLOCK", Constant::U32(PAIR_BLOCK)),
-    ("WINDOW", Constant::U32(WINDOW as u32)),
+    ("WINDOW", Constant::U32(WINDOW)),
     ("BORDER", Constant::U32(BORDER)),
     ("LOCKED", Constant::U32(LOCKED)),
     ("HUB", Constant::U32(HUB)),
@@ -38,8 +39,10 @@ impl Special {
     }
 }
 
-/// Faces around a vertex that are looked at together; few vertices have more.
-const WINDOW: usize = 8;
+/// Faces around a vertex that a shader looks at together.
+const WINDOW: u32 = 8;
+/// Those that the host lists without a search; few vertices have more.
+const AROUND: usize = 16;
 
 /// Whether the edge of `u` and `w` is a pair that `u` lists.
 ///
@@ -71,49 +74,50 @@ pub fn pairs_at(u: u32, stars: &Stars<'_>, mut tell: impl FnMut(Edge)) {
     }
 }
 
-/// Appends what [`pairs_at`] tells.
+/// Lists the pairs of one vertex after the other, as [`pairs_at`] does.
 ///
-/// Around most vertices with next to no branch that depends on the mesh: a window of faces is read whatever the length of the
-/// ring, and their corners are compared each with each.
-#[inline(always)]
-pub fn append_pairs(u: u32, stars: &Stars<'_>, pairs: &mut Vec<Edge>) {
-    let ring = stars.ring(u);
-    let is_ordinary = stars.positions[u as usize].flags & (BORDER | HUB) == 0;
-    if !is_ordinary || ring.is_empty() || ring.len() > WINDOW {
-        append_walking(u, stars, pairs);
-        return;
-    }
-    // Past its end the window repeats the last face, which is found first where it is.
-    let (mut half_edges, mut next, mut last) = ([0; WINDOW], [0; WINDOW], [0; WINDOW]);
-    for i in 0..WINDOW {
-        let f = ring[i.min(ring.len() - 1)];
-        let spoke = spoke(stars.faces[f as usize], u);
-        (half_edges[i], next[i], last[i]) = (3 * f + spoke.corner, spoke.next, spoke.last);
-    }
-    let mut listed = 0;
-    for (i, &w) in next.iter().enumerate() {
-        listed |= u32::from((i < ring.len()) & lists(u, w, stars)) << i;
-    }
-    while listed != 0 {
-        let i = listed.trailing_zeros() as usize % WINDOW;
-        listed &= listed - 1;
-        let across = first_of(last, next[i]);
-        let across = if across < ring.len() { ring[across] } else { NO_FACE };
-        pairs.push(Edge { half_edge: half_edges[i], across });
+/// Around most vertices with next to no branch that depends on the mesh: every face is written where the next pair belongs,
+/// and the face across is looked up by the corner that both share.
+#[derive(Debug, Default)]
+pub struct Lister {
+    /// Where in the ring the face is that comes to a corner.
+    places: Places,
+}
+
+impl Lister {
+    /// Appends what [`pairs_at`] tells.
+    #[inline(always)]
+    pub fn append(&mut self, u: u32, stars: &Stars<'_>, pairs: &mut Vec<Edge>) {
+        let (ring, flags) = (stars.ring(u), stars.positions[u as usize].flags);
+        if flags & (BORDER | HUB) != 0 || ring.len() > AROUND {
+            append_walking(u, stars, pairs);
+            return;
+        }
+        let (mut listed, mut last) = ([[0; 2]; AROUND], [0; AROUND]);
+        let mut count = 0;
+        for (i, &f) in ring.iter().enumerate() {
+            let spoke = spoke(stars.faces[f as usize], u);
+            last[i % AROUND] = spoke.last;
+            self.places.put(spoke.last, i as u8);
+            listed[count % AROUND] = [3 * f + spoke.corner, spoke.next];
+            count += usize::from(u < spoke.next);
+        }
+        let held = HUB | flags & LOCKED;
+        for &[half_edge, w] in &listed[..count] {
+            if stars.positions[w as usize].flags & held != 0 {
+                continue;
+            }
+            // Past the ring's end `last` is 0, which lists its own pairs.
+            let mut place = self.places.of(w) % AROUND;
+            if last[place] != w {
+                place = last.iter().position(|&last| last == w).unwrap_or(AROUND);
+            }
+            pairs.push(Edge { half_edge, across: ring.get(place).copied().unwrap_or(NO_FACE) });
+        }
     }
 }
 
-/// Where `vertex` first is among `vertices`, or their number.
-#[inline(always)]
-fn first_of(vertices: [u32; WINDOW], vertex: u32) -> usize {
-    let mut found = 1 << WINDOW;
-    for (i, other) in vertices.into_iter().enumerate() {
-        found |= u32::from(other == vertex) << i;
-    }
-    found.trailing_zeros() as usize
-}
-
-/// [`append_pairs`] at a border, and where a ring does not fill a window or is longer.
+/// [`Lister::append`] at a border, and where a ring is longer.
 #[cold]
 fn append_walking(u: u32, stars: &Stars<'_>, pairs: &mut Vec<Edge>) {
     pairs_at(u, stars, |pair| pairs.push(pair));
@@ -156,7 +160,7 @@ mod tests {
             starts.push(rings.len() as u32);
         }
         // What a round before left.
-        rings.extend([u32::MAX; WINDOW]);
+        rings.extend([u32::MAX; AROUND]);
         (faces, starts, rings)
     }
 
@@ -172,6 +176,18 @@ mod tests {
         rings(faces, len + 3)
     }
 
+    fn listed(stars: &Stars<'_>) -> Vec<Edge> {
+        let (mut lister, mut pairs) = (Lister::default(), Vec::new());
+        (0..stars.ring_starts.len() as u32 - 1).for_each(|u| lister.append(u, stars, &mut pairs));
+        pairs
+    }
+
+    fn told(stars: &Stars<'_>) -> Vec<Edge> {
+        let mut pairs = Vec::new();
+        (0..stars.ring_starts.len() as u32 - 1).for_each(|u| pairs_at(u, stars, |pair| pairs.push(pair)));
+        pairs
+    }
+
     #[test]
     fn every_edge_is_listed_once_with_both_its_faces() {
         for (len, is_closed) in (3..20).flat_map(|len| [(len, true), (len, false)]) {
@@ -180,21 +196,12 @@ mod tests {
             let positions = [Position { flags, ..Position::default() }; 32];
             let stars =
                 Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
-            let (mut found, mut told) = (Vec::new(), Vec::new());
-            for u in 0..ring_starts.len() as u32 - 1 {
-                append_pairs(u, &stars, &mut found);
-                pairs_at(u, &stars, |edge| told.push(edge));
-            }
-            assert_eq!(found, told);
+            let found = listed(&stars);
+            assert_eq!(found, told(&stars));
             // Where a border is not marked, an edge has no face across.
             let unmarked = [Position::default(); 32];
             let stars = Stars { positions: &unmarked, ..stars };
-            let (mut windowed, mut walked) = (Vec::new(), Vec::new());
-            for u in 0..ring_starts.len() as u32 - 1 {
-                append_pairs(u, &stars, &mut windowed);
-                pairs_at(u, &stars, |edge| walked.push(edge));
-            }
-            assert_eq!(windowed, walked);
+            assert_eq!(listed(&stars), told(&stars));
             let mut ends: Vec<[u32; 2]> = found
                 .iter()
                 .map(|edge| {
@@ -220,9 +227,37 @@ mod tests {
             let positions = [Position { flags, ..Position::default() }; 8];
             let stars =
                 Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
-            let mut found = Vec::new();
-            (0..8).for_each(|u| append_pairs(u, &stars, &mut found));
-            assert_eq!(found, []);
+            assert_eq!(listed(&stars), []);
+        }
+    }
+
+    #[test]
+    fn corners_with_the_same_last_bits_are_told_apart() {
+        // A closed fan whose rim is numbered in steps of one table of places and of two.
+        for step in [1_024, 2_048] {
+            let (faces, _, _) = fan(9, true);
+            let spread = |v: u32| if v == 0 { 0 } else { 1 + (v - 1) * step };
+            let spread = |face: Face| Face { a: spread(face.a), b: spread(face.b), c: spread(face.c) };
+            let (faces, ring_starts, ring_faces) = rings(faces.into_iter().map(spread).collect(), 10 * step);
+            let positions = vec![Position::default(); 10 * step as usize];
+            let stars =
+                Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
+            let found = listed(&stars);
+            assert_eq!(found, told(&stars));
+            assert!(found.len() == 27 && found.iter().all(|edge| edge.across != NO_FACE));
+        }
+    }
+
+    #[test]
+    fn one_end_may_be_locked() {
+        let (faces, ring_starts, ring_faces) = fan(5, true);
+        for locked in 0..7 {
+            let mut positions = [Position::default(); 8];
+            positions[locked].flags = LOCKED;
+            let stars =
+                Stars { positions: &positions, faces: &faces, ring_starts: &ring_starts, ring_faces: &ring_faces };
+            assert_eq!(listed(&stars), told(&stars));
+            assert_eq!(listed(&stars).len(), 15);
         }
     }
 

@@ -4,6 +4,7 @@
 pub mod exact;
 pub mod lanes;
 pub mod luv;
+pub mod places;
 
 pub use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, Vec2, Vec3, Vec4};
 

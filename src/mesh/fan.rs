@@ -2,6 +2,8 @@
 
 use rayon::prelude::*;
 
+use crate::math::places::Places;
+
 use super::PARALLEL_ROWS;
 use super::adjacency::{Rings, from_corner};
 use super::topology::has_repeated_corner;
@@ -23,43 +25,42 @@ pub fn fans(faces: &[[u32; 3]], rings: &Rings) -> Vec<Fan> {
     (0..rings.vertex_count() as u32)
         .into_par_iter()
         .with_min_len(PARALLEL_ROWS)
-        .map_init(Walk::default, |walk, v| {
+        .map_init(Default::default, |(places, walk): &mut (Places, Walk), v| {
             let ring = rings.ring(v);
-            // Almost every vertex: the faces around it close, as a few comparisons tell.
-            let closes = match ring.len() {
-                0..=8 => closes::<8>(faces, ring, v),
-                9..=16 => closes::<16>(faces, ring, v),
-                _ => false,
-            };
-            if closes { Fan::Closed } else { walk.fan(faces, ring, v) }
+            if closes(faces, ring, v, places) { Fan::Closed } else { walk.fan(faces, ring, v) }
         })
         .collect()
 }
 
-/// Whether the arrows from the next corner to the last of the at most `N` faces around a vertex form one cycle.
-fn closes<const N: usize>(faces: &[[u32; 3]], ring: &[u32], vertex: u32) -> bool {
-    let (mut begins, mut ends) = ([NONE; N], [NONE; N]);
+/// Faces around a vertex that [`closes`] looks at; few vertices have more.
+const AROUND: usize = 16;
+
+/// Whether the arrows from the next corner to the last of the faces around a vertex form one cycle, as almost everywhere. False
+/// also where there are many, and where the last bits of two corners are the same.
+fn closes(faces: &[[u32; 3]], ring: &[u32], vertex: u32, places: &mut Places) -> bool {
+    if ring.len() > AROUND {
+        return false;
+    }
+    let (mut begins, mut ends) = ([0; AROUND], [0; AROUND]);
     let mut repeats = false;
-    for (&f, (begin, end)) in ring.iter().zip(begins.iter_mut().zip(&mut ends)) {
+    for (i, (&f, (begin, end))) in ring.iter().zip(begins.iter_mut().zip(&mut ends)).enumerate() {
         let [a, b, c] = faces[f as usize];
         repeats |= has_repeated_corner(&[a, b, c]);
         let (next, last) = if a == vertex { (b, c) } else { (c, a) };
         let is_last = c == vertex;
         *begin = if is_last { a } else { next };
         *end = if is_last { b } else { last };
+        places.put(*begin, i as u8);
     }
     if repeats || ring.is_empty() {
         return !repeats;
     }
-    // The arrow that follows each, before any step: then the steps are all that waits for another.
-    let (mut next, mut has_next) = ([0; N], true);
+    // The arrow that follows each, before any step: then the steps are all that waits for another. What is found is the same
+    // for the same end, so a cycle through all arrows has no two that begin alike.
+    let (mut next, mut has_next) = ([0; AROUND], true);
     for (&end, next) in ends[..ring.len()].iter().zip(&mut next) {
-        let mut follows = 0_u32;
-        for (i, &begin) in begins.iter().enumerate() {
-            follows |= u32::from(begin == end) << i;
-        }
-        has_next &= follows.is_power_of_two();
-        *next = follows.trailing_zeros() as usize % N;
+        *next = places.of(end) % AROUND;
+        has_next &= (*next < ring.len()) & (begins[*next] == end);
     }
     let mut at = 0;
     for walked in 1..=ring.len() {
@@ -173,15 +174,13 @@ mod tests {
     }
 
     proptest! {
-        /// What the comparisons tell of a few faces against the walk around them.
+        /// What is looked up of a few faces against the walk around them.
         #[test]
         fn closed_fans_are_found(faces in prop::collection::vec([0u32..6, 0u32..6, 0u32..6], 0..14)) {
-            let rings = Rings::new(&faces, 6);
-            for v in 0..6 {
-                if rings.ring(v).len() <= 16 {
-                    let closed = Walk::default().fan(&faces, rings.ring(v), v) == Fan::Closed;
-                    prop_assert_eq!(closes::<16>(&faces, rings.ring(v), v), closed);
-                }
+            let (rings, mut places) = (Rings::new(&faces, 6), Places::default());
+            for v in (0..6).filter(|&v| rings.ring(v).len() <= AROUND) {
+                let closed = Walk::default().fan(&faces, rings.ring(v), v) == Fan::Closed;
+                prop_assert_eq!(closes(&faces, rings.ring(v), v, &mut places), closed);
             }
         }
     }

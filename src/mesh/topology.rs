@@ -103,7 +103,7 @@ pub fn topology_of(mesh: &Mesh, rings: &Rings) -> Topology {
 
 /// Whether a corner is repeated.
 pub(crate) fn has_repeated_corner(&[a, b, c]: &[u32; 3]) -> bool {
-    a == b || b == c || c == a
+    (a == b) | (b == c) | (c == a)
 }
 
 /// Whether the corners lie on one line: the cross product of the edges is zero, where their coordinates are not rounded away.
