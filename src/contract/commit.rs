@@ -22,7 +22,7 @@ use super::carry::Carried;
 use super::deal::{Left, Pile, Share, lower_end};
 use super::examine::{Examiner, Rules, Verdict};
 use super::filter::Rejection;
-use super::patch::{Connectivity, Patch};
+use super::patch::{Connectivity, Patch, Placed};
 use super::select::sort;
 use super::star::Outside;
 use super::surface::Surface;
@@ -54,7 +54,9 @@ pub struct Quota {
 /// What a round's commit did.
 #[derive(Debug, Default)]
 pub struct Committed {
-    /// The accepted contractions, in order: two for each triangle.
+    /// How many contractions were accepted: two for each triangle.
+    pub contracted: usize,
+    /// These in order, where somebody follows them: see [`Committer::is_followed`].
     pub contractions: Vec<Contraction>,
     /// Faces they removed.
     pub faces_removed: usize,
@@ -83,6 +85,7 @@ pub struct Cancelled {
 impl Committed {
     /// Adds what was committed after it, and beside it, in the same round.
     pub fn add(&mut self, other: Self) {
+        self.contracted += other.contracted;
         self.contractions.extend(other.contractions);
         self.cancelled.extend(other.cancelled);
         self.faces_removed += other.faces_removed;
@@ -126,6 +129,8 @@ impl Spent {
 #[derive(Debug)]
 pub struct Committer {
     rules: Rules,
+    /// Whether what is accepted is listed. Else it can be told from roles and positions alone, and the list would only be copied.
+    pub is_followed: bool,
     scratch: Vec<Candidate>,
     /// Commits so far, of which a round may have several: another order among ties in each.
     commits: u32,
@@ -134,7 +139,7 @@ pub struct Committer {
 impl Committer {
     /// For a run under these rules.
     pub fn new(rules: Rules) -> Self {
-        Self { rules, scratch: Vec::new(), commits: 0 }
+        Self { rules, is_followed: false, scratch: Vec::new(), commits: 0 }
     }
 
     /// Commits under another error limit, in the normalized frame, from here on.
@@ -168,7 +173,8 @@ impl Committer {
             joining.extend(candidates.extract_if(.., joins_parts));
         }
         let dearest = candidates.iter().map(|candidate| candidate.key).max().map_or(0.0, f32::from_bits);
-        let task = Task { rules: self.rules, of: quota.of, may_wait, dearest, commit: self.commits };
+        let Self { rules, is_followed, commits: commit, .. } = *self;
+        let task = Task { rules, is_followed, of: quota.of, may_wait, dearest, commit };
         self.commits += 1;
         if quota.of == Candidates::Triangles {
             // Those of triangles ascend by face.
@@ -263,6 +269,7 @@ fn ends(candidate: Candidate, faces: &[Face], joins: &[[u32; 2]]) -> Option<[u32
 #[derive(Debug, Clone, Copy)]
 struct Task {
     rules: Rules,
+    is_followed: bool,
     of: Candidates,
     may_wait: bool,
     dearest: f32,
@@ -274,6 +281,7 @@ struct Work<'a> {
     patch: Patch<'a>,
     examiner: Examiner,
     of: Candidates,
+    is_followed: bool,
     committed: Committed,
     /// Pairs without an edge.
     joins: &'a [[u32; 2]],
@@ -290,6 +298,7 @@ impl<'a> Work<'a> {
             patch,
             examiner,
             of: task.of,
+            is_followed: task.is_followed,
             committed: Committed::default(),
             joins: &[],
             held: FxHashSet::default(),
@@ -306,7 +315,7 @@ impl<'a> Work<'a> {
             Candidates::Triangles => 2 * most,
         };
         for (i, &candidate) in candidates.iter().enumerate() {
-            if self.committed.contractions.len() == most {
+            if self.committed.contracted == most {
                 candidates[i..].iter().for_each(|&candidate| left.push(candidate, faces));
                 break;
             }
@@ -364,8 +373,8 @@ impl<'a> Work<'a> {
                 self.cancel([u, w], &accepted.cancelled);
                 let Examiner { sides, blend, .. } = &self.examiner;
                 blend.write(&mut self.patch, sides, &[u, w], accepted.end);
+                self.contract([u, w], &accepted.placed);
                 let committed = &mut self.committed;
-                committed.contractions.push(self.patch.contract([u, w], &accepted.placed));
                 committed.faces_removed += accepted.faces_removed;
                 committed.greatest_key = committed.greatest_key.max(candidate.key);
                 committed.deviation = committed.deviation.max(accepted.deviation);
@@ -394,10 +403,10 @@ impl<'a> Work<'a> {
                 let [keep, first, second] = accepted.ends;
                 let Examiner { sides, blend, .. } = &self.examiner;
                 blend.write(&mut self.patch, sides, &accepted.corners, accepted.end);
-                let pairs = [[keep, first], [keep, second]];
-                let contractions = pairs.iter().zip(&accepted.placed);
+                let [with_first, with_second] = &accepted.placed;
+                self.contract([keep, first], with_first);
+                self.contract([keep, second], with_second);
                 let committed = &mut self.committed;
-                committed.contractions.extend(contractions.map(|(&ends, placed)| self.patch.contract(ends, placed)));
                 committed.faces_removed += accepted.faces_removed.iter().sum::<usize>();
                 committed.by_first_steps += accepted.faces_removed[0];
                 committed.greatest_key = committed.greatest_key.max(candidate.key);
@@ -405,6 +414,14 @@ impl<'a> Work<'a> {
             }
         }
         true
+    }
+
+    fn contract(&mut self, ends: [u32; 2], placed: &Placed) {
+        let contraction = self.patch.contract(ends, placed);
+        self.committed.contracted += 1;
+        if self.is_followed {
+            self.committed.contractions.push(contraction);
+        }
     }
 
     /// Notes the faces of a pair that cancel each other out: those with an end and a side of `sides`, as often as it is there.

@@ -70,9 +70,9 @@ impl Run<'_> {
         loop {
             let threshold = threshold(pool, wanted);
             self.candidates.retain(|candidate| candidate.key <= threshold);
-            let (tried, contracted) = (self.candidates.len(), done.0.contractions.len());
+            let (tried, contracted) = (self.candidates.len(), done.0.contracted);
             self.commit(to_remove - (done.0.faces_removed - removed), done);
-            let contracted = done.0.contractions.len() - contracted;
+            let contracted = done.0.contracted - contracted;
             let is_met = done.0.faces_removed - removed + 1 >= to_remove;
             if is_met || !is_meager(contracted, tried) || wanted >= pool.len() {
                 break;
@@ -91,6 +91,8 @@ impl Run<'_> {
         self.tried = self.tried.max(self.candidates.len());
         let (carried, joins) = (&mut self.prepared.carried, self.joins.pairs());
         let before = self.recorder.as_ref().map(|_| carried.origin.clone());
+        self.committer.is_followed =
+            self.follower.is_some() || self.history.is_some() || self.recorder.is_some() || !joins.is_empty();
         let (committed, spent) =
             self.committer.commit(&mut self.host, carried, &mut self.candidates, joins, quota, may_wait);
         if let (Some(recorder), Some(mut before)) = (&mut self.recorder, before) {
@@ -102,7 +104,7 @@ impl Run<'_> {
         done.1.add(spent);
         self.deviation = self.deviation.max(done.0.deviation);
         if let Some(round) = self.rounds.last_mut() {
-            round.contracted = done.0.contractions.len() as u64;
+            round.contracted = done.0.contracted as u64;
             round.blocked = done.0.blocked;
             round.greatest_cost = f32::from_bits(done.0.greatest_key);
         }

@@ -75,11 +75,11 @@ pub fn run(
         if f64::from(run.deviation) > worst_deviation {
             break;
         }
-        if committed.contractions.is_empty() && run.widening >= FULL && run.of == Candidates::Triangles {
+        if committed.contracted == 0 && run.widening >= FULL && run.of == Candidates::Triangles {
             (run.of, run.widening) = (Candidates::Pairs, 1.0);
             continue;
         }
-        if committed.contractions.is_empty() && run.widening >= FULL {
+        if committed.contracted == 0 && run.widening >= FULL {
             run.count_locked();
             let (ended, stop) = match committed.blocked.error > 0 {
                 true => (run.levels.take_limited(goal.max_deviation), StopReason::ErrorReached),
@@ -89,7 +89,7 @@ pub fn run(
             run.begin_level();
             continue;
         }
-        if committed.contractions.is_empty() {
+        if committed.contracted == 0 {
             run.widen(goal);
         }
         let target = run.levels.last_target;
@@ -317,7 +317,7 @@ impl<'a> Run<'a> {
         let restored = self.seconds.restore - restoring;
         let committed_at = clock.elapsed().as_secs_f64();
         let before = self.time_moving();
-        if !committed.contractions.is_empty() {
+        if committed.contracted > 0 {
             self.adapt(&committed);
             self.compact(&committed)?;
         }
@@ -340,9 +340,9 @@ impl<'a> Run<'a> {
 
     /// Compacts what a round leaves, and what follows it. A GPU starts the next round in the meantime.
     fn compact(&mut self, committed: &Committed) -> Result<()> {
-        let Committed { contractions, cancelled, faces_removed, by_first_steps, .. } = committed;
+        let Committed { contracted, contractions, cancelled, faces_removed, by_first_steps, .. } = committed;
         let (of, vertices) = (self.of, self.host.vertex_count);
-        let left = Left { vertices: vertices - contractions.len(), faces: self.host.face_count - faces_removed };
+        let left = Left { vertices: vertices - contracted, faces: self.host.face_count - faces_removed };
         if self.levels.meets(left.faces) {
             self.begin_level();
         }
@@ -441,7 +441,7 @@ impl<'a> Run<'a> {
         // Where attributes decide, a pair may cost more than the gate is told, whatever its neighbors do.
         let has_attributes = self.prepared.carried.wedges.as_ref().is_some_and(|wedges| wedges.layout.costed > 0);
         let outdated = if has_attributes { committed.outdated } else { 0 };
-        let (contracted, pairs) = (committed.contractions.len(), self.rounds.last().map_or(0, |round| round.pairs));
+        let (contracted, pairs) = (committed.contracted, self.rounds.last().map_or(0, |round| round.pairs));
         self.refused = match self.of {
             Candidates::Pairs => {
                 Refused::new(&committed.blocked, outdated, contracted, [self.host.face_count, pairs as usize])

@@ -57,14 +57,15 @@ fn closes(faces: &[[u32; 3]], ring: &[u32], vertex: u32, places: &mut Places) ->
     }
     // The arrow that follows each, before any step: then the steps are all that waits for another. What is found is the same
     // for the same end, so a cycle through all arrows has no two that begin alike.
-    let (mut next, mut has_next) = ([0; AROUND], true);
+    let (mut next, mut has_next) = ([0_u8; AROUND], true);
     for (&end, next) in ends[..ring.len()].iter().zip(&mut next) {
-        *next = places.of(end) % AROUND;
-        has_next &= (*next < ring.len()) & (begins[*next] == end);
+        let place = places.of(end) % AROUND;
+        *next = place as u8;
+        has_next &= (place < ring.len()) & (begins[place] == end);
     }
     let mut at = 0;
     for walked in 1..=ring.len() {
-        at = next[at];
+        at = usize::from(next[at]) % AROUND;
         if at == 0 {
             return has_next && walked == ring.len();
         }
