@@ -2,16 +2,16 @@
 
 use std::time::{Duration, Instant};
 
-use crate::backend::{Buffer, Device, Queue, fallback};
+use crate::backend::{Device, Queue, fallback};
 use crate::error::Result;
-use crate::kernel::rows::{Candidate, HUB, LOCKED, Normal, SEAM};
+use crate::kernel::rows::{Candidate, HUB, LOCKED, SEAM};
 use crate::mesh::Mesh;
 use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord, StopReason};
 
 use super::apply::Left;
 use super::carry::Carried;
 use super::commit::{Committed, Committer};
-use super::evaluate::{Evaluation, Round, plane_sums};
+use super::evaluate::{Evaluation, Round};
 use super::examine::Rules;
 use super::follower::Follower;
 use super::gate::{Gate, Refused};
@@ -118,8 +118,6 @@ pub struct Run<'a> {
     pub host: Surface,
     host_queue: Queue,
     evaluation: Evaluation,
-    /// Of the faces before the first round.
-    normals: Option<Buffer<Normal>>,
     /// Where triangles are contracted.
     triangles: Option<Triangles>,
     /// In place of the evaluation: the GPU's copy.
@@ -186,7 +184,6 @@ impl<'a> Run<'a> {
             host,
             host_queue,
             evaluation,
-            normals: None,
             triangles,
             follower: None,
             candidates: Vec::new(),
@@ -257,7 +254,7 @@ impl<'a> Run<'a> {
     fn start_quadrics(&mut self, storage: Option<Storage>) -> Result<()> {
         let Self { options, prepared, host, host_queue, .. } = self;
         let clock = Instant::now();
-        let normals = plane_sums(host_queue, host, options)?;
+        let normals = self.evaluation.start(host, options, self.follower.is_none())?;
         let summing = clock.elapsed().as_secs_f64();
         let weights = &mut prepared.carried.weights;
         start_weights(host_queue, host, options, prepared.border_vertices > 0, weights)?;
@@ -266,7 +263,6 @@ impl<'a> Run<'a> {
             weights.clear();
         }
         let record = quantize(host_queue, host, normals.as_ref(), storage)?;
-        self.normals = normals;
         self.quadrics = record.map(|record| QuadricRecord { secs: summing + record.secs, ..record });
         Ok(())
     }
@@ -394,7 +390,7 @@ impl<'a> Run<'a> {
         let mut candidates = std::mem::take(&mut self.candidates);
         let mut found = None;
         candidates.clear();
-        let (of, normals) = (self.of, self.normals.take());
+        let of = self.of;
         self.with_gpu(|follower, _, carried| {
             found = Some(follower.propose(of, gate, &mut carried.weights, &mut candidates)?);
             Ok(())
@@ -408,7 +404,7 @@ impl<'a> Run<'a> {
             (None, _) => {
                 candidates.clear();
                 let Carried { weights, wedges, .. } = &mut self.prepared.carried;
-                let round = Round { normals, joins: self.joins.pairs(), gate, weights, wedges: wedges.as_ref() };
+                let round = Round { joins: self.joins.pairs(), gate, weights, wedges: wedges.as_ref() };
                 self.evaluation.run(&self.host, round, &mut candidates)?
             }
         };

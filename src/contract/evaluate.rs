@@ -34,6 +34,8 @@ pub struct Evaluation {
     weights: Option<RoundWeights>,
     listing: Listing,
     is_first: bool,
+    /// Whether the sums are those of the surface as it is.
+    is_summed: bool,
 }
 
 /// What the `volume` metric sums.
@@ -47,8 +49,6 @@ struct Volume {
 /// What a round is evaluated with, beside the surface.
 #[derive(Debug)]
 pub struct Round<'a> {
-    /// The normals of its faces, where they are known.
-    pub normals: Option<Buffer<Normal>>,
     /// Pairs without an edge.
     pub joins: &'a [[u32; 2]],
     pub gate: Gate,
@@ -83,7 +83,32 @@ impl Evaluation {
             queue,
             listing: Listing::default(),
             is_first: true,
+            is_summed: false,
         })
+    }
+
+    /// Fills the quadrics of a surface at its start, from what its first round needs as well, if the host evaluates that; returns
+    /// the normals of its faces where they are left over.
+    pub fn start(
+        &mut self,
+        surface: &mut Surface,
+        options: &Options,
+        is_evaluating: bool,
+    ) -> Result<Option<Buffer<Normal>>> {
+        if self.volume.is_none() {
+            return plane_sums(&mut self.queue, surface, options);
+        }
+        self.sum(surface)?;
+        if let Some(Volume { normals, sums, .. }) = &self.volume
+            && let Some(mut kernel) = plane_sums_of(surface, normals, options)
+        {
+            kernel.run_with(sums);
+        }
+        self.is_summed = is_evaluating;
+        if !is_evaluating {
+            self.release()?;
+        }
+        Ok(None)
     }
 
     /// Appends the round's candidates in the order of the pairs, at last those without an edge; returns how many pairs there
@@ -91,10 +116,10 @@ impl Evaluation {
     pub fn run(
         &mut self,
         surface: &Surface,
-        Round { normals, joins, gate, weights, wedges }: Round<'_>,
+        Round { joins, gate, weights, wedges }: Round<'_>,
         candidates: &mut Vec<Candidate>,
     ) -> Result<usize> {
-        self.sums(surface, normals, wedges)?;
+        self.find_sums(surface, wedges)?;
         if let Some(round_weights) = &mut self.weights {
             round_weights.begin(&mut self.queue, surface, weights)?;
         }
@@ -130,24 +155,29 @@ impl Evaluation {
     }
 
     /// Sums what the metric needs of the surface as it is.
-    fn sums(&mut self, surface: &Surface, found: Option<Buffer<Normal>>, wedges: Option<&Wedges>) -> Result<()> {
+    fn find_sums(&mut self, surface: &Surface, wedges: Option<&Wedges>) -> Result<()> {
+        if !std::mem::take(&mut self.is_summed) {
+            self.sum(surface)?;
+        }
+        if let (Some(Volume { normals, sums, .. }), Some(spreads), Some(wedges)) =
+            (&mut self.volume, &mut self.spreads, wedges)
+        {
+            spreads.add_to(&mut self.queue, surface, &wedges.buffers, normals, sums)?;
+        }
+        Ok(())
+    }
+
+    /// The same without attributes.
+    fn sum(&mut self, surface: &Surface) -> Result<()> {
         let Surface { positions, faces, ring_starts, ring_faces, .. } = surface;
         let (queue, Some(Volume { normals, sums, borders })) = (&mut self.queue, &mut self.volume) else {
             return Ok(());
         };
+        grow(queue, normals, surface.face_count)?;
         grow(queue, sums, surface.vertex_count)?;
         let (vertex_count, face_count) = (surface.vertex_count as u32, surface.face_count as u32);
-        if let Some(found) = found {
-            *normals = found;
-        } else {
-            grow(queue, normals, surface.face_count)?;
-            queue.run(FaceNormals { positions, faces, face_count, normals })?;
-        }
-        queue.run(VolumeSums { positions, faces, ring_starts, ring_faces, normals, vertex_count, sums, borders })?;
-        if let (Some(spreads), Some(wedges)) = (&mut self.spreads, wedges) {
-            spreads.add_to(queue, surface, &wedges.buffers, normals, sums)?;
-        }
-        Ok(())
+        queue.run(FaceNormals { positions, faces, face_count, normals })?;
+        queue.run(VolumeSums { positions, faces, ring_starts, ring_faces, normals, vertex_count, sums, borders })
     }
 }
 
@@ -214,24 +244,36 @@ impl Costs<'_> {
 
 /// Fills a surface's quadrics, if it has any, from its faces; returns the normals of these.
 pub fn plane_sums(queue: &mut Queue, surface: &mut Surface, options: &Options) -> Result<Option<Buffer<Normal>>> {
-    let Surface { positions, faces, ring_starts, ring_faces, quadrics, .. } = surface;
-    let Some(quadrics) = quadrics else { return Ok(None) };
-    let (vertex_count, face_count) = (surface.vertex_count as u32, surface.face_count as u32);
-    let (border_weight, by_area) = (options.border_weight, options.quadrics.planes.by_area());
+    if surface.quadrics.is_none() {
+        return Ok(None);
+    }
     let mut normals = queue.buffer(surface.face_count)?;
-    queue.run(FaceNormals { positions, faces, face_count, normals: &mut normals })?;
-    queue.run(PlaneSums {
+    let Surface { positions, faces, face_count, .. } = &*surface;
+    queue.run(FaceNormals { positions, faces, face_count: *face_count as u32, normals: &mut normals })?;
+    if let Some(kernel) = plane_sums_of(surface, &normals, options) {
+        queue.run(kernel)?;
+    }
+    Ok(Some(normals))
+}
+
+/// The kernel that fills a surface's quadrics, if it has any.
+fn plane_sums_of<'a>(
+    surface: &'a mut Surface,
+    normals: &'a Buffer<Normal>,
+    options: &Options,
+) -> Option<PlaneSums<'a>> {
+    let Surface { positions, faces, ring_starts, ring_faces, quadrics, vertex_count, .. } = surface;
+    Some(PlaneSums {
         positions,
         faces,
         ring_starts,
         ring_faces,
-        normals: &normals,
-        vertex_count,
-        border_weight,
-        by_area,
-        quadrics,
-    })?;
-    Ok(Some(normals))
+        normals,
+        vertex_count: *vertex_count as u32,
+        border_weight: options.border_weight,
+        by_area: options.quadrics.planes.by_area(),
+        quadrics: quadrics.as_mut()?,
+    })
 }
 
 /// Replaces a buffer that cannot hold `len` rows; what it held is lost.

@@ -90,12 +90,32 @@ pub struct Accepted {
 struct Costs {
     /// Without attributes.
     geometry: Quadric,
+    /// Where there are any.
+    attributed: Option<Attributed>,
+}
+
+/// The same with attributes.
+struct Attributed {
     /// As if the numbers of the new wedges were the means of the ends'.
     with_means: Quadric,
     /// With those that are best at every place.
     with_least: Quadric,
     /// What the new vertex is placed by.
     placing: Quadric,
+}
+
+impl Costs {
+    fn with_means(&self) -> &Quadric {
+        self.attributed.as_ref().map_or(&self.geometry, |costs| &costs.with_means)
+    }
+
+    fn with_least(&self) -> &Quadric {
+        self.attributed.as_ref().map_or(&self.geometry, |costs| &costs.with_least)
+    }
+
+    fn placing(&self) -> &Quadric {
+        self.attributed.as_ref().map_or(&self.geometry, |costs| &costs.placing)
+    }
 }
 
 /// Examines candidates, with scratch that outlives each.
@@ -154,7 +174,7 @@ impl Examiner {
         let weights = patch.weights(pair);
         let costs = self.costs(patch, pair, weights);
         let (x, end) = self.place(&costs, [pu.flags, pw.flags]);
-        let total = end.map_or_else(|| costs.with_least.value(x), |end| self.at_end(&costs, end)).max(0.0);
+        let total = end.map_or_else(|| costs.with_least().value(x), |end| self.at_end(&costs, end)).max(0.0);
         // Accumulated quadrics are the ends' own: no neighbor changes their cost.
         let weight = weights.map_or(1.0, |[first, second]| f64::from(first.max(second)));
         if self.may_wait && self.rules.metric == Metric::Volume && weight * total > self.most_waiting(cost) {
@@ -201,6 +221,9 @@ impl Examiner {
         let flags = pair.map(|v| patch.position(v).flags);
         let on_border = (flags[0] | flags[1]) & BORDER != 0;
         let geometry = self.quadric(pair, on_border, pair.map(|v| patch.quadric(v)), weights);
+        if patch.wedges().is_none() {
+            return Costs { geometry, attributed: None };
+        }
         let mut with_means = geometry;
         self.sides.add_to(patch, &mut with_means);
         if self.sides.yields && (flags[0] | flags[1]) & SEAM != 0 {
@@ -212,13 +235,13 @@ impl Examiner {
         if flags[0] & flags[1] & SEAM != 0 && !self.sides.yields && patch.wedges().is_some_and(decides) {
             self.sides.add_seams(patch, pair, &mut placing, HELD_SEAM_WEIGHT);
         }
-        Costs { geometry, with_means, with_least, placing }
+        Costs { geometry, attributed: Some(Attributed { with_means, with_least, placing }) }
     }
 
     /// What a pair costs with the vertex, and the numbers, of an end.
     fn at_end(&self, costs: &Costs, end: usize) -> f64 {
         let h = self.star.h;
-        costs.with_means.value(if end == 0 { -h } else { h }) + self.sides.at_end(end, h)
+        costs.with_means().value(if end == 0 { -h } else { h }) + self.sides.at_end(end, h)
     }
 
     /// Where the vertex of a pair goes whose ends have such flags, about its middle; and the end that it stands at, whose
@@ -227,9 +250,9 @@ impl Examiner {
         let h = self.star.h;
         let placement = if self.sides.at_an_end { Placement::Endpoint } else { self.rules.placement };
         let x = match (flags.map(|flags| flags & LOCKED), self.sides.fixed, placement) {
-            ([0, 0], None, Placement::Optimal) => costs.placing.least(h, self.rules.regularization),
-            ([0, 0], None, Placement::Segment) => costs.placing.least_between(h),
-            ([0, 0], None, Placement::EndpointOrMiddle) => costs.placing.least_of(&[-h, h, DVec3::ZERO]),
+            ([0, 0], None, Placement::Optimal) => costs.placing().least(h, self.rules.regularization),
+            ([0, 0], None, Placement::Segment) => costs.placing().least_between(h),
+            ([0, 0], None, Placement::EndpointOrMiddle) => costs.placing().least_of(&[-h, h, DVec3::ZERO]),
             ([0, 0], None, Placement::Endpoint) if self.at_end(costs, 1) < self.at_end(costs, 0) => h,
             ([0, 0], None, Placement::Endpoint) => -h,
             ([0, _], None, _) | (_, Some(1), _) => h,
