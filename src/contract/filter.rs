@@ -173,7 +173,7 @@ mod tests {
     fn moving_to(x: [f64; 3]) -> Result<(), Rejection> {
         let at = |x: f64, y: f64| DVec3::new(x - 0.5, y, 0.0);
         let face = |p0: DVec3, p1: DVec3, p2: DVec3| StarFace {
-            half_edge: 0,
+            face: 0,
             others: [2, 3],
             points: [p1, p2],
             normal: (p1 - p0).cross(p2 - p0),

@@ -148,6 +148,18 @@ impl<'a> Patch<'a> {
         (self.local(now) < self.len()).then_some(now)
     }
 
+    /// [`Patch::current`] of two, or `None` if one of them has none: two branches for both.
+    #[inline(always)]
+    pub fn current_both(&self, vertices: [u32; 2]) -> Option<[u32; 2]> {
+        let [first, second] = vertices.map(|vertex| self.local(vertex));
+        if first.max(second) >= self.roles.len() {
+            return None;
+        }
+        let now = [renamed(vertices[0], self.roles[first]), renamed(vertices[1], self.roles[second])];
+        let [first, second] = now.map(|vertex| self.local(vertex));
+        (first.max(second) < self.roles.len()).then_some(now)
+    }
+
     /// Whether a vertex of the patch took part in no contraction of this round.
     #[inline(always)]
     pub fn is_free(&self, vertex: u32) -> bool {

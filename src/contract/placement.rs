@@ -260,7 +260,7 @@ mod tests {
     fn the_star_of_a_roof_keeps_its_volume() {
         // Two ends at height 1 over four faces that slope to height 0: the least point keeps Σ n·x = Σ d.
         let face = |p0: DVec3, p1: DVec3, p2: DVec3| StarFace {
-            half_edge: 0,
+            face: 0,
             others: [0, 0],
             points: [p1, p2],
             normal: (p1 - p0).cross(p2 - p0),

@@ -150,7 +150,8 @@ impl Sides {
         for (end, at, faces, dies) in parts {
             self.faces.extend(faces.iter().map(|face| {
                 let ([v1, v2], [p1, p2], normal) = (face.others, face.points, face.normal);
-                let wedges = rows.wedges_from(face.half_edge);
+                let corner = corner_of(patch.connectivity.faces[face.face as usize].corners(), pair[end]);
+                let wedges = rows.wedges_from(3 * face.face + corner as u32);
                 CornerFace { end, corners: [pair[end], v1, v2], wedges, points: [at, p1, p2], normal, dies }
             }));
         }

@@ -18,8 +18,8 @@ use super::patch::Patch;
 /// A live face of a star. Shared faces are seen from `u`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StarFace {
-    /// Three times the face, and which of its corners the end is.
-    pub half_edge: u32,
+    /// Which face.
+    pub face: u32,
     /// The corners after the end, in order.
     pub others: [u32; 2],
     /// The same about the pair's midpoint.
@@ -56,8 +56,10 @@ pub struct Star {
     pub second: Vec<StarFace>,
     /// Faces with both.
     pub shared: Vec<StarFace>,
-    /// What `first`, `shared` and `second` are filled from.
-    pub(super) seen: Vec<[Seen; 3]>,
+    /// What `first` and `shared` are filled from.
+    pub(super) of_first: Vec<[Seen; 2]>,
+    /// What `second` is filled from.
+    pub(super) of_second: Vec<Seen>,
 }
 
 impl Star {
@@ -70,31 +72,24 @@ impl Star {
     pub fn gather(&mut self, [u, w]: [u32; 2], middle: DVec3, h: DVec3, patch: &Patch<'_>) -> Result<(), Outside> {
         self.h = h;
         let (of_u, of_w) = (patch.connectivity.ring(u), patch.connectivity.ring(w));
-        let most = of_u.len().max(of_w.len());
-        if self.seen.len() < most {
-            self.seen.resize(most, [Seen::default(); 3]);
-        }
-        let seen = &mut self.seen[..most];
         let (mut first, mut second, mut shared) = (0, 0, 0);
+        let seen = room(&mut self.of_first, of_u.len());
         for &f in of_u {
             let face = Seen::from(u, f, patch)?;
             (seen[first][0], seen[shared][1]) = (face, face);
             first += usize::from(face.is_live() & !face.has(w));
             shared += usize::from(face.is_live() & face.has(w));
         }
+        let seen = room(&mut self.of_second, of_w.len());
         for &f in of_w {
             let face = Seen::from(w, f, patch)?;
-            seen[second][2] = face;
+            seen[second] = face;
             // Of two vertices that took part in nothing neither has another name.
             second += usize::from(face.is_live() & !face.has(u));
         }
-        let fill = |faces: &mut Vec<StarFace>, place: usize, count: usize, at: DVec3| {
-            faces.clear();
-            faces.extend(seen[..count].iter().map(|seen| seen[place].located(at, middle, patch)));
-        };
-        fill(&mut self.first, 0, first, -h);
-        fill(&mut self.shared, 1, shared, -h);
-        fill(&mut self.second, 2, second, h);
+        fill(&mut self.first, self.of_first[..first].iter().map(|seen| seen[0].located(-h, middle, patch)));
+        fill(&mut self.shared, self.of_first[..shared].iter().map(|seen| seen[1].located(-h, middle, patch)));
+        fill(&mut self.second, self.of_second[..second].iter().map(|seen| seen.located(h, middle, patch)));
         Ok(())
     }
 
@@ -158,7 +153,7 @@ impl Star {
 /// A face from one of its corners, before anything is read of where the others lie.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Seen {
-    half_edge: u32,
+    face: u32,
     /// The other corners as they are now: one twice where it died this round.
     others: [u32; 2],
 }
@@ -166,9 +161,9 @@ pub(super) struct Seen {
 impl Seen {
     #[inline(always)]
     fn from(end: u32, f: u32, patch: &Patch<'_>) -> Result<Self, Outside> {
-        let Spoke { corner, next, last } = spoke(patch.connectivity.faces[f as usize], end);
-        let (Some(v1), Some(v2)) = (patch.current(next), patch.current(last)) else { return Err(Outside) };
-        Ok(Self { half_edge: 3 * f + corner, others: [v1, v2] })
+        let Spoke { next, last, .. } = spoke(patch.connectivity.faces[f as usize], end);
+        let others = patch.current_both([next, last]).ok_or(Outside)?;
+        Ok(Self { face: f, others })
     }
 
     #[inline(always)]
@@ -186,8 +181,22 @@ impl Seen {
     fn located(&self, at: DVec3, middle: DVec3, patch: &Patch<'_>) -> StarFace {
         let points = self.others.map(|v| patch.position(v).xyz().as_dvec3() - middle);
         let normal = (points[0] - at).cross(points[1] - at);
-        StarFace { half_edge: self.half_edge, others: self.others, points, normal }
+        StarFace { face: self.face, others: self.others, points, normal }
     }
+}
+
+/// So many rows, of which none is promised to hold anything.
+fn room<T: Clone + Default>(rows: &mut Vec<T>, count: usize) -> &mut [T] {
+    if rows.len() < count {
+        rows.resize(count, T::default());
+    }
+    &mut rows[..count]
+}
+
+/// Replaces `faces`.
+fn fill(faces: &mut Vec<StarFace>, others: impl Iterator<Item = StarFace>) {
+    faces.clear();
+    faces.extend(others);
 }
 
 /// Face `f` turned so that `end`, which stands at `at`, comes first; `None` for one that died this round.

@@ -237,7 +237,7 @@ mod tests {
     #[test]
     fn both_steps_are_examined() {
         let (points, normal) = ([DVec3::ZERO; 2], DVec3::Z);
-        let face = |others: [u32; 2]| StarFace { half_edge: 0, others, points, normal };
+        let face = |others: [u32; 2]| StarFace { face: 0, others, points, normal };
         // Around: 3 across the side 0 1, 4 across 1 2, 5 across 2 0; 6 beyond 0, 7 beyond 1, 8 beyond 2.
         let mut star = TriangleStar {
             whole: vec![face([1, 2])],
