@@ -4,12 +4,13 @@ use rayon::prelude::*;
 
 use super::FORMAT;
 use super::face::{FaceLayout, Faces};
-use super::fixed::{TriangleRow, fields};
+use super::fixed::{TriangleRow, Triple, fields};
 use super::header::{Element, Header, Kind, Role};
 use super::scalar::{Order, Scalar};
 use super::vertex::{VertexLayout, Vertices, normal, scalar_of, texcoord};
 use crate::error::{Error, Place, Result};
 use crate::formats::attributes;
+use crate::math::DVec3;
 use crate::mesh::{Mesh, first_where};
 
 /// Rows below which a thread of its own does not pay.
@@ -115,8 +116,13 @@ fn read_vertices(cursor: &mut Cursor<'_>, element: &Element, layout: &VertexLayo
         scalar.decode(&row[offset..], order)
     };
     let rows = || rows.par_chunks_exact(row_bytes).with_min_len(LEAST_ROWS);
+    let triple = Triple::of(&fields, layout.position);
+    let position = |row: &[u8]| match triple.and_then(|triple| triple.numbers(row, order)) {
+        Some(position) => DVec3::from(position),
+        None => layout.position(|place| value(row, place)),
+    };
     let mesh = Mesh {
-        positions: rows().map(|row| layout.position(|place| value(row, place))).collect(),
+        positions: rows().map(position).collect(),
         faces: Vec::new(),
         normals: layout.normal.map(|places| rows().map(|row| normal(places, |place| value(row, place))).collect()),
         colors: layout.color.as_ref().map(|color| rows().map(|row| color.color(|place| value(row, place))).collect()),
@@ -204,8 +210,8 @@ impl<'a> Triangles<'a> {
         let bytes = usize::try_from(element.count).ok()?.checked_mul(row.bytes)?;
         let rows = cursor.bytes[cursor.at..].get(..bytes)?;
         let is_triangle = |bytes: &[u8]| row.is_triangle(bytes, cursor.order);
-        let triangles = rows.par_chunks_exact(row.bytes).with_min_len(LEAST_ROWS).all(is_triangle);
-        triangles.then_some(Self { rows, row })
+        let are_triangles = |piece: &[u8]| piece.chunks_exact(row.bytes).all(is_triangle);
+        rows.par_chunks(row.bytes * LEAST_ROWS).all(are_triangles).then_some(Self { rows, row })
     }
 }
 

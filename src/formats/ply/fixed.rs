@@ -14,6 +14,35 @@ pub(super) fn fields(element: &Element) -> Vec<(usize, Scalar)> {
     numbers.collect()
 }
 
+/// Where three numbers stand, of which each follows the one before.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Triple {
+    at: usize,
+    scalar: Scalar,
+}
+
+impl Triple {
+    /// The numbers at these places, if they do.
+    pub(super) fn of(fields: &[(usize, Scalar)], places: [usize; 3]) -> Option<Self> {
+        let [(at, scalar), others @ ..] = places.map(|place| fields[place]);
+        let follows = |(i, &other): (usize, &(usize, Scalar))| other == (at + (i + 1) * scalar.size(), scalar);
+        others.iter().enumerate().all(follows).then_some(Self { at, scalar })
+    }
+
+    /// The numbers of a row that holds single or double precision in the machine's order, as almost every file does.
+    #[inline]
+    pub(super) fn numbers(self, row: &[u8], order: Order) -> Option<[f64; 3]> {
+        let bytes = &row[self.at..];
+        match self.scalar {
+            Scalar::F32 if order.is_native() => {
+                bytes.first_chunk::<12>().map(|&bytes| bytemuck::cast::<_, [f32; 3]>(bytes).map(f64::from))
+            }
+            Scalar::F64 if order.is_native() => bytes.first_chunk::<24>().map(|&bytes| bytemuck::cast(bytes)),
+            _ => None,
+        }
+    }
+}
+
 /// A row that is a triangle: where the items of its lists, and its numbers, start, and their type.
 #[derive(Debug)]
 pub(super) struct TriangleRow {
@@ -62,6 +91,10 @@ impl TriangleRow {
     /// The corners of a row, each above every index where it can be none.
     pub(super) fn corners(&self, row: &[u8], order: Order) -> [u32; 3] {
         let (at, item) = self.corners;
-        std::array::from_fn(|i| item.decode_index(&row[at + i * item.size()..], order))
+        match (item, row[at..].first_chunk::<12>()) {
+            // As in almost every file.
+            (Scalar::I32 | Scalar::U32, Some(corners)) if order.is_native() => bytemuck::cast(*corners),
+            _ => std::array::from_fn(|i| item.decode_index(&row[at + i * item.size()..], order)),
+        }
     }
 }

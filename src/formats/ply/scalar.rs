@@ -9,6 +9,13 @@ pub(super) enum Order {
     Big,
 }
 
+impl Order {
+    /// Whether it is the machine's own.
+    pub(super) fn is_native(self) -> bool {
+        (self == Self::Little) == cfg!(target_endian = "little")
+    }
+}
+
 /// The type of one number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Scalar {
@@ -101,7 +108,7 @@ fn index(value: f64) -> u32 {
 fn native<const N: usize>(bytes: &[u8], order: Order) -> [u8; N] {
     let mut number = [0; N];
     number.copy_from_slice(&bytes[..N]);
-    if (order == Order::Little) != cfg!(target_endian = "little") {
+    if !order.is_native() {
         number.reverse();
     }
     number
