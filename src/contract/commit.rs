@@ -36,6 +36,10 @@ const GROWTH: usize = 16;
 const FEWEST: usize = 8;
 /// Vertices from which a surface is cut: below, rounds are cheap, and with few faces left the order counts.
 const CUT: usize = 1 << 13;
+/// Vertices from which one that was large is halved, so that the end of a long run is not left to one thread.
+const HALVED: usize = 1 << 12;
+/// Vertices at the start of a run from which it was large.
+const LARGE: usize = 1 << 15;
 /// One attempt in this many is timed: a clock takes as long as a tenth of an attempt.
 const TIMED: u32 = 16;
 
@@ -131,15 +135,18 @@ pub struct Committer {
     rules: Rules,
     /// Whether what is accepted is listed. Else it can be told from roles and positions alone, and the list would only be copied.
     pub is_followed: bool,
+    /// Vertices from which surfaces are worked on in parallel.
+    least_cut: usize,
     scratch: Vec<Candidate>,
     /// Commits so far, of which a round may have several: another order among ties in each.
     commits: u32,
 }
 
 impl Committer {
-    /// For a run under these rules.
-    pub fn new(rules: Rules) -> Self {
-        Self { rules, is_followed: false, scratch: Vec::new(), commits: 0 }
+    /// For a run under these rules, on a surface of so many vertices.
+    pub fn new(rules: Rules, vertices: usize) -> Self {
+        let least_cut = if vertices < LARGE { CUT } else { HALVED };
+        Self { rules, is_followed: false, least_cut, scratch: Vec::new(), commits: 0 }
     }
 
     /// Commits under another error limit, in the normalized frame, from here on.
@@ -182,7 +189,7 @@ impl Committer {
             candidates.sort_by_key(|&candidate| lower_end(candidate, faces));
         }
         let mut left: Option<Vec<Left>> = None;
-        for size in patch_sizes(surface.vertex_count) {
+        for size in patch_sizes(surface.vertex_count, self.least_cut) {
             let pile = left.as_deref().map_or(Pile::List(candidates), Pile::Left);
             // As many faces as on the inside: what fits the quota as such fits at any border.
             let fitting = quota.faces.saturating_sub(done.0.faces_removed) / quota.of.most_faces();
@@ -246,15 +253,12 @@ fn commit_patches(
     all.collect()
 }
 
-/// How many vertices the patches of each level have on a surface of so many. The halves come last, so that little is left to
-/// one thread.
-fn patch_sizes(vertices: usize) -> Vec<usize> {
-    if vertices < CUT {
-        return Vec::new();
-    }
-    let smallest = PATCH.min(vertices.div_ceil(FEWEST));
-    let growing = std::iter::successors(Some(smallest), |size| Some(size * GROWTH));
-    growing.take_while(|size| 4 * size <= vertices).chain([vertices.div_ceil(2)]).collect()
+/// How many vertices the patches of each level have on a surface of so many, if it is cut. The halves come last, so that little is
+/// left to one thread.
+fn patch_sizes(vertices: usize, least_cut: usize) -> Vec<usize> {
+    let smallest = (vertices >= CUT).then(|| PATCH.min(vertices.div_ceil(FEWEST)));
+    let growing = std::iter::successors(smallest, |size| Some(size * GROWTH)).take_while(|size| 4 * size <= vertices);
+    growing.chain((vertices >= least_cut).then_some(vertices.div_ceil(2))).collect()
 }
 
 /// The ends of a candidate: of its half-edge, or past these of one of the pairs without an edge, where it may be one.
@@ -473,10 +477,13 @@ mod tests {
 
     #[test]
     fn patches_are_many_and_halves_come_last() {
-        assert!(patch_sizes(CUT - 1).is_empty());
-        assert_eq!(patch_sizes(CUT), [1_024, 4_096]);
-        assert_eq!(patch_sizes(50_000), [4_096, 25_000]);
-        assert_eq!(patch_sizes(500_000), [4_096, 65_536, 250_000]);
-        assert_eq!(patch_sizes(5_000_001), [4_096, 65_536, 1_048_576, 2_500_001]);
+        assert!(patch_sizes(CUT - 1, CUT).is_empty() && patch_sizes(HALVED - 1, HALVED).is_empty());
+        assert_eq!(patch_sizes(CUT - 1, HALVED), [4_096]);
+        for least_cut in [CUT, HALVED] {
+            assert_eq!(patch_sizes(CUT, least_cut), [1_024, 4_096]);
+            assert_eq!(patch_sizes(50_000, least_cut), [4_096, 25_000]);
+            assert_eq!(patch_sizes(500_000, least_cut), [4_096, 65_536, 250_000]);
+            assert_eq!(patch_sizes(5_000_001, least_cut), [4_096, 65_536, 1_048_576, 2_500_001]);
+        }
     }
 }

@@ -172,7 +172,7 @@ impl<'a> Run<'a> {
             input,
             options,
             device,
-            committer: Committer::new(rules),
+            committer: Committer::new(rules, host.vertex_count),
             rules,
             of: options.candidates,
             joins: Joins::default(),
