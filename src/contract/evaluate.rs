@@ -283,3 +283,35 @@ pub fn grow<T: Row>(queue: &Queue, buffer: &mut Buffer<T>, len: usize) -> Result
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::prepare::prepare;
+    use super::*;
+    use crate::backend::Device;
+    use crate::mesh::shapes;
+
+    #[test]
+    fn quadrics_at_the_start_are_those_of_planes() {
+        // Without a border, with one, and with vertices on it that are no others' neighbors.
+        for (mesh, has_border) in
+            [(shapes::icosphere(3), false), (shapes::plane(9, 7), true), (shapes::plane(1, 1), true)]
+        {
+            let (options, device) = (Options::default(), Device::cpu(1).expect("a device"));
+            let start = prepare(&mesh, &options).expect("a valid mesh").take_start();
+            let mut queue = device.cpu_queue();
+            let mut surface = Surface::new(&mut queue, start, true).expect("room");
+            plane_sums(&mut queue, &mut surface, &options).expect("room");
+            let rows = |surface: &Surface| surface.quadrics.as_ref().map(|quadrics| quadrics.host().to_vec());
+            let expected = rows(&surface).expect("quadrics");
+            let mut evaluation =
+                Evaluation::new(device.cpu_queue(), &surface, &options, has_border, None).expect("room");
+            assert!(evaluation.start(&mut surface, &options, true).expect("room").is_none());
+            assert!(evaluation.is_summed);
+            for (found, expected) in rows(&surface).expect("quadrics").into_iter().zip(expected) {
+                assert_eq!(PlaneQuadric { weight: 0.0, ..found }, PlaneQuadric { weight: 0.0, ..expected });
+                assert!((found.weight / expected.weight - 1.0).abs() < 1e-6, "{found:?} {expected:?}");
+            }
+        }
+    }
+}

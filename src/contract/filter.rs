@@ -166,7 +166,54 @@ pub fn faces_hold(faces: &[StarFace], p0: DVec3, x: DVec3, limits: ShapeLimits) 
 
 #[cfg(test)]
 mod tests {
+    use super::super::Options;
+    use super::super::patch::{Patch, Placed};
+    use super::super::prepare::prepare;
+    use super::super::surface::Surface;
     use super::*;
+    use crate::backend::Device;
+    use crate::kernel::rows::PlaneQuadric;
+    use crate::mesh::{Mesh, shapes};
+
+    /// Compares both link conditions at every pair of a closed surface, of which every third legal one is contracted; tells how
+    /// many were legal and how many were not.
+    fn compare_conditions(mesh: &Mesh) -> [usize; 2] {
+        let mut prepared = prepare(mesh, &Options::default()).expect("a valid mesh");
+        let device = Device::cpu(1).expect("a device");
+        let start = prepared.take_start();
+        let mut surface = Surface::new(&mut device.cpu_queue(), start, true).expect("room");
+        let mut patch = Patch::whole(&mut surface, &mut prepared.carried);
+        let (mut star, mut counts) = (Star::default(), [0, 0]);
+        for corners in patch.connectivity.faces.iter().map(|face| face.corners()) {
+            for [u, w] in [0, 1, 2].map(|k| [corners[k], corners[(k + 1) % 3]]) {
+                if !(patch.is_free(u) && patch.is_free(w)) {
+                    continue;
+                }
+                star.gather([u, w], DVec3::ZERO, DVec3::X, &patch).expect("the patch is the whole surface");
+                let flags = [u, w].map(|v| patch.position(v).flags);
+                assert_eq!(flags.map(|flags| flags & (BORDER | LOCKED)), [0, 0]);
+                let condition = closed_link_condition(&star, w);
+                assert_eq!(condition, link_condition(&star, w, flags), "{u} to {w}");
+                counts[usize::from(condition.is_err())] += 1;
+                if condition.is_ok() && counts[0] % 3 == 0 {
+                    let (x, quadric) = (patch.position(u).xyz(), PlaneQuadric::default());
+                    patch.contract([u, w], &Placed { x, t: 0.0, quadric, drift: 0.0, flags: 0 });
+                }
+            }
+        }
+        counts
+    }
+
+    #[test]
+    fn closed_fans_need_no_more_than_their_next_corners() {
+        assert_eq!(compare_conditions(&shapes::tetrahedron()), [0, 12]);
+        let [legal, illegal] = compare_conditions(&shapes::torus(3, 5));
+        assert!(legal > 0 && illegal > 0, "{legal}, {illegal}");
+        for level in 0..3 {
+            let [legal, illegal] = compare_conditions(&shapes::icosphere(level));
+            assert!(legal > illegal, "{legal}, {illegal}");
+        }
+    }
 
     /// The fan of two faces around the first end of a pair along x and one around the second: what the filters say of
     /// moving both ends to `x`, about the midpoint.

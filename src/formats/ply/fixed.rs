@@ -98,3 +98,25 @@ impl TriangleRow {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_side_by_side_are_read_at_once() {
+        let native = if cfg!(target_endian = "little") { Order::Little } else { Order::Big };
+        let other = if native == Order::Little { Order::Big } else { Order::Little };
+        let fields = [(1, Scalar::F32), (5, Scalar::F32), (9, Scalar::F32), (13, Scalar::F64), (21, Scalar::F64)];
+        let triple = Triple::of(&fields, [0, 1, 2]).expect("three numbers in a row");
+        let mut row = vec![7];
+        [1.5_f32, -2.0, 1e30].iter().for_each(|number| row.extend(number.to_ne_bytes()));
+        assert_eq!(triple.numbers(&row, native), Some([1.5, -2.0, f64::from(1e30_f32)]));
+        assert_eq!(triple.numbers(&row, other), None);
+        // In another order, of two types, with a gap, past the end.
+        for places in [[0, 2, 1], [1, 2, 3], [0, 2, 2]] {
+            assert!(Triple::of(&fields, places).is_none(), "{places:?}");
+        }
+        assert_eq!(triple.numbers(&row[..12], native), None);
+    }
+}
