@@ -20,7 +20,7 @@ use coarsen::kernel::encode_quadrics::EncodeQuadrics;
 use coarsen::kernel::face_corners::FaceCorners;
 use coarsen::kernel::face_normals::FaceNormals;
 use coarsen::kernel::feature_weights::{FeatureWeights, Params};
-use coarsen::kernel::find_threshold::FindThreshold;
+use coarsen::kernel::find_threshold::{FindThreshold, Gate};
 use coarsen::kernel::format_frame::FormatFrame;
 use coarsen::kernel::gather_candidates::GatherCandidates;
 use coarsen::kernel::gather_pairs::GatherPairs;
@@ -252,8 +252,7 @@ pub const STAGES: &[Stage] = &[
         pair_starts: &s.pair_starts,
         block_count: s.vertex_count.div_ceil(PAIR_BLOCK),
         buckets: &s.buckets,
-        share: 1 << 31,
-        most: u32::MAX,
+        gate: Gate { share: 1 << 31, most: u32::MAX, wide_share: 3 << 30, wide_most: u32::MAX },
         threshold: &mut s.threshold_out,
     }),
     stage!("count_candidates", pairs, |s| CountCandidates {

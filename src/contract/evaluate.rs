@@ -131,7 +131,7 @@ impl Evaluation {
         };
         let histogram = costs.list(&mut self.listing, surface, joins);
         let pairs = self.listing.len();
-        let threshold = threshold(&histogram, pairs as u32, gate.share, gate.most);
+        let threshold = threshold(&histogram, pairs as u32, gate);
         self.listing.gate(threshold.key, candidates);
         if let Some(round_weights) = &self.weights {
             round_weights.end(&mut self.queue, surface.vertex_count, weights)?;

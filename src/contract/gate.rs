@@ -1,6 +1,6 @@
 //! The gate: how many of the cheapest pairs of a round become its candidates.
 
-use crate::kernel::find_threshold::share_of;
+pub use crate::kernel::find_threshold::Gate;
 use crate::simplify::Blocked;
 
 use super::{Candidates, Metric};
@@ -11,10 +11,16 @@ const VOLUME_SHARE: f64 = 0.5;
 /// faces left every contraction counts (fandisk at 128: 5.5 % above the serial order without, 2.4 % with).
 const WIDE_FACES: f64 = 20_000.0;
 const LEAST_SHARE: f64 = 0.2;
+/// The same while a run is this many times as large as it has to become, and large, of pairs that cost little more: what such a
+/// round contracts too early a later one would contract anyway. Dearer ones a later round need not: flats may be enough.
+const FAR_SHARE: f64 = 0.7;
+const FAR: usize = 3;
 /// The same for `plane`, whose accumulated costs grow as neighbors contract.
 const PLANE_SHARE: f64 = 0.15;
 /// Candidates for every contraction still needed.
 const CANDIDATES_EACH: f64 = 1.5;
+/// The same where [`FAR_SHARE`] holds.
+const FAR_EACH: f64 = 2.5;
 /// The same where it is to be the last round, for it removes no more than this share of its faces: another would cost more than
 /// the order of these few is worth.
 const LAST_EACH: f64 = 2.0;
@@ -50,27 +56,13 @@ impl Refused {
     }
 }
 
-/// How many of the live pairs become candidates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Gate {
-    /// At most this share of the live pairs, in units of 2⁻³².
-    pub share: u32,
-    /// At most this many, before the bucket of the last is completed.
-    pub most: u32,
-}
-
 impl Gate {
     /// Every pair.
-    pub const OPEN: Self = Self { share: u32::MAX, most: u32::MAX };
+    pub const OPEN: Self = Self { share: u32::MAX, most: u32::MAX, wide_share: 0, wide_most: 0 };
 
     /// A share of the pairs in 0 … 1, and a number of them.
     pub fn new(share: f64, most: f64) -> Self {
-        Self { share: (share * 2.0_f64.powi(32)) as u32, most: most.ceil() as u32 }
-    }
-
-    /// How many of so many pairs it wants.
-    pub fn wanted(self, pairs: usize) -> usize {
-        share_of(pairs as u32, self.share).min(self.most) as usize
+        Self { share: (share * 2.0_f64.powi(32)) as u32, most: most.ceil() as u32, ..Self::OPEN }
     }
 
     /// Of a round on so many faces: `widening` times what is usual, beside those that will be refused.
@@ -81,6 +73,12 @@ impl Gate {
         widening: f64,
         refused: Refused,
     ) -> Self {
+        // Where an error limit ends the run nobody knows how far it is.
+        let is_far = metric == Metric::Volume
+            && of == Candidates::Pairs
+            && faces as f64 >= WIDE_FACES
+            && target > 0
+            && faces / FAR >= target;
         let share = match metric {
             Metric::Volume => VOLUME_SHARE * (faces as f64 / WIDE_FACES).clamp(LEAST_SHARE, 1.0),
             Metric::Plane => PLANE_SHARE,
@@ -93,7 +91,13 @@ impl Gate {
             Candidates::Triangles => TRIANGLES_EACH,
         };
         let beside = (REFUSED_EACH * refused.share, REFUSED_EACH * refused.count as f64);
-        Self::new(share * widening + beside.0, each * needed * widening + beside.1)
+        let gate = |share: f64, each: f64| Self::new(share * widening + beside.0, each * needed * widening + beside.1);
+        let usual = gate(share, each);
+        if !is_far {
+            return usual;
+        }
+        let Self { share: wide_share, most: wide_most, .. } = gate(FAR_SHARE, FAR_EACH);
+        Self { wide_share, wide_most, ..usual }
     }
 }
 
@@ -130,6 +134,16 @@ mod tests {
         };
         assert_eq!([1_001, 1_000].map(|needed| each(20_000, needed)), [1.5 + 0.5 / 1_001.0, 2.0]);
         assert_eq!([10_000, 9_998].map(|faces| each(faces, 400)), [2.0, 1.5]);
+    }
+
+    #[test]
+    fn large_rounds_far_from_their_end_let_more_through() {
+        let wanted = |faces, target| wanted(faces, target, Refused::default(), 3 * faces / 2);
+        // A third of the faces, and one more: 2.5 and 1.5 for each contraction.
+        assert_eq!([20_000, 20_001].map(|target| wanted(60_000, target)), [50_000, 30_000]);
+        // With little left the share is what binds; below 20,000 faces it falls, whatever is left, and where no count is given.
+        assert_eq!([1_000, 0].map(|target| wanted(60_000, target)), [63_000, 45_000]);
+        assert_eq!([20_000, 19_998].map(|faces| wanted(faces, 100)), [21_000, 14_924]);
     }
 
     #[test]

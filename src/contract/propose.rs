@@ -244,8 +244,8 @@ impl Proposal {
         let (buckets, pair_starts) = (&mut self.buckets, &self.counts);
         queue.clear(buckets, BUCKETS as usize)?;
         queue.run(CostHistogram { keys, pair_starts, block_count, most_keys, buckets })?;
-        let (Gate { share, most }, threshold) = (gate, &mut self.threshold);
-        queue.run(FindThreshold { pair_starts, block_count, buckets, share, most, threshold })?;
+        let threshold = &mut self.threshold;
+        queue.run(FindThreshold { pair_starts, block_count, buckets, gate, threshold })?;
 
         let (threshold, counts) = (&self.threshold, &mut self.counts);
         queue.run(CountCandidates { keys, threshold, most_keys, counts })?;

@@ -86,7 +86,7 @@ impl Triangles {
             return Err(Error::Device(format!("it counted {counted} triangles on {most_keys} faces")));
         }
         let total = counted as u32;
-        let found = threshold(&self.histogram, total, gate.share, gate.most);
+        let found = threshold(&self.histogram, total, gate);
         let count = found.passing as usize;
         if count == 0 {
             return Ok(total as usize);

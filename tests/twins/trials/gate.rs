@@ -4,7 +4,7 @@ use coarsen::Result;
 use coarsen::backend::{Buffer, Queue};
 use coarsen::kernel::cost_histogram::{BUCKET_SHIFT, BUCKETS, CostHistogram};
 use coarsen::kernel::count_candidates::{CountCandidates, GATE_BLOCK};
-use coarsen::kernel::find_threshold::FindThreshold;
+use coarsen::kernel::find_threshold::{FindThreshold, Gate};
 use coarsen::kernel::gather_candidates::GatherCandidates;
 use coarsen::kernel::pair_quadric::cost_key;
 use coarsen::kernel::rows::{Edge, Threshold};
@@ -143,9 +143,12 @@ fn find_threshold(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result
         let (pair_starts, block_count) = (&queue.buffer_from(vec![0, 7, pairs])?, 2);
         let buckets = &queue.buffer_from(rows)?;
         for (share, most) in GATES {
-            let threshold = &mut queue.buffer(1)?;
-            seen.run(queue, FindThreshold { pair_starts, block_count, buckets, share, most, threshold })?;
-            seen.output(queue, "threshold", threshold)?;
+            for (wide_share, wide_most) in GATES {
+                let gate = Gate { share, most, wide_share, wide_most };
+                let threshold = &mut queue.buffer(1)?;
+                seen.run(queue, FindThreshold { pair_starts, block_count, buckets, gate, threshold })?;
+                seen.output(queue, "threshold", threshold)?;
+            }
         }
     }
     Ok(())
