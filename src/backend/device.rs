@@ -48,6 +48,29 @@ pub struct GpuOptions {
     pub handover_faces: Option<usize>,
 }
 
+/// The threads of a device: so many, or one a core with 0.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Threads {
+    /// None but its own.
+    Own(usize),
+    /// With the calling thread as the first, unless that is one of another device already.
+    WithThis(usize),
+}
+
+impl Threads {
+    fn count(self) -> usize {
+        let (Self::Own(count) | Self::WithThis(count)) = self;
+        count
+    }
+
+    fn start(self) -> Result<rayon::ThreadPool> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.count());
+        let is_free = rayon::current_thread_index().is_none();
+        let pool = if matches!(self, Self::WithThis(_)) && is_free { pool.use_current_thread() } else { pool };
+        pool.build().map_err(|e| Error::Device(format!("cannot start the threads: {e}")))
+    }
+}
+
 /// Where the kernels run: the CPU, or a GPU with its pipelines. Open once, use for many meshes; cloning is cheap.
 ///
 /// `Device::open` stands with the kernels, for it runs the self-test.
@@ -66,12 +89,13 @@ impl Device {
     /// # Errors
     /// [`Error::Device`] when the threads cannot be started.
     pub fn cpu(threads: usize) -> Result<Self> {
-        let threads = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .map_err(|e| Error::Device(format!("cannot start the threads: {e}")))?;
+        Self::on_cpu(Threads::Own(threads))
+    }
+
+    /// The CPU with these threads.
+    pub(crate) fn on_cpu(threads: Threads) -> Result<Self> {
         Ok(Self {
-            threads: Arc::new(threads),
+            threads: Arc::new(threads.start()?),
             gpu: None,
             is_auto: false,
             options: GpuOptions::default(),
@@ -83,12 +107,12 @@ impl Device {
     ///
     /// # Errors
     /// [`Error::Device`] when the adapter is missing or cannot be opened.
-    pub(crate) fn open_untested(selector: &Selector, threads: usize, options: &GpuOptions) -> Result<Self> {
+    pub(crate) fn open_untested(selector: &Selector, threads: Threads, options: &GpuOptions) -> Result<Self> {
         let gpu = match selector {
-            Selector::Cpu => None,
+            Selector::Cpu => return Self::on_cpu(threads),
             _ => Some(Arc::new(Gpu::open(selector, options)?)),
         };
-        Ok(Self { gpu, is_auto: *selector == Selector::Auto, options: *options, ..Self::cpu(threads)? })
+        Ok(Self { gpu, is_auto: *selector == Selector::Auto, options: *options, ..Self::cpu(threads.count())? })
     }
 
     /// This device with one more note.
@@ -180,5 +204,33 @@ impl Device {
         if let Some(gpu) = &self.gpu {
             gpu.lose();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::thread;
+
+    use super::*;
+
+    /// Whether a device works on the thread that asks.
+    fn works_here(device: &Device) -> bool {
+        let this = thread::current().id();
+        device.install(|| thread::current().id()) == this
+    }
+
+    #[test]
+    fn one_device_of_a_thread_works_on_it() {
+        // The thread is part of its pool for the rest of its life.
+        let threads = thread::spawn(|| {
+            let open = |threads| Device::on_cpu(threads).expect("a device");
+            let (own, first, second) = (open(Threads::Own(2)), open(Threads::WithThis(2)), open(Threads::WithThis(2)));
+            assert_eq!([&own, &first, &second].map(works_here), [false, true, false]);
+            first.install(|| assert_eq!(rayon::join(|| 1, || 2), (1, 2)));
+            let one = thread::spawn(|| works_here(&Device::on_cpu(Threads::WithThis(1)).expect("a device")));
+            assert!(one.join().expect("no panic"));
+            [own, first, second].map(|device| device.threads.current_num_threads())
+        });
+        assert_eq!(threads.join().expect("no panic"), [2; 3]);
     }
 }

@@ -27,6 +27,7 @@ use bytemuck::Pod;
 use crate::error::Error;
 
 pub use buffer::{Access, Binding, Buffer, Member, Row};
+pub(crate) use device::Threads;
 pub use device::{Device, GpuOptions, Selector};
 pub use gpu_adapters::{AdapterReport, adapters};
 pub use gpu_clock::KernelTime;

@@ -97,10 +97,10 @@ impl Setup {
     /// Opens the device, and tells what there is to know of it.
     ///
     /// # Errors
-    /// As [`Device::open_with`].
+    /// As [`Device::open_here`].
     pub fn open(&self) -> anyhow::Result<Device> {
         let timing = GpuOptions { time_kernels: self.verbosity == Verbosity::Verbose, ..GpuOptions::default() };
-        let device = Device::open_with(&self.selector, self.threads, &timing)?;
+        let device = Device::open_here(&self.selector, self.threads, &timing)?;
         device.notes().iter().for_each(|note| console::note(self.verbosity, note));
         Ok(device)
     }
@@ -115,7 +115,7 @@ impl Setup {
             memory::check_reading(path, self.memory_limit)?;
         }
         let (input, secs) = std::thread::scope(|scope| {
-            if self.selector != Selector::Auto || self.source.is_large() {
+            if device.is_gpu() && (self.selector != Selector::Auto || self.source.is_large()) {
                 // What fails here fails again in the run, which then tells.
                 scope.spawn(|| coarsen::warm_up(&self.method, device));
             }

@@ -74,7 +74,7 @@ pub mod warm;
 pub mod weigh_keys;
 pub mod weigh_quadrics;
 
-use crate::backend::{Device, Exactness, GpuOptions, Selector, row};
+use crate::backend::{Device, Exactness, GpuOptions, Selector, Threads, row};
 use crate::error::{Error, Result};
 use crate::math::exact::Sym3;
 
@@ -98,15 +98,29 @@ impl Device {
     /// # Errors
     /// As [`Device::open`].
     pub fn open_with(selector: &Selector, threads: usize, options: &GpuOptions) -> Result<Self> {
+        Self::open_on(selector, Threads::Own(threads), options)
+    }
+
+    /// [`Device::open_with`] for a program that runs from one thread: without a GPU the calling thread is the first of the
+    /// device's, so that work is neither handed over nor waits for a thread to wake. No other thread may ask such a device for
+    /// work. A thread is the first of one device at most; any other that it opens has its own.
+    ///
+    /// # Errors
+    /// As [`Device::open`].
+    pub fn open_here(selector: &Selector, threads: usize, options: &GpuOptions) -> Result<Self> {
+        Self::open_on(selector, Threads::WithThis(threads), options)
+    }
+
+    fn open_on(selector: &Selector, threads: Threads, options: &GpuOptions) -> Result<Self> {
         match (Self::open_tested(selector, threads, options), selector) {
             (Err(reason), Selector::Auto) => {
-                Ok(Self::cpu(threads)?.with_note(format!("no GPU is used: {}", text(&reason))))
+                Ok(Self::on_cpu(threads)?.with_note(format!("no GPU is used: {}", text(&reason))))
             }
             (result, _) => result,
         }
     }
 
-    fn open_tested(selector: &Selector, threads: usize, options: &GpuOptions) -> Result<Self> {
+    fn open_tested(selector: &Selector, threads: Threads, options: &GpuOptions) -> Result<Self> {
         let device = Self::open_untested(selector, threads, options)?;
         match device.self_test() {
             Err(_) if options.exactness.is_none() && device.is_software() => {
