@@ -160,7 +160,7 @@ impl Examiner {
 
     fn judge(&mut self, patch: &Patch<'_>, pair: [u32; 2], middle: DVec3, cost: f32) -> Result<Accepted, Rejection> {
         let (pu, pw) = (patch.position(pair[0]), patch.position(pair[1]));
-        let joins = (pu.flags | pw.flags) & JOINED != 0 || self.star.shared.is_empty();
+        let joins = (pu.flags | pw.flags) & JOINED != 0 || self.star.shared().is_empty();
         if !self.rules.joins && (pu.flags | pw.flags) & (BORDER | LOCKED) == 0 {
             closed_link_condition(&self.star, pair[1])?;
         } else if !joins {
@@ -186,7 +186,7 @@ impl Examiner {
             Some(_) => pu.xyz(),
             None => (middle + x).as_vec3(),
         };
-        let cancelled = if joins { self.star.cancel() } else { Vec::new() };
+        let cancelled = if joins { self.star.cancel(middle, patch) } else { Vec::new() };
         shapes_hold(&self.star, at.as_dvec3() - middle, self.rules.limits)?;
 
         let accumulated = contracted(*patch.quadric(pair[0]), *patch.quadric(pair[1]), pu.xyz(), pw.xyz(), at);
@@ -210,9 +210,9 @@ impl Examiner {
             _ => (((x + h).dot(h) / (2.0 * h.length_squared())) as f32).clamp(f32::EPSILON, 1.0 - f32::EPSILON),
         };
         let flags =
-            if self.star.shared.is_empty() { JOINED } else { 0 } | if self.sides.tears { SEAM | LOCKED } else { 0 };
+            if self.star.shared().is_empty() { JOINED } else { 0 } | if self.sides.tears { SEAM | LOCKED } else { 0 };
         let placed = Placed { x: at, t, quadric: accumulated, drift, flags };
-        let faces_removed = self.star.shared.len() + cancelled.len();
+        let faces_removed = self.star.shared().len() + cancelled.len();
         Ok(Accepted { placed, deviation, faces_removed, cancelled, end })
     }
 

@@ -1,9 +1,14 @@
 //! Which contractions are legal, on the current state.
 
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, f64x4};
+
 use crate::kernel::rows::{BORDER, LOCKED};
 use crate::math::DVec3;
+use crate::math::wide::{WIDE, WideVec3};
 use crate::simplify::Blocked;
 
+use super::quads::{Quad, Quads};
 use super::star::{Star, StarFace};
 
 /// Why a pair was refused.
@@ -72,7 +77,7 @@ impl Blocked {
 pub fn link_condition(star: &Star, w: u32, flags: [u32; 2]) -> Result<(), Rejection> {
     let (border, held) = (BORDER, BORDER | LOCKED);
     let along_border = flags[0] & flags[1] & BORDER != 0;
-    match &star.shared[..] {
+    match star.shared() {
         [k] => {
             let k = Star::opposite(k, w);
             if !along_border || !star.meets_only_at([k, k]) || !leaves_an_edge(star, k) {
@@ -90,7 +95,7 @@ pub fn link_condition(star: &Star, w: u32, flags: [u32; 2]) -> Result<(), Reject
                 return Err(Rejection::Link);
             }
             let joins = |found: bool, face: &StarFace| found | (face.has(k) & face.has(l));
-            if star.first.iter().fold(false, joins) & star.second.iter().fold(false, joins) {
+            if star.first().iter().fold(false, joins) & star.second().iter().fold(false, joins) {
                 return Err(Rejection::Link);
             }
         }
@@ -105,11 +110,12 @@ pub fn link_condition(star: &Star, w: u32, flags: [u32; 2]) -> Result<(), Reject
 /// vertices k and l are next corners on either side, where k is one only around the first end and l only around the second.
 /// An end has a face with both k and l where it has no other beside the shared ones.
 pub fn closed_link_condition(star: &Star, w: u32) -> Result<(), Rejection> {
-    let [k, l] = &star.shared[..] else { return Err(Rejection::Link) };
+    let [k, l] = star.shared() else { return Err(Rejection::Link) };
     let next = |face: &StarFace| face.others[0];
-    let meets = |v: u32| star.first.iter().fold(false, |found, face| found | (next(face) == v));
-    let meets = star.second.iter().fold(false, |found, face| found | meets(next(face)));
-    let is_flat = star.first.len() == 1 && star.second.len() == 1;
+    let (first, second) = (star.first(), star.second());
+    let meets = |v: u32| first.iter().fold(false, |found, face| found | (next(face) == v));
+    let meets = second.iter().fold(false, |found, face| found | meets(next(face)));
+    let is_flat = first.len() == 1 && second.len() == 1;
     if meets | is_flat | (Star::opposite(k, w) == Star::opposite(l, w)) { Err(Rejection::Link) } else { Ok(()) }
 }
 
@@ -117,7 +123,7 @@ pub fn closed_link_condition(star: &Star, w: u32) -> Result<(), Rejection> {
 /// without a face, nor one that loses a third.
 fn leaves_an_edge(star: &Star, tip: u32) -> bool {
     let faces_with_tip = |faces: &[StarFace]| faces.iter().map(|face| u32::from(face.has(tip))).sum::<u32>();
-    let (first, second) = (faces_with_tip(&star.first), faces_with_tip(&star.second));
+    let (first, second) = (faces_with_tip(star.first()), faces_with_tip(star.second()));
     matches!((first.min(second), first.max(second)), (0, 1) | (1, _))
 }
 
@@ -134,34 +140,60 @@ pub struct ShapeLimits {
 /// Squared normals below this are of faces without area, which may take any shape.
 const NO_AREA_SQ: f64 = 1e-24;
 
-/// Whether every surviving face keeps its side and its shape when the ends move to `x`, about the pair's midpoint.
+/// Whether every surviving face of a star keeps its side and its shape when the ends move to `x`, about the pair's midpoint.
 pub fn shapes_hold(star: &Star, x: DVec3, limits: ShapeLimits) -> Result<(), Rejection> {
-    faces_hold(&star.first, -star.h, x, limits)?;
-    faces_hold(&star.second, star.h, x, limits)
+    faces_hold(&star.quads, star.survivors(), star.h, x, limits)
 }
 
-/// The same for the faces of one end, which moves from `p0` to `x`.
+/// The same for the first so many faces, told from ends that stand at `h` and its opposite.
+pub fn faces_hold(quads: &Quads, count: usize, h: DVec3, x: DVec3, limits: ShapeLimits) -> Result<(), Rejection> {
+    dispatch!(quads.level, simd => hold(simd, quads.rows(), count, h, x, limits))
+}
+
+#[expect(clippy::inline_always, reason = "compiled for the instruction set of its caller")]
 #[inline(always)]
-pub fn faces_hold(faces: &[StarFace], p0: DVec3, x: DVec3, limits: ShapeLimits) -> Result<(), Rejection> {
-    for face in faces {
-        let [p1, p2] = face.points;
-        let (before, after) = (face.normal, (p1 - x).cross(p2 - x));
+fn hold<S: Simd>(
+    simd: S,
+    quads: &[Quad],
+    count: usize,
+    h: DVec3,
+    x: DVec3,
+    limits: ShapeLimits,
+) -> Result<(), Rejection> {
+    let splat = |number: f64| f64x4::splat(simd, number);
+    let (x, h) = (WideVec3::splat(simd, x), WideVec3::splat(simd, h));
+    let least_cos_sq = splat(limits.min_cos * limits.min_cos);
+    for (quad, first) in quads.iter().zip((0..count).step_by(WIDE)) {
+        let [p1, p2] = [quad.points[0].load(simd), quad.points[1].load(simd)];
+        let before = quad.normals.load(simd);
         let before_sq = before.length_squared();
-        if before_sq <= NO_AREA_SQ {
-            continue;
-        }
+        let counted = before_sq.simd_gt(splat(NO_AREA_SQ)).to_bitmask() & lanes_below(count - first);
+        let (to_p1, to_p2) = (p1 - x, p2 - x);
+        let after = to_p1.cross(to_p2);
         let (dot, after_sq) = (before.dot(after), after.length_squared());
-        let turns = dot.is_nan() || dot <= 0.0 || dot * dot <= limits.min_cos * limits.min_cos * before_sq * after_sq;
-        if turns {
+        let keeps = dot.simd_gt(splat(0.0)) & (dot * dot).simd_gt(least_cos_sq * before_sq * after_sq);
+        if !keeps.to_bitmask() & counted != 0 {
             return Err(Rejection::Flip);
         }
-        let sides_sq = |p: DVec3| (p1 - p).length_squared() + (p2 - p).length_squared();
-        let least = limits.min_height * sides_sq(x);
-        if after_sq < least * least && after_sq.sqrt() / sides_sq(x) < before_sq.sqrt() / sides_sq(p0) {
-            return Err(Rejection::Aspect);
+        let sides_sq = to_p1.length_squared() + to_p2.length_squared();
+        let least = splat(limits.min_height) * sides_sq;
+        let thin = after_sq.simd_lt(least * least);
+        if thin.to_bitmask() & counted != 0 {
+            let p0 = h.scaled(quad.sides.simd_into(simd));
+            let was_sq = (p1 - p0).length_squared() + (p2 - p0).length_squared();
+            let thinner = (after_sq.sqrt() / sides_sq).simd_lt(before_sq.sqrt() / was_sq);
+            if (thin & thinner).to_bitmask() & counted != 0 {
+                return Err(Rejection::Aspect);
+            }
         }
     }
     Ok(())
+}
+
+/// The bits of as many lanes, of the first ones.
+#[inline]
+fn lanes_below(count: usize) -> u64 {
+    (1 << count.min(WIDE)) - 1
 }
 
 #[cfg(test)]
@@ -219,21 +251,12 @@ mod tests {
     /// moving both ends to `x`, about the midpoint.
     fn moving_to(x: [f64; 3]) -> Result<(), Rejection> {
         let at = |x: f64, y: f64| DVec3::new(x - 0.5, y, 0.0);
-        let face = |p0: DVec3, p1: DVec3, p2: DVec3| StarFace {
-            face: 0,
-            others: [2, 3],
-            points: [p1, p2],
-            normal: (p1 - p0).cross(p2 - p0),
-        };
-        let (u, w, tip) = (at(0.0, 0.0), at(1.0, 0.0), at(0.5, 1.0));
-        let star = Star {
-            h: w,
-            first: vec![face(u, tip, at(-1.0, 0.5))],
-            second: vec![face(w, at(2.0, 0.5), tip)],
-            shared: vec![face(u, w, tip)],
-            ..Star::default()
-        };
-        shapes_hold(&star, DVec3::from_array(x), ShapeLimits { min_cos: 0.2, min_height: 1e-2 })
+        let (h, tip) = (at(1.0, 0.0), at(0.5, 1.0));
+        let first = ([tip, at(-1.0, 0.5)], -1.0);
+        let second = ([at(2.0, 0.5), tip], 1.0);
+        let shared = ([h, tip], -1.0);
+        let limits = ShapeLimits { min_cos: 0.2, min_height: 1e-2 };
+        faces_hold(&Quads::of(&[first, second, shared], h), 2, h, DVec3::from_array(x), limits)
     }
 
     #[test]

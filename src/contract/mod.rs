@@ -44,6 +44,7 @@ mod prepare;
 mod pressure;
 mod propose;
 mod quadrics;
+mod quads;
 mod quantize;
 mod ranks;
 mod record;

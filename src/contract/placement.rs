@@ -3,11 +3,16 @@
 //! The kernels cost pairs in single precision as the round began; here the few pairs that are contracted are solved
 //! again, since neighbors may have moved in the same round.
 
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, f64x4};
+
 use crate::kernel::pair_quadric::{CONSTRAINT, REACH};
 use crate::kernel::rows::PlaneQuadric;
 use crate::math::DVec3;
+use crate::math::wide::{WideVec3, sum};
 
-use super::star::{Star, StarFace};
+use super::quads::{Quad, Quads};
+use super::star::Star;
 
 /// A symmetric 3×3 matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -24,14 +29,6 @@ impl Sym3 {
     #[inline(always)]
     fn outer(n: DVec3) -> Self {
         Self { xx: n.x * n.x, xy: n.x * n.y, xz: n.x * n.z, yy: n.y * n.y, yz: n.y * n.z, zz: n.z * n.z }
-    }
-
-    /// n nᵀ/|n|; zero for a face without area.
-    #[inline(always)]
-    fn of_face(n: DVec3) -> Self {
-        let length = n.length();
-        let m = n * if length > 0.0 { 1.0 / length } else { 0.0 };
-        Self { xx: m.x * n.x, xy: m.x * n.y, xz: m.x * n.z, yy: m.y * n.y, yz: m.y * n.z, zz: m.z * n.z }
     }
 
     #[inline(always)]
@@ -90,6 +87,38 @@ impl Factors {
     }
 }
 
+/// What [`Quadric::of_star`] promises, lane by lane, and the lanes at last.
+#[expect(clippy::inline_always, reason = "compiled for the instruction set of its caller")]
+#[inline(always)]
+fn sums_of_quads<S: Simd>(simd: S, quads: &[Quad], h: DVec3) -> Quadric {
+    let zero = f64x4::splat(simd, 0.0);
+    let h = WideVec3::splat(simd, h);
+    let [mut xx, mut xy, mut xz, mut yy, mut yz, mut zz, mut c, mut d] = [zero; 8];
+    let [mut b, mut normal] = [WideVec3::splat(simd, DVec3::ZERO); 2];
+    for quad in quads {
+        let n = quad.normals.load(simd);
+        let length = n.length_squared().sqrt();
+        // A face without area adds nothing.
+        let weight = length.simd_gt(zero).select(f64x4::splat(simd, 1.0) / length, zero);
+        let m = n.scaled(weight);
+        xx += m.x * n.x;
+        xy += m.x * n.y;
+        xz += m.x * n.z;
+        yy += m.y * n.y;
+        yz += m.y * n.z;
+        zz += m.z * n.z;
+        let along = n.dot(h);
+        let sides: f64x4<S> = quad.sides.simd_into(simd);
+        let distance = along * sides;
+        b = b + m.scaled(distance);
+        c += along * along * weight;
+        normal = normal + n;
+        d += distance;
+    }
+    let a = Sym3 { xx: sum(xx), xy: sum(xy), xz: sum(xz), yy: sum(yy), yz: sum(yz), zz: sum(zz) };
+    Quadric { a, b: b.sum(), c: sum(c), n: normal.sum(), d: sum(d) }
+}
+
 /// xᵀA x − 2 b·x + c about the pair's midpoint, and the plane n·x = d on which the volume is kept (none when n is 0).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Quadric {
@@ -106,19 +135,11 @@ impl Quadric {
     /// About the midpoint every plane of the first end has d = −n·h, every one of the second d = n·h, and the shared ones
     /// hold both ends.
     pub fn of_star(star: &Star) -> Self {
-        let sums = |faces: &[StarFace]| {
-            let zero = (Sym3::default(), DVec3::ZERO);
-            faces.iter().fold(zero, |(a, n), face| (a.plus(Sym3::of_face(face.normal)), n + face.normal))
-        };
-        let ((first, n1), (second, n2), (shared, n)) = (sums(&star.first), sums(&star.second), sums(&star.shared));
-        let (first_h, second_h) = (first.times(star.h), second.times(star.h));
-        Self {
-            a: first.plus(second).plus(shared),
-            b: second_h - first_h,
-            c: star.h.dot(first_h + second_h),
-            n: n1 + n2 + n,
-            d: (n2 - n1).dot(star.h),
-        }
+        Self::of_quads(&star.quads, star.h)
+    }
+
+    fn of_quads(quads: &Quads, h: DVec3) -> Self {
+        dispatch!(quads.level, simd => sums_of_quads(simd, quads.rows(), h))
     }
 
     /// Adds `weight`·|e×(x − p)|² of a border edge e through p.
@@ -259,28 +280,22 @@ mod tests {
     #[test]
     fn the_star_of_a_roof_keeps_its_volume() {
         // Two ends at height 1 over four faces that slope to height 0: the least point keeps Σ n·x = Σ d.
-        let face = |p0: DVec3, p1: DVec3, p2: DVec3| StarFace {
-            face: 0,
-            others: [0, 0],
-            points: [p1, p2],
-            normal: (p1 - p0).cross(p2 - p0),
-        };
         let (h, down) = (DVec3::X * 0.5, DVec3::NEG_Z);
         let (left, right) = (DVec3::Y + down, DVec3::NEG_Y + down);
-        let star = Star {
-            h,
-            first: vec![face(-h, left, DVec3::NEG_X * 2.0 + down), face(-h, DVec3::NEG_X * 2.0 + down, right)],
-            second: vec![face(h, right, DVec3::X * 2.0 + down), face(h, DVec3::X * 2.0 + down, left)],
-            shared: vec![face(-h, h, left), face(-h, right, h)],
-            ..Star::default()
-        };
-        let q = Quadric::of_star(&star);
+        let first = [[left, DVec3::NEG_X * 2.0 + down], [DVec3::NEG_X * 2.0 + down, right]];
+        let second = [[right, DVec3::X * 2.0 + down], [DVec3::X * 2.0 + down, left]];
+        let shared = [[h, left], [right, h]];
+        let faces = [(first, -1.0), (second, 1.0), (shared, -1.0)];
+        let faces: Vec<_> = faces.into_iter().flat_map(|(faces, side)| faces.map(|points| (points, side))).collect();
+        let quads = Quads::of(&faces, h);
+        let q = Quadric::of_quads(&quads, h);
         let x = q.least(h, 1e-5);
         assert!(q.n.z > 0.0 && (q.n.dot(x) - q.d).abs() < 1e-9 * q.n.length(), "{x}");
-        let by_hand: f64 = (star.first.iter().map(|f| (f, -h)).chain(star.second.iter().map(|f| (f, h))))
-            .chain(star.shared.iter().map(|f| (f, h)))
-            .map(|(f, p)| f.normal.dot(x - p).powi(2) / f.normal.length())
-            .sum();
+        let by_hand = |(number, &(_, side)): (usize, &([DVec3; 2], f64))| {
+            let n = quads.normal(number);
+            n.dot(x - h * side).powi(2) / n.length()
+        };
+        let by_hand: f64 = faces.iter().enumerate().map(by_hand).sum();
         assert!((q.value(x) - by_hand).abs() < 1e-12);
     }
 

@@ -11,43 +11,56 @@ const DIGITS: usize = 1 << DIGIT_BITS;
 const FEW: usize = 512;
 
 /// Sorts candidates by (key, hash of half-edge and round). `scratch` is overwritten.
-pub fn sort(candidates: &mut Vec<Candidate>, scratch: &mut Vec<Candidate>, round: u32) {
+pub fn sort(candidates: &mut [Candidate], scratch: &mut Vec<Candidate>, round: u32) {
     if candidates.len() < FEW {
         candidates.sort_unstable_by_key(|c| (c.key, hash(c.half_edge, round)));
         return;
     }
+    if scratch.len() < candidates.len() {
+        scratch.resize(candidates.len(), Candidate::default());
+    }
     radix_sort(candidates, scratch, |candidate| candidate.key);
     for ties in candidates.chunk_by_mut(|a, b| a.key == b.key) {
-        if ties.len() > 1 {
-            ties.sort_unstable_by_key(|c| hash(c.half_edge, round));
+        let by_hash = |candidate: &Candidate| hash(candidate.half_edge, round);
+        match ties.len() {
+            1 => {}
+            2..FEW => ties.sort_unstable_by_key(by_hash),
+            _ => radix_sort(ties, scratch, by_hash),
         }
     }
 }
 
-/// Three passes of eleven bits, least significant first; a pass whose digits are all equal is left out.
-fn radix_sort(candidates: &mut Vec<Candidate>, scratch: &mut Vec<Candidate>, by: impl Fn(&Candidate) -> u32) {
-    scratch.clear();
-    scratch.resize(candidates.len(), Candidate::default());
+/// Three passes of eleven bits, least significant first; a pass whose digits are all equal is left out. `scratch` has at least
+/// as many rows.
+fn radix_sort(candidates: &mut [Candidate], scratch: &mut [Candidate], by: impl Fn(&Candidate) -> u32) {
     let mut counts = vec![[0_u32; DIGITS]; 3];
     for candidate in candidates.iter() {
+        let key = by(candidate);
         for (pass, counts) in counts.iter_mut().enumerate() {
-            counts[digit(by(candidate), pass)] += 1;
+            counts[digit(key, pass)] += 1;
         }
     }
+    let count = candidates.len();
+    let (mut from, mut to) = (candidates, &mut scratch[..count]);
+    let mut is_swapped = false;
     for (pass, starts) in counts.iter_mut().enumerate() {
-        if starts.iter().any(|&count| count as usize == candidates.len()) {
+        if starts.iter().any(|&each| each as usize == count) {
             continue;
         }
         let mut sum = 0;
         for start in starts.iter_mut() {
             sum += std::mem::replace(start, sum);
         }
-        for candidate in candidates.iter() {
+        for candidate in from.iter() {
             let start = &mut starts[digit(by(candidate), pass)];
-            scratch[*start as usize] = *candidate;
+            to[*start as usize] = *candidate;
             *start += 1;
         }
-        std::mem::swap(candidates, scratch);
+        std::mem::swap(&mut from, &mut to);
+        is_swapped = !is_swapped;
+    }
+    if is_swapped {
+        to.copy_from_slice(from);
     }
 }
 
@@ -74,9 +87,12 @@ mod tests {
 
     #[test]
     fn equal_keys_alone_are_ordered_by_hash() {
-        let mut candidates: Vec<Candidate> = (0..100).map(|half_edge| Candidate { key: 5, half_edge }).collect();
-        sort(&mut candidates, &mut Vec::new(), 0);
-        assert!(candidates.is_sorted_by_key(|c| hash(c.half_edge, 0)));
-        assert!(!candidates.is_sorted_by_key(|c| c.half_edge));
+        for count in [100, 511, 512, 9000] {
+            let mut candidates: Vec<Candidate> = (0..count).map(|half_edge| Candidate { key: 5, half_edge }).collect();
+            sort(&mut candidates, &mut Vec::new(), 3);
+            assert_eq!(candidates.len(), count as usize);
+            assert!(candidates.is_sorted_by_key(|c| hash(c.half_edge, 3)));
+            assert!(!candidates.is_sorted_by_key(|c| c.half_edge));
+        }
     }
 }

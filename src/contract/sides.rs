@@ -16,7 +16,7 @@ use super::layout::{Kind, Layout};
 use super::patch::Patch;
 use super::placement::Quadric;
 use super::side_sums::{CostSums, FaceTerm, SideSums};
-use super::star::Star;
+use super::star::{Star, StarFace};
 use super::wedges::{NO_WEDGE, WedgeRows};
 use super::yielding::{SideEdge, Yields};
 
@@ -144,14 +144,19 @@ impl Sides {
     pub fn gather_pair(&mut self, patch: &Patch<'_>, pair: [u32; 2], star: &Star) {
         let Some(rows) = patch.wedges() else { return };
         self.clear(rows.layout);
-        let parts =
-            [(0, -star.h, &star.first, false), (0, -star.h, &star.shared, true), (1, star.h, &star.second, false)];
-        self.dying = star.first.len()..star.first.len() + star.shared.len();
-        for (end, at, faces, dies) in parts {
-            self.faces.extend(faces.iter().map(|face| {
-                let ([v1, v2], [p1, p2], normal) = (face.others, face.points, face.normal);
-                let corner = corner_of(patch.connectivity.faces[face.face as usize].corners(), pair[end]);
-                let wedges = rows.wedges_from(3 * face.face + corner as u32);
+        let parts = [
+            (0, -star.h, star.numbers_of_first(), false),
+            (0, -star.h, star.numbers_of_shared(), true),
+            (1, star.h, star.numbers_of_second(), false),
+        ];
+        self.dying = star.first().len()..star.first().len() + star.shared().len();
+        for (end, at, numbers, dies) in parts {
+            self.faces.extend(numbers.map(|number| {
+                let StarFace { face, others: [v1, v2] } = star.face(number);
+                let [p1, p2] = [0, 1].map(|corner| star.quads.point(number, corner));
+                let corner = corner_of(patch.connectivity.faces[face as usize].corners(), pair[end]);
+                let wedges = rows.wedges_from(3 * face + corner as u32);
+                let normal = star.quads.normal(number);
                 CornerFace { end, corners: [pair[end], v1, v2], wedges, points: [at, p1, p2], normal, dies }
             }));
         }

@@ -21,7 +21,8 @@ use super::examine::{Examiner, deviation};
 use super::filter::{Rejection, faces_hold, link_condition};
 use super::patch::{Patch, Placed};
 use super::placement::Quadric;
-use super::star::{Outside, Star, StarFace, located};
+use super::quads::Quads;
+use super::star::{Outside, Star, StarFace, seen};
 
 /// A legal contraction of a triangle.
 #[derive(Debug, Clone, Copy)]
@@ -51,12 +52,12 @@ struct TriangleStar {
 }
 
 impl TriangleStar {
-    fn gather(ends: [u32; 3], points: [DVec3; 3], center: DVec3, patch: &Patch<'_>) -> Result<Self, Outside> {
+    fn gather(ends: [u32; 3], patch: &Patch<'_>) -> Result<Self, Outside> {
         let mut star = Self::default();
         let [_, second, third] = ends;
-        for (end, (&vertex, point)) in ends.iter().zip(points).enumerate() {
+        for (end, &vertex) in ends.iter().enumerate() {
             for &f in patch.connectivity.ring(vertex) {
-                let Some(face) = located(f, vertex, point, center, patch)? else { continue };
+                let Some(face) = seen(f, vertex, patch)? else { continue };
                 let told = ends[..end].iter().any(|&before| face.has(before));
                 if told {
                     continue;
@@ -82,21 +83,13 @@ impl TriangleStar {
         // Those with both others, seen from x.
         let far: Vec<StarFace> = self.mutual[2].iter().map(|face| seen_from(face, ends[x], ends[y])).collect();
         let joined = |parts: [&[StarFace]; 2]| parts.concat();
-        let before = Star {
-            first: joined([&self.own[0], with_y]),
-            second: joined([&self.own[x], &far]),
-            shared: joined([&self.whole, with_x]),
-            ..Star::default()
-        };
+        let before = [joined([&self.own[0], with_y]), joined([&self.own[x], &far]), joined([&self.whole, with_x])];
+        let before = Star::of(before.each_ref().map(Vec::as_slice));
         link_condition(&before, ends[x], [flags[0], flags[x]])?;
-        let between = Star {
-            first: joined([&self.own[0], &self.own[x]]),
-            second: self.own[y].clone(),
-            shared: joined([with_y, &far]),
-            ..Star::default()
-        };
+        let between = [joined([&self.own[0], &self.own[x]]), self.own[y].clone(), joined([with_y, &far])];
+        let between = Star::of(between.each_ref().map(Vec::as_slice));
         link_condition(&between, ends[y], [flags[0] | flags[x], flags[y]])?;
-        Ok([before.shared.len(), between.shared.len()])
+        Ok([before.shared().len(), between.shared().len()])
     }
 }
 
@@ -120,7 +113,7 @@ impl Examiner {
         let at = ends.map(|v| patch.position(v).xyz().as_dvec3());
         let center = (at[0] + at[1] + at[2]) / 3.0;
         let points = at.map(|p| p - center);
-        let star = TriangleStar::gather(ends, points, center, patch)?;
+        let star = TriangleStar::gather(ends, patch)?;
         Ok(self.judge_triangle(patch, ends, &star, points, center))
     }
 
@@ -156,8 +149,10 @@ impl Examiner {
         let corner = points.iter().position(|&p| p == place);
         let at = corner.map_or_else(|| (center + place).as_vec3(), |corner| positions[corner]);
         let moved = at.as_dvec3() - center;
+        let mut quads = Quads::default();
         for (own, p) in star.own.iter().zip(points) {
-            faces_hold(own, p, moved, self.rules.limits)?;
+            quads.locate(own, 0..own.len(), p, center, patch);
+            faces_hold(&quads, own.len(), p, moved, self.rules.limits)?;
         }
 
         let rows = ends.map(|v| *patch.quadric(v));
@@ -236,8 +231,7 @@ mod tests {
     /// The wheel of a triangle 0 1 2 inside of a larger one: every corner with a fan of its own.
     #[test]
     fn both_steps_are_examined() {
-        let (points, normal) = ([DVec3::ZERO; 2], DVec3::Z);
-        let face = |others: [u32; 2]| StarFace { face: 0, others, points, normal };
+        let face = |others: [u32; 2]| StarFace { face: 0, others };
         // Around: 3 across the side 0 1, 4 across 1 2, 5 across 2 0; 6 beyond 0, 7 beyond 1, 8 beyond 2.
         let mut star = TriangleStar {
             whole: vec![face([1, 2])],

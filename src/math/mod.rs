@@ -5,6 +5,7 @@ pub mod exact;
 pub mod lanes;
 pub mod luv;
 pub mod places;
+pub mod wide;
 
 pub use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, Vec2, Vec3, Vec4};
 
