@@ -3,8 +3,9 @@
 use rayon::prelude::*;
 
 use super::PARALLEL_ROWS;
-use super::adjacency::{Rings, from_corner};
+use super::adjacency::{Rings, corner_of, from_corner};
 use super::fan::{Fan, fans};
+use super::topology::has_repeated_corner;
 
 /// Which faces to turn over so that every two faces on a manifold edge run along it in opposite directions.
 ///
@@ -62,13 +63,21 @@ fn agrees(faces: &[[u32; 3]], rings: &Rings, suspect: impl Fn(u32) -> bool + Syn
         .all(|agrees| agrees)
 }
 
-/// The one other face on a manifold edge, and whether it runs along it in the same direction.
+/// The one other face on a manifold edge, and whether it runs along it in the same direction; read from the shorter ring of the
+/// two, without a branch that depends on a face.
 fn across(faces: &[[u32; 3]], rings: &Rings, face: u32, [a, b]: [u32; 2]) -> Option<(u32, bool)> {
     from_corner(faces[face as usize], a)?;
-    let mut others = rings.faces_of_edge(faces, a, b).filter(|&f| f != face);
-    let other = others.next()?;
-    let same_way = edges(faces[other as usize]).contains(&[a, b]);
-    others.next().is_none().then_some((other, same_way))
+    let (near, far) = if rings.ring(a).len() <= rings.ring(b).len() { (a, b) } else { (b, a) };
+    let (mut found, mut count) = ((0, false), 0);
+    for &f in rings.ring(near) {
+        let corners = faces[f as usize];
+        let k = corner_of(corners, near);
+        let (next, last) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
+        let is_other = ((next == far) | (last == far)) & (f != face) & !has_repeated_corner(&corners);
+        found = if is_other { (f, (next == far) == (near == a)) } else { found };
+        count += u32::from(is_other);
+    }
+    (count == 1).then_some(found)
 }
 
 fn edges([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
