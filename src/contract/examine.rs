@@ -122,7 +122,7 @@ impl Costs {
 #[derive(Debug)]
 pub struct Examiner {
     pub rules: Rules,
-    star: Star,
+    pub star: Star,
     pub sides: Sides,
     pub blend: Blend,
     /// Whether a pair that became dear may wait for another round.

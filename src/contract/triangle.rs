@@ -21,7 +21,6 @@ use super::examine::{Examiner, deviation};
 use super::filter::{Rejection, faces_hold, link_condition};
 use super::patch::{Patch, Placed};
 use super::placement::Quadric;
-use super::quads::Quads;
 use super::star::{Outside, Star, StarFace, seen};
 
 /// A legal contraction of a triangle.
@@ -149,10 +148,10 @@ impl Examiner {
         let corner = points.iter().position(|&p| p == place);
         let at = corner.map_or_else(|| (center + place).as_vec3(), |corner| positions[corner]);
         let moved = at.as_dvec3() - center;
-        let mut quads = Quads::default();
+        let quads = &mut self.star.quads;
         for (own, p) in star.own.iter().zip(points) {
             quads.locate(own, 0..own.len(), p, center, patch);
-            faces_hold(&quads, own.len(), p, moved, self.rules.limits)?;
+            faces_hold(quads, own.len(), p, moved, self.rules.limits)?;
         }
 
         let rows = ends.map(|v| *patch.quadric(v));
