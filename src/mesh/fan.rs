@@ -25,11 +25,28 @@ pub fn fans(faces: &[[u32; 3]], rings: &Rings) -> Vec<Fan> {
     (0..rings.vertex_count() as u32)
         .into_par_iter()
         .with_min_len(PARALLEL_ROWS)
-        .map_init(Default::default, |(places, walk): &mut (Places, Walk), v| {
-            let ring = rings.ring(v);
-            if closes(faces, ring, v, places) { Fan::Closed } else { walk.fan(faces, ring, v) }
-        })
+        .map_init(Scratch::default, |scratch, v| scratch.fan(faces, rings.ring(v), v))
         .collect()
+}
+
+/// Finds those fans that were complex anew, after some of `faces` were turned over. All or none of another fan's must have been.
+pub fn find_complex_again(fans: &mut [Fan], faces: &[[u32; 3]], rings: &Rings) {
+    let complex = fans.par_iter_mut().enumerate().with_min_len(PARALLEL_ROWS).filter(|(_, fan)| **fan == Fan::Complex);
+    complex.for_each_init(Scratch::default, |scratch, (v, fan)| {
+        *fan = scratch.fan(faces, rings.ring(v as u32), v as u32);
+    });
+}
+
+#[derive(Default)]
+struct Scratch {
+    places: Places,
+    walk: Walk,
+}
+
+impl Scratch {
+    fn fan(&mut self, faces: &[[u32; 3]], ring: &[u32], vertex: u32) -> Fan {
+        if closes(faces, ring, vertex, &mut self.places) { Fan::Closed } else { self.walk.fan(faces, ring, vertex) }
+    }
 }
 
 /// Faces around a vertex that [`closes`] looks at; few vertices have more.

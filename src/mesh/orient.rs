@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::PARALLEL_ROWS;
 use super::adjacency::{Rings, corner_of, from_corner};
-use super::fan::{Fan, fans};
+use super::fan::{Fan, fans, find_complex_again};
 use super::topology::has_repeated_corner;
 
 /// Which faces to turn over so that every two faces on a manifold edge run along it in opposite directions.
@@ -13,45 +13,80 @@ use super::topology::has_repeated_corner;
 /// face, and the orientation of the majority stays (of the lowest face at a tie), so that no more faces are turned than must be.
 /// A part that has no consistent orientation (a Möbius strip) keeps some disagreeing edges.
 pub fn orient(faces: &[[u32; 3]], rings: &Rings) -> Option<Vec<bool>> {
-    orient_around(faces, rings, |_| true)
+    orient_fans(faces, rings, &mut fans(faces, rings))
 }
 
-/// [`orient`] where both ends of every edge whose faces disagree are known to be `suspect`.
-fn orient_around(faces: &[[u32; 3]], rings: &Rings, suspect: impl Fn(u32) -> bool + Sync) -> Option<Vec<bool>> {
-    if agrees(faces, rings, suspect) {
+/// [`orient`] where the fans are known. Those that are torn apart in a part without an orientation become complex.
+///
+/// The faces of a fan agree, and its edges are manifold: only edges between complex vertices are looked at one by one.
+fn orient_fans(faces: &[[u32; 3]], rings: &Rings, fans: &mut [Fan]) -> Option<Vec<bool>> {
+    if !fans.contains(&Fan::Complex) || agrees(faces, rings, |v| fans[v as usize] == Fan::Complex) {
         return None;
     }
-    let mut turned: Vec<Option<bool>> = vec![None; faces.len()];
-    let mut part = Vec::new();
+    let mut walk = Walk { turned: vec![None; faces.len()], part: Vec::new() };
+    let mut seen = vec![false; fans.len()];
     for first in 0..faces.len() as u32 {
-        if turned[first as usize].is_some() {
+        if walk.turned[first as usize].is_some() {
             continue;
         }
-        turned[first as usize] = Some(false);
-        part.clear();
-        part.push(first);
+        walk.part.clear();
+        walk.enter(first, false);
         let mut done = 0;
-        while let Some(&face) = part.get(done) {
+        while let Some(&face) = walk.part.get(done) {
             done += 1;
-            for [a, b] in edges(faces[face as usize]) {
-                let Some((other, same_way)) = across(faces, rings, face, [a, b]) else { continue };
-                if turned[other as usize].is_none() {
-                    turned[other as usize] = turned[face as usize].map(|own| own ^ same_way);
-                    part.push(other);
+            let own = walk.turned[face as usize] == Some(true);
+            let corners = faces[face as usize];
+            let is_complex = corners.map(|v| fans[v as usize] == Fan::Complex);
+            for (v, _) in corners.iter().map(|&v| v as usize).zip(is_complex).filter(|(_, is_complex)| !is_complex) {
+                if !std::mem::replace(&mut seen[v], true) {
+                    let agree = rings.ring(v as u32).iter().fold(true, |agree, &other| agree & walk.enter(other, own));
+                    fans[v] = if agree { fans[v] } else { Fan::Complex };
+                }
+            }
+            for k in (0..3).filter(|&k| is_complex[k] && is_complex[(k + 1) % 3]) {
+                if let Some((other, same_way)) = across(faces, rings, face, [corners[k], corners[(k + 1) % 3]]) {
+                    walk.enter(other, own ^ same_way);
                 }
             }
         }
+        walk.keep_majority();
+    }
+    Some(walk.turned.into_iter().map(|bit| bit == Some(true)).collect())
+}
+
+/// A walk over parts.
+struct Walk {
+    /// Whether a face is turned, where it has been reached.
+    turned: Vec<Option<bool>>,
+    /// The faces of the part, as they were reached.
+    part: Vec<u32>,
+}
+
+impl Walk {
+    /// Reaches a face from one beside which it is to be turned so, or not; whether it is.
+    fn enter(&mut self, face: u32, is_turned: bool) -> bool {
+        let bit = &mut self.turned[face as usize];
+        if bit.is_none() {
+            *bit = Some(is_turned);
+            self.part.push(face);
+        }
+        *bit == Some(is_turned)
+    }
+
+    /// Turns the part over if more than half of it is turned.
+    fn keep_majority(&mut self) {
+        let Self { turned, part } = self;
         let turned_count = part.iter().filter(|&&f| turned[f as usize] == Some(true)).count();
         if turned_count * 2 > part.len() {
-            for &f in &part {
+            for &f in part.iter() {
                 turned[f as usize] = turned[f as usize].map(|bit| !bit);
             }
         }
     }
-    Some(turned.into_iter().map(|bit| bit == Some(true)).collect())
 }
 
-/// Whether no manifold edge is run along in the same direction by both of its faces.
+/// Whether no manifold edge is run along in the same direction by both of its faces; both ends of one that is are known to be
+/// `suspect`.
 fn agrees(faces: &[[u32; 3]], rings: &Rings, suspect: impl Fn(u32) -> bool + Sync) -> bool {
     (0..rings.vertex_count() as u32)
         .into_par_iter()
@@ -80,10 +115,6 @@ fn across(faces: &[[u32; 3]], rings: &Rings, face: u32, [a, b]: [u32; 2]) -> Opt
     (count == 1).then_some(found)
 }
 
-fn edges([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
-    [[a, b], [b, c], [c, a]]
-}
-
 /// Set in the source of a face that was turned over; input faces are below it.
 pub const TURNED: u32 = 1 << 31;
 
@@ -106,21 +137,25 @@ pub struct Oriented {
 
 /// Turns faces over until neighbors agree, as far as they can, and marks them in their sources by [`TURNED`].
 pub fn turn_to_agree(faces: &mut [[u32; 3]], sources: &mut [u32], rings: &Rings) -> Oriented {
-    let found = fans(faces, rings);
-    let is_complex = |v: u32| found[v as usize] == Fan::Complex;
-    let turned = if found.contains(&Fan::Complex) { orient_around(faces, rings, is_complex) } else { None };
-    let Some(turned) = turned else { return Oriented { fans: found, turned: Vec::new(), warning: None } };
+    let mut fans = fans(faces, rings);
+    let Some(turned) = orient_fans(faces, rings, &mut fans) else {
+        return Oriented { fans, turned: Vec::new(), warning: None };
+    };
     let count = turned.iter().filter(|&&turned| turned).count();
     for ((face, source), _) in faces.iter_mut().zip(sources).zip(&turned).filter(|(_, turned)| **turned) {
         face.swap(1, 2);
         *source |= TURNED;
     }
     let warning = format!("{count} faces are wound against their neighbors; they keep their winding in the result");
-    Oriented { fans: fans(faces, rings), turned, warning: Some(warning) }
+    find_complex_again(&mut fans, faces, rings);
+    Oriented { fans, turned, warning: Some(warning) }
 }
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
+    use super::super::shapes;
     use super::*;
 
     fn orient_all(faces: &[[u32; 3]]) -> Option<Vec<bool>> {
@@ -180,5 +215,68 @@ mod tests {
             })
             .sum();
         assert_eq!(disagreeing, 1);
+    }
+
+    /// Over every manifold edge one by one.
+    fn orient_edge_by_edge(faces: &[[u32; 3]], rings: &Rings) -> Vec<bool> {
+        let mut walk = Walk { turned: vec![None; faces.len()], part: Vec::new() };
+        for first in 0..faces.len() as u32 {
+            if walk.turned[first as usize].is_some() {
+                continue;
+            }
+            walk.part.clear();
+            walk.enter(first, false);
+            let mut done = 0;
+            while let Some(&face) = walk.part.get(done) {
+                done += 1;
+                let [a, b, c] = faces[face as usize];
+                for edge in [[a, b], [b, c], [c, a]] {
+                    if let Some((other, same_way)) = across(faces, rings, face, edge) {
+                        walk.enter(other, (walk.turned[face as usize] == Some(true)) ^ same_way);
+                    }
+                }
+            }
+            walk.keep_majority();
+        }
+        walk.turned.into_iter().map(|bit| bit == Some(true)).collect()
+    }
+
+    /// Shapes with and without an orientation, and without any order.
+    fn faces_wound_anyhow() -> impl Strategy<Value = Vec<[u32; 3]>> {
+        let flips = |faces: Vec<[u32; 3]>| {
+            let count = faces.len();
+            let turn = |(face, turn): ([u32; 3], bool)| if turn { [face[0], face[2], face[1]] } else { face };
+            prop::collection::vec(prop::bool::weighted(0.15), count)
+                .prop_map(move |turns| faces.iter().copied().zip(turns).map(turn).collect())
+        };
+        prop_oneof![
+            flips(shapes::torus(7, 5).faces),
+            flips(shapes::plane(5, 4).faces),
+            (5_u32..12).prop_flat_map(move |n| flips(shapes::moebius(n).faces)),
+            prop::collection::vec([0u32..7, 0u32..7, 0u32..7], 0..14),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn fans_stand_for_their_edges(mut faces in faces_wound_anyhow()) {
+            let vertex_count = faces.as_flattened().iter().max().map_or(0, |&v| v as usize + 1);
+            let rings = Rings::new(&faces, vertex_count);
+            let expected = orient_edge_by_edge(&faces, &rings);
+            let mut sources: Vec<u32> = (0..faces.len() as u32).collect();
+            let before = faces.clone();
+            let oriented = turn_to_agree(&mut faces, &mut sources, &rings);
+            prop_assert_eq!(&oriented.fans, &fans(&faces, &rings));
+            // Where there is an orientation it is the one; where there is none a walk decides which edges disagree.
+            let agree = |turned: &[bool]| {
+                let turn = |(face, turned): (&[u32; 3], &bool)| if *turned { [face[0], face[2], face[1]] } else { *face };
+                agrees(&before.iter().zip(turned).map(turn).collect::<Vec<_>>(), &rings, |_| true)
+            };
+            let turned = if oriented.turned.is_empty() { vec![false; faces.len()] } else { oriented.turned };
+            prop_assert_eq!(agree(&turned), agree(&expected));
+            if agree(&expected) {
+                prop_assert_eq!(turned, expected);
+            }
+        }
     }
 }
