@@ -30,8 +30,10 @@ const SEAM_WEIGHT: f64 = 1.2;
 /// began. Without it seams wander over smooth surfaces, and textures retreat from their rims; with more, or among the costs,
 /// the surface is farther off.
 const HELD_SEAM_WEIGHT: f64 = 0.25;
-/// Costs, in the normalized frame, that are not worth waiting for: what rounding leaves on a flat.
-const NEGLIGIBLE: f64 = 1e-12;
+/// What single precision leaves of the cost of a pair on a flat, of its weight times the squared half of its length: a slope of
+/// 1e-4, below what a kernel's sums tell from none. A pair that costs less is neither dear, nor is its place better than an end
+/// that is on the flat as well, which rounds nothing: new places off their flats made others dear, round after round.
+const FLAT: f64 = 1e-8;
 
 /// What stays the same over all rounds of a run.
 #[derive(Debug, Clone, Copy)]
@@ -139,8 +141,8 @@ impl Examiner {
 
     /// What a pair that cost `cost` as the round began may cost now. Seams that yield cost what nobody knew then: such a pair
     /// may cost what others of the round do.
-    fn most_waiting(&self, cost: f32) -> f64 {
-        let most = OUTDATED * f64::from(cost) + NEGLIGIBLE + self.sides.rounding();
+    fn most_waiting(&self, cost: f32, flat: f64) -> f64 {
+        let most = OUTDATED * f64::from(cost) + flat + self.sides.rounding();
         if self.sides.yields { most.max(f64::from(self.dearest)) } else { most }
     }
 
@@ -173,11 +175,15 @@ impl Examiner {
 
         let weights = patch.weights(pair);
         let costs = self.costs(patch, pair, weights);
-        let (x, end) = self.place(&costs, [pu.flags, pw.flags]);
+        let flat = FLAT * costs.geometry.weight() * self.star.h.length_squared();
+        let (x, end) = self.place(&costs, [pu.flags, pw.flags], flat);
         let total = end.map_or_else(|| costs.with_least().value(x), |end| self.at_end(&costs, end)).max(0.0);
         // Accumulated quadrics are the ends' own: no neighbor changes their cost.
         let weight = weights.map_or(1.0, |[first, second]| f64::from(first.max(second)));
-        if self.may_wait && self.rules.metric == Metric::Volume && weight * total > self.most_waiting(cost) {
+        if self.may_wait
+            && self.rules.metric == Metric::Volume
+            && weight * total > self.most_waiting(cost, weight * flat)
+        {
             return Err(Rejection::Outdated);
         }
         // To the bit at the ends, whose difference may have been rounded.
@@ -245,8 +251,8 @@ impl Examiner {
     }
 
     /// Where the vertex of a pair goes whose ends have such flags, about its middle; and the end that it stands at, whose
-    /// attributes it keeps.
-    fn place(&self, costs: &Costs, flags: [u32; 2]) -> (DVec3, Option<usize>) {
+    /// attributes it keeps. Costs below `flat` are none.
+    fn place(&self, costs: &Costs, flags: [u32; 2], flat: f64) -> (DVec3, Option<usize>) {
         let h = self.star.h;
         let placement = if self.sides.at_an_end { Placement::Endpoint } else { self.rules.placement };
         let x = match (flags.map(|flags| flags & LOCKED), self.sides.fixed, placement) {
@@ -258,7 +264,21 @@ impl Examiner {
             ([0, _], None, _) | (_, Some(1), _) => h,
             _ => -h,
         };
-        (x, if x == h { Some(1) } else { (x == -h).then_some(0) })
+        let end = if x == h { Some(1) } else { (x == -h).then_some(0) };
+        match end.or_else(|| self.flat_end(costs, x, flat)) {
+            Some(end) => (if end == 0 { -h } else { h }, Some(end)),
+            None => (x, None),
+        }
+    }
+
+    /// The end that is on the same flat as everything around a pair that would go to `x`.
+    fn flat_end(&self, costs: &Costs, x: DVec3, flat: f64) -> Option<usize> {
+        if costs.with_least().value(x) > flat {
+            return None;
+        }
+        let at_ends = [0, 1].map(|end| self.at_end(costs, end));
+        let end = usize::from(at_ends[1] < at_ends[0]);
+        (at_ends[end] <= flat).then_some(end)
     }
 
     /// The pair's quadric about its midpoint, on the current state. Weights of the round change where the least of
