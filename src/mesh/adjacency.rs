@@ -5,6 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::PARALLEL_ROWS;
+use super::topology::has_repeated_corner;
 
 /// The faces around every vertex, in compressed rows.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,6 +21,23 @@ pub struct Rings {
 pub fn corner_of([_, b, c]: [u32; 3], vertex: u32) -> usize {
     let (is_b, is_c) = (b == vertex, c == vertex);
     usize::from(is_b & !is_c) + 2 * usize::from(is_c)
+}
+
+/// The one other face on a manifold edge, and whether it runs along it in the same direction; read from the shorter ring of the
+/// two, without a branch that depends on a face.
+pub fn across(faces: &[[u32; 3]], rings: &Rings, face: u32, [a, b]: [u32; 2]) -> Option<(u32, bool)> {
+    from_corner(faces[face as usize], a)?;
+    let (near, far) = if rings.ring(a).len() <= rings.ring(b).len() { (a, b) } else { (b, a) };
+    let (mut found, mut count) = ((0, false), 0);
+    for &f in rings.ring(near) {
+        let corners = faces[f as usize];
+        let k = corner_of(corners, near);
+        let (next, last) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
+        let is_other = ((next == far) | (last == far)) & (f != face) & !has_repeated_corner(&corners);
+        found = if is_other { (f, (next == far) == (near == a)) } else { found };
+        count += u32::from(is_other);
+    }
+    (count == 1).then_some(found)
 }
 
 impl Rings {

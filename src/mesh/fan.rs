@@ -29,10 +29,13 @@ pub fn fans(faces: &[[u32; 3]], rings: &Rings) -> Vec<Fan> {
         .collect()
 }
 
-/// Finds those fans that were complex anew, after some of `faces` were turned over. All or none of another fan's must have been.
-pub fn find_complex_again(fans: &mut [Fan], faces: &[[u32; 3]], rings: &Rings) {
-    let complex = fans.par_iter_mut().enumerate().with_min_len(PARALLEL_ROWS).filter(|(_, fan)| **fan == Fan::Complex);
-    complex.for_each_init(Scratch::default, |scratch, (v, fan)| {
+/// Finds those fans that were complex anew, after the `turned` of `faces` were turned over. All or none of another fan's must have
+/// been.
+pub fn find_complex_again(fans: &mut [Fan], faces: &[[u32; 3]], rings: &Rings, turned: &[bool]) {
+    let has_changed = |v: usize| rings.ring(v as u32).iter().any(|&f| turned[f as usize]);
+    let changed = (fans.par_iter_mut().enumerate().with_min_len(PARALLEL_ROWS))
+        .filter(|(v, fan)| **fan == Fan::Complex && has_changed(*v));
+    changed.for_each_init(Scratch::default, |scratch, (v, fan)| {
         *fan = scratch.fan(faces, rings.ring(v as u32), v as u32);
     });
 }

@@ -26,6 +26,7 @@ pub mod normals;
 pub mod orient;
 mod polygons;
 pub mod prune;
+mod regions;
 pub mod samples;
 pub mod shapes;
 pub mod survey;
