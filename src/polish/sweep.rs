@@ -12,6 +12,7 @@ use crate::math::Vec2;
 use crate::math::tie_hash;
 use crate::mesh::fan::{Fan, fans};
 use crate::mesh::frame::Frame;
+use crate::mesh::weld::lowest_at_position;
 use crate::mesh::{Mesh, Rings};
 
 use super::samples::Samples;
@@ -51,6 +52,9 @@ pub fn run(mut queue: Queue, original: &Mesh, result: &Mesh, flips: Flips) -> Re
         Objective::Bend | Objective::Shape => Samples::default(),
     };
     let mut seams = Seams::new(result, &rings);
+    // Vertices of one place are one, whatever else they carry.
+    let place = lowest_at_position(&result.positions);
+    let repeats = (0..).zip(&place).any(|(vertex, &lowest)| vertex != lowest);
     let mut turned = 0;
     for sweep in 0..flips.sweeps {
         for (position, ends) in positions.iter_mut().zip(rings.starts.windows(2)) {
@@ -62,16 +66,19 @@ pub fn run(mut queue: Queue, original: &Mesh, result: &Mesh, flips: Flips) -> Re
         // No gain is negative, so that its bits order as it does.
         let order_of = |c: &Candidate| (!c.gain.to_bits(), tie_hash(c.edge.half_edge, sweep));
         candidates.par_sort_unstable_by_key(order_of);
+        let joined = repeats.then(|| Joined::new(&faces, &place));
         let mut used = vec![false; positions.len()];
         let before = turned;
         for Candidate { edge, .. } in candidates {
             let [u, v, k, l] = diamond(edge, &faces);
             let sides = [edge.half_edge / 3, edge.across];
-            let is_used = [u, v, k, l].iter().any(|&corner| used[corner as usize]);
-            if is_used || !seams.allow([u, v, k, l], sides, &faces) {
+            let places = [u, v, k, l].map(|corner| place[corner as usize]);
+            let is_used = places.iter().any(|&place| used[place as usize]);
+            let is_known = || joined.as_ref().is_some_and(|joined| joined.has_edge([places[2], places[3]]));
+            if is_used || is_known() || !seams.allow([u, v, k, l], sides, &faces) {
                 continue;
             }
-            [u, v, k, l].iter().for_each(|&corner| used[corner as usize] = true);
+            places.iter().for_each(|&place| used[place as usize] = true);
             let new = [(edge.half_edge / 3, [u, l, k]), (edge.across, [l, v, k])];
             let own = new
                 .iter()
@@ -87,6 +94,24 @@ pub fn run(mut queue: Queue, original: &Mesh, result: &Mesh, flips: Flips) -> Re
         rings = Rings::new(&faces, positions.len());
     }
     Ok((faces, seams.texcoords, turned))
+}
+
+/// The faces as a sweep began, by the places of their corners.
+struct Joined {
+    faces: Vec<[u32; 3]>,
+    rings: Rings,
+}
+
+impl Joined {
+    fn new(faces: &[[u32; 3]], place: &[u32]) -> Self {
+        let faces: Vec<_> = faces.iter().map(|face| face.map(|v| place[v as usize])).collect();
+        Self { rings: Rings::new(&faces, place.len()), faces }
+    }
+
+    /// Whether there is an edge between two places.
+    fn has_edge(&self, [a, b]: [u32; 2]) -> bool {
+        a == b || self.rings.faces_of_edge(&self.faces, a, b).next().is_some()
+    }
 }
 
 /// A result between sweeps.
