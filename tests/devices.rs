@@ -107,6 +107,20 @@ fn a_copy_that_is_sent_anew_returns_the_cpu_s_bytes() {
     assert_as_on_the_cpu(&device);
 }
 
+#[test]
+fn what_touches_itself_is_cut_alike() {
+    // A chessboard of towers.
+    let mesh = shapes::voxels([32, 32, 8], |[x, y, _]| (x / 4 + y / 4) % 2 == 0);
+    let options = Options::default();
+    let reference = contract(&mesh, &options, Budget::keep(0.3));
+    assert!(reference.warnings.iter().any(|warning| warning.contains("touches itself")), "{:?}", reference.warnings);
+    for device in [Some(cpu(1)), Some(cpu(3)), gpu(&many_rounds(true)), gpu(&many_rounds(false))].into_iter().flatten()
+    {
+        let outcome = contract_on(&device, &mesh, &options, Budget::keep(0.3));
+        assert_same(&device.description(), &reference, &outcome);
+    }
+}
+
 /// The CPU takes over where it was asked to.
 #[test]
 fn few_faces_are_left_to_the_cpu() {

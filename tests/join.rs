@@ -2,7 +2,7 @@
 
 mod support;
 
-use coarsen::contract::{Metric, Options};
+use coarsen::contract::{Metric, NonManifold, Options};
 use coarsen::math::DVec3;
 use coarsen::mesh::survey::survey;
 use coarsen::mesh::{sample, shapes, weld};
@@ -106,7 +106,7 @@ fn shells_that_edges_cannot_reduce_join() {
     }
 }
 
-/// Surfaces that meet in vertices and edges are locked otherwise: pairs there may contract when parts may join.
+/// Surfaces that meet in vertices and edges are cut apart, or locked: pairs there may contract when parts may join.
 #[test]
 fn what_is_not_manifold_reduces_too() {
     let cube = shapes::cube(6);
@@ -114,9 +114,14 @@ fn what_is_not_manifold_reduces_too() {
     // They touch along an edge, which then has four faces.
     let mesh = weld(&beside(&cube, &cube, DVec3::new(side, side, 0.0)), 0.0).mesh;
     assert!(topology(&mesh).non_manifold_edges > 0);
-    let [alone, joined] = [0.0, 1e-6].map(|within| run(&mesh, options(Metric::Volume, within), Budget::faces(24), 1));
-    assert_eq!((alone.stop, joined.stop), (StopReason::Stuck, StopReason::FacesReached), "{:?}", alone.blocked);
-    assert!((volume(&joined.mesh) / volume(&mesh) - 1.0).abs() < 1e-6);
+    let [apart, joined] = [0.0, 1e-6].map(|within| options(Metric::Volume, within));
+    let alone = Options { non_manifold: NonManifold::Hold, ..apart.clone() };
+    let [alone, apart, joined] = [alone, apart, joined].map(|options| run(&mesh, options, Budget::faces(24), 1));
+    assert_eq!(alone.stop, StopReason::Stuck, "{:?}", alone.blocked);
+    for outcome in [apart, joined] {
+        assert_eq!(outcome.stop, StopReason::FacesReached, "{:?}", outcome.blocked);
+        assert!((volume(&outcome.mesh) / volume(&mesh) - 1.0).abs() < 1e-6);
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 mod support;
 
-use coarsen::contract::{Metric, Options, Placement, PlaneWeight, Quadrics};
+use coarsen::contract::{Metric, NonManifold, Options, Placement, PlaneWeight, Quadrics};
 use coarsen::math::{DVec3, Vec3};
 use coarsen::mesh::{shapes, validate};
 use coarsen::simplify::{Blocked, MOVED};
@@ -245,6 +245,60 @@ fn a_vertex_that_joins_two_sheets_stays() {
         assert_kept("two sheets", &pair, &outcome);
         assert!(survivors(&outcome).contains(&0), "{metric:?}");
         assert_eq!(outcome.mesh.area(), 8.0, "{metric:?}");
+    }
+}
+
+/// Two blocks that touch in a line of four edges.
+fn touching_blocks() -> Mesh {
+    shapes::voxels([8, 8, 4], |[x, y, _]| (x < 4) == (y < 4))
+}
+
+#[test]
+fn what_only_touches_goes_its_own_way() {
+    let blocks = touching_blocks();
+    assert_eq!(topology(&blocks).non_manifold_edges, 4);
+    for metric in METRICS {
+        let outcome = contract(&blocks, &options(metric), Budget::faces(24));
+        assert_eq!((outcome.stop, outcome.mesh.faces.len()), (StopReason::FacesReached, 24), "{metric:?}");
+        let left = topology(&outcome.mesh);
+        assert_eq!((left.components, left.border_edges, left.non_manifold_edges), (2, 0, 0), "{metric:?}: {left:?}");
+        assert!((outcome.mesh.volume() - 128.0).abs() < 1e-3, "{metric:?}: {}", outcome.mesh.volume());
+        assert!(outcome.warnings.iter().any(|w| w.contains("takes 5 more vertices")), "{:?}", outcome.warnings);
+    }
+}
+
+#[test]
+fn what_touches_stays_where_it_is_to_be_held() {
+    let blocks = touching_blocks();
+    let on_line = |p: &&DVec3| p.x == 4.0 && p.y == 4.0;
+    for metric in METRICS {
+        let held = Options { non_manifold: NonManifold::Hold, ..options(metric) };
+        let outcome = contract(&blocks, &held, Budget::faces(40));
+        assert_eq!((outcome.stop, outcome.mesh.faces.len()), (StopReason::FacesReached, 40), "{metric:?}");
+        assert_kept("blocks", &blocks, &outcome);
+        assert_eq!(outcome.mesh.positions.iter().filter(on_line).count(), 5, "{metric:?}");
+    }
+}
+
+#[test]
+fn copies_carry_what_their_vertex_did() {
+    let mut blocks = touching_blocks();
+    blocks.colors = Some((0..blocks.positions.len()).map(|v| [v as f32 / 256.0, 0.5, 0.25, 1.0]).collect());
+    let corner = |face: &[u32; 3]| face.map(|v| blocks.positions[v as usize].truncate().as_vec2() / 8.0);
+    blocks.texcoords = Some(blocks.faces.iter().map(corner).collect());
+    for mesh in [&blocks, &touching_blocks()] {
+        let outcome = contract(mesh, &Options::default(), Budget::keep(0.8));
+        let left = &outcome.mesh;
+        left.check().expect("a valid mesh");
+        let stands = outcome.vertex_origin.iter().enumerate().filter(|(_, origin)| **origin != MOVED);
+        for (v, &origin) in stands.clone() {
+            assert_eq!(left.positions[v], mesh.positions[origin as usize]);
+            if let (Some(now), Some(before)) = (&left.colors, &mesh.colors) {
+                assert_eq!(now[v], before[origin as usize]);
+            }
+        }
+        assert!(stands.count() > 50);
+        assert_eq!((left.colors.is_some(), topology(left).components), (mesh.colors.is_some(), 2));
     }
 }
 

@@ -121,6 +121,10 @@ fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
         },
         max_flip_rad: shape.max_flip.unwrap_or(defaults.max_flip_rad),
         join_within: shape.join_within,
+        non_manifold: match shape.non_manifold {
+            args::NonManifold::Cut => contract::NonManifold::Cut,
+            args::NonManifold::Hold => contract::NonManifold::Hold,
+        },
         weld: match shape.weld {
             Weld::Off => None,
             Weld::Within(distance) => Some(distance),

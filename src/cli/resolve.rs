@@ -275,7 +275,8 @@ mod tests {
     fn shape_options_reach_the_engine() {
         let job =
             job("coarsen simplify sample:part - --format ply -f 8 --metric plane --placement endpoint --max-flip 45 \
-            --weld off --prune 1% --lock-border --border-weight 2 --join-within 0.5 --lock-seams --lock pin");
+            --weld off --prune 1% --lock-border --border-weight 2 --join-within 0.5 --non-manifold hold --lock-seams \
+            --lock pin");
         let Method::Contract(options) = job.expect("a good line").setup.method else { panic!("another method") };
         let expected = contract::Options {
             metric: contract::Metric::Plane,
@@ -289,6 +290,7 @@ mod tests {
             lock: Some(contract::Lock::Channel("pin".into())),
             max_flip_rad: std::f32::consts::FRAC_PI_4,
             join_within: 0.5,
+            non_manifold: contract::NonManifold::Hold,
             weld: None,
             flips: Flips::default(),
             fit: 0,

@@ -14,7 +14,7 @@ use crate::mesh::weld::lowest_at_position;
 use super::prepare::{Prepared, prepare};
 use super::surface::Surface;
 use super::weighting::Feature;
-use super::{Metric, Options};
+use super::{Metric, NonManifold, Options};
 
 /// The buffers of the kernels, on one device.
 #[derive(Debug)]
@@ -113,7 +113,7 @@ fn sum<'a>(
 /// # Errors
 /// As [`run`](super::run()).
 pub fn feature_degrees(mesh: &Mesh, feature: &Feature, device: &Device) -> Result<Vec<f32>> {
-    let options = Options { metric: Metric::Plane, ..Options::default() };
+    let options = Options { metric: Metric::Plane, non_manifold: NonManifold::Hold, ..Options::default() };
     super::Weighting::Feature(*feature).check(mesh.positions.len())?;
     device.install(|| {
         let mut prepared = prepare(mesh, &options)?;

@@ -118,6 +118,18 @@ impl Candidates {
     }
 }
 
+/// What becomes of vertices around which the surface is not one fan, once faces agree on which side is outside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum NonManifold {
+    /// A vertex becomes one for each fan around it, so that what only touches there goes its own way; no border opens
+    /// \[GTLH98\]. Faces on an edge that cannot be paired stay together, as where three meet: such vertices are held. With
+    /// [`Placement::Endpoint`], a join distance or a log all are.
+    #[default]
+    Cut,
+    /// They stay where they are, and so do the edges between them.
+    Hold,
+}
+
 /// Where the vertex of a contraction may go \[Wu12\].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Placement {
@@ -172,6 +184,8 @@ pub struct Options {
     /// and from border to border. Parts then join, gaps close, and surfaces may meet in vertices and edges of more than two
     /// faces; faces that come to lie on each other back to back vanish \[Wu12\]. 0 for edges alone.
     pub join_within: f64,
+    /// What becomes of vertices where the surface is not manifold.
+    pub non_manifold: NonManifold,
     /// Join vertices at most this far apart first, in model units; `None` joins nothing, 0 joins equal positions.
     pub weld: Option<f64>,
     /// Sweeps that fit the result's vertices to the original after the rounds; 0 for none. Each takes about as long as the
@@ -202,6 +216,7 @@ impl Default for Options {
             lock: None,
             max_flip_rad: MAX_FLIP_RAD,
             join_within: 0.0,
+            non_manifold: NonManifold::default(),
             weld: Some(0.0),
             fit: 0,
             flips: Flips::default(),
@@ -234,6 +249,13 @@ impl Options {
     /// Whether parts may join.
     fn joins(&self) -> bool {
         self.join_within > 0.0
+    }
+
+    /// Whether the surface is cut apart where it touches itself. What joins parts would join it again, a log and what keeps
+    /// the vertices of the input have one name for each of these.
+    fn cuts(&self) -> bool {
+        let is_of_input = self.placement == Placement::Endpoint;
+        self.non_manifold == NonManifold::Cut && !(self.joins() || self.log || is_of_input)
     }
 
     fn check_triangles(&self) -> Result<()> {

@@ -10,6 +10,7 @@ use crate::kernel::split::CHUNK;
 use crate::math::DVec3;
 use crate::mesh::adjacency::{EdgeUse, Rings};
 use crate::mesh::arrange::{self, Arranged, NO_FACE_LEFT};
+use crate::mesh::cut::cut;
 use crate::mesh::fan::Fan;
 use crate::mesh::frame::Frame;
 use crate::mesh::orient::{Oriented, turn_to_agree};
@@ -111,10 +112,21 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
 pub fn begin(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     arrange::check(mesh, options.weld)?;
     let clock = std::time::Instant::now();
-    let (arranged, warnings) = arranged(mesh, options)?;
+    let (arranged, mut warnings) = arranged(mesh, options)?;
     let weld_secs = clock.elapsed().as_secs_f64();
 
-    let Arranged { vertex_source, mut faces, face_source, rings, lowest, bounds, .. } = arranged;
+    let Arranged { mut vertex_source, mut faces, mut face_source, mut rings, lowest, bounds, .. } = arranged;
+    let Oriented { mut fans, warning, .. } = turn_to_agree(&mut faces, &mut face_source, &rings);
+    warnings.extend(warning);
+    if options.cuts()
+        && let Some(was) =
+            cut(&mut faces, &mut rings, &mut fans, |v| mesh.positions[vertex_source[v as usize] as usize])
+    {
+        let copies = was.len() - vertex_source.len();
+        warnings.push(format!("the surface touches itself: it is cut there, which takes {copies} more vertices"));
+        vertex_source = mesh::take(&vertex_source, &was);
+    }
+    check_count(vertex_source.len())?;
     let held = options.held(mesh)?.map(|locked| held(locked, lowest.as_deref()));
     let weights = options.weighting.given(&vertex_source).unwrap_or_default();
     let mut prepared = Prepared {
@@ -123,20 +135,24 @@ pub fn begin(mesh: &Mesh, options: &Options) -> Result<Prepared> {
         faces: Vec::new(),
         rings,
         carried: Carried { origin: vertex_source, wedges: None, drift: Vec::new(), weights, face_origin: face_source },
-        fans: Vec::new(),
+        fans,
         lowest,
         border_vertices: 0,
         warnings,
         weld_secs,
     };
-    let Oriented { fans, warning, .. } = turn_to_agree(&mut faces, &mut prepared.carried.face_origin, &prepared.rings);
-    prepared.warnings.extend(warning);
-    prepared.fans = fans;
     prepared.find_wedges(mesh, &faces, options)?;
     prepared.lowest = prepared.lowest.filter(|_| options.log);
     prepared.place(&mesh.positions, &faces, held.as_deref().unwrap_or_default(), options);
     prepared.faces = faces.into_iter().map(|[a, b, c]| Face { a, b, c }).collect();
     Ok(prepared)
+}
+
+fn check_count(vertices: usize) -> Result<()> {
+    if vertices > VERTEX as usize {
+        return Err(Error::Limit(format!("{vertices} vertices, more than the {VERTEX} that a run can number")));
+    }
+    Ok(())
 }
 
 /// Welds, prunes and sorts `mesh`; also returns warnings.
@@ -160,10 +176,6 @@ fn arranged(mesh: &Mesh, options: &Options) -> Result<(Arranged, Vec<String>)> {
     if arranged.faces.is_empty() {
         let reason = if pruned > 0 { "every part is below the prune limit: give a smaller one" } else { NO_FACE_LEFT };
         return Err(Error::Mesh(reason.into()));
-    }
-    if arranged.vertex_source.len() > VERTEX as usize {
-        let count = arranged.vertex_source.len();
-        return Err(Error::Limit(format!("{count} vertices, more than the {VERTEX} that a run can number")));
     }
     let parts = (pruned > 0).then(|| format!("{pruned} small parts dropped"));
     let dropped = (options.log && holds_more_than_a_log(mesh, &options.attributes)).then(|| {

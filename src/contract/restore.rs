@@ -102,11 +102,19 @@ pub fn model_position(input: &Mesh, frame: Frame, origin: u32, row: Position) ->
     kept.copied().unwrap_or_else(|| frame.to_model(row.xyz()))
 }
 
-/// Rows in ascending order of their origins, which differ and lie below `count`.
-fn by_origin(rows: impl Iterator<Item = u32> + Clone, count: usize, origin: impl Fn(u32) -> u32) -> Vec<u32> {
-    let ranks = Ranks::new(rows.clone().map(&origin), count);
+/// Rows in ascending order of their origins, which lie below `bound`; those of one origin as they come.
+fn by_origin(rows: impl Iterator<Item = u32> + Clone, bound: usize, origin: impl Fn(u32) -> u32) -> Vec<u32> {
+    let ranks = Ranks::new(rows.clone().map(&origin), bound);
     let mut ordered = vec![0; ranks.len()];
-    rows.for_each(|row| ordered[ranks.of(origin(row))] = row);
+    let mut count = 0;
+    for row in rows.clone() {
+        ordered[ranks.of(origin(row))] = row;
+        count += 1;
+    }
+    if count > ordered.len() {
+        ordered = rows.collect();
+        ordered.sort_by_key(|&row| origin(row));
+    }
     ordered
 }
 

@@ -40,14 +40,16 @@ pub fn find_complex_again(fans: &mut [Fan], faces: &[[u32; 3]], rings: &Rings, t
     });
 }
 
+/// Room to look at the faces around a vertex.
 #[derive(Default)]
-struct Scratch {
+pub struct Scratch {
     places: Places,
     walk: Walk,
 }
 
 impl Scratch {
-    fn fan(&mut self, faces: &[[u32; 3]], ring: &[u32], vertex: u32) -> Fan {
+    /// The fan of a vertex.
+    pub fn fan(&mut self, faces: &[[u32; 3]], ring: &[u32], vertex: u32) -> Fan {
         if closes(faces, ring, vertex, &mut self.places) { Fan::Closed } else { self.walk.fan(faces, ring, vertex) }
     }
 }

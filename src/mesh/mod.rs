@@ -13,6 +13,7 @@ pub mod channel;
 mod circle;
 pub(crate) mod clip;
 mod curve;
+pub(crate) mod cut;
 pub(crate) mod disjoint;
 pub mod dual;
 pub(crate) mod dynamic;

@@ -8,7 +8,7 @@ use super::pass::{self, Notes, Pass, Task};
 use super::rows::each_chunk;
 use super::{Options, Outcome};
 use crate::backend::Device;
-use crate::contract;
+use crate::contract::{self, NonManifold};
 use crate::error::{Error, Result};
 use crate::formats::{Scratch, Stream};
 use crate::mesh::arrange::NO_FACE_LEFT;
@@ -115,8 +115,14 @@ impl Run<'_> {
     /// Passes in parts, until all that is left fits the memory; `None` when `report` asks to stop.
     fn reduce(&mut self, mut survey: Survey, report: &mut OnProgress<'_>) -> Result<Option<Stream>> {
         let attributes = contract::Attributes { smooth: true, ..self.method.attributes.clone() };
-        let in_parts =
-            contract::Options { fit: 0, flips: Flips::default(), prune: 0.0, attributes, ..self.method.clone() };
+        let in_parts = contract::Options {
+            fit: 0,
+            flips: Flips::default(),
+            prune: 0.0,
+            attributes,
+            non_manifold: NonManifold::Hold,
+            ..self.method.clone()
+        };
         let mut left: Option<Stream> = None;
         loop {
             let stream = left.as_ref().unwrap_or(self.input);

@@ -11,8 +11,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
 use coarsen::contract::{
-    AttributeWeights, Attributes, Candidates, ColorSpace, Feature, FeatureMode, Lock, Metric, Options, Placement,
-    PlaneWeight, QuadricFormat, QuadricFrame, Quadrics, Update, Weighting,
+    AttributeWeights, Attributes, Candidates, ColorSpace, Feature, FeatureMode, Lock, Metric, NonManifold, Options,
+    Placement, PlaneWeight, QuadricFormat, QuadricFrame, Quadrics, Update, Weighting,
 };
 use coarsen::math::DVec3;
 use coarsen::mesh::{shapes, weld};
@@ -95,6 +95,7 @@ fn options(random: &mut Random, vertices: usize) -> Options {
     let join_within = if below(random, 4) == 0 { pick(random, &[1e-9, 0.3, 2.0, 1e30]) } else { 0.0 };
     let by_triangles = join_within == 0.0 && below(random, 4) == 0;
     let metric = pick(random, &METRICS);
+    let non_manifold = pick(random, &[NonManifold::Cut, NonManifold::Hold]);
     let options = Options {
         metric,
         candidates: Candidates::Pairs,
@@ -106,6 +107,7 @@ fn options(random: &mut Random, vertices: usize) -> Options {
         locked: None,
         lock: lock(random, vertices),
         join_within,
+        non_manifold,
         fit: if join_within > 0.0 { 0 } else { below(random, 3) as u32 },
         flips: flips(random),
         max_flip_rad: pick(random, &[1.37, 1e-3, std::f32::consts::FRAC_PI_2]),
@@ -218,24 +220,46 @@ fn assert_sound(mesh: &Mesh, options: &Options, budget: Budget, device: &Device)
     }
     // Where corners disagree in what vertices carry, there are several at one place.
     let is_split = is_split && (mesh.normals.is_some() || !mesh.channels.is_empty());
+    let is_cut = options.non_manifold == NonManifold::Cut && options.placement != Placement::Endpoint && !options.log;
+    let parts = match (options.join_within > 0.0, is_cut) {
+        (true, _) => Parts::MayJoin,
+        // What is joined again may meet elsewhere, too.
+        (_, true) if is_split => return,
+        (_, true) => Parts::MayBeMore,
+        _ => Parts::Stay,
+    };
     let result = if is_split && options.weld.is_some() { weld(result, 0.0).mesh } else { result.clone() };
-    assert_topology(&start(mesh, options.weld), &result, options.join_within > 0.0);
+    assert_topology(&start(mesh, options.weld), &result, parts);
 }
 
-/// No face or flaw is new, and parts stay parts; where these may `join`, no face is there twice.
-fn assert_topology(start: &Mesh, result: &Mesh, join: bool) {
+/// What may become of the parts of a mesh.
+#[derive(Clone, Copy, PartialEq)]
+enum Parts {
+    Stay,
+    /// Where the surface touches itself it may be cut.
+    MayBeMore,
+    MayJoin,
+}
+
+/// No face or flaw is new, and parts stay parts; where these may join, no face is there twice.
+fn assert_topology(start: &Mesh, result: &Mesh, parts: Parts) {
     let (was, is) = (topology(start), topology(result));
     let counts = |t: Topology| [t.non_manifold_edges, t.bow_ties, t.misoriented_edges, t.duplicate_faces];
     let repeated = result.faces.iter().any(|[a, b, c]| a == b || b == c || c == a);
     assert!(!repeated, "a face with a repeated corner");
     assert!(is.faces <= was.faces, "{was:?} → {is:?}");
-    if join {
+    if parts == Parts::MayJoin {
         assert!(is.duplicate_faces <= was.duplicate_faces, "{was:?} → {is:?}");
         return;
     }
+    // Faces keep their winding, and of an edge of four nobody asked whether they agree.
+    let cut_edges = was.non_manifold_edges.saturating_sub(is.non_manifold_edges);
+    let asked = if parts == Parts::MayBeMore { 2 * cut_edges } else { 0 };
+    let was = Topology { misoriented_edges: was.misoriented_edges + asked, ..was };
     let grown = counts(was).iter().zip(counts(is)).any(|(was, is)| is > *was);
     assert!(!grown, "crowded edges, bow ties, misoriented, duplicates: {:?} → {:?}", counts(was), counts(is));
-    assert!(is.components == was.components, "{was:?} → {is:?}");
+    let is_kept = is.components == was.components || (parts == Parts::MayBeMore && is.components > was.components);
+    assert!(is_kept, "{was:?} → {is:?}");
 }
 
 /// Clustering takes anything, and leaves faces of three corners of which no two are the same.
@@ -263,7 +287,7 @@ fn cluster_options(random: &mut Random) -> cluster::Options {
 fn assert_removes(mesh: &Mesh, options: &removal::Options, budget: Budget, device: &Device) {
     let Some(outcome) = outcome(mesh, Method::Removal(options.clone()), budget, device) else { return };
     assert_eq!(outcome.mesh.colors.is_some(), mesh.colors.is_some());
-    assert_topology(&start(mesh, options.weld), &outcome.mesh, false);
+    assert_topology(&start(mesh, options.weld), &outcome.mesh, Parts::Stay);
 }
 
 fn removal_options(random: &mut Random) -> removal::Options {

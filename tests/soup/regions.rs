@@ -9,7 +9,7 @@ use coarsen::{Budget, Device, Mesh, Method};
 
 use super::rubbish::{below, pick};
 use super::support::deviation::Random;
-use super::{assert_topology, flips, outcome, start};
+use super::{Parts, assert_topology, flips, outcome, start};
 
 /// One mesh by one of the methods, with options that follow from the seed.
 pub fn run(seed: u64, mesh: &Mesh, device: &Device) {
@@ -75,7 +75,7 @@ fn assert_rebuilds(mesh: &Mesh, options: &Options, budget: Budget, device: &Devi
     let is_split = mesh.normals.is_some() || mesh.colors.is_some() || !mesh.channels.is_empty();
     let is_joined = is_split && matches!(options.by, By::Coplanar(_)) && options.weld.is_some();
     let result = if is_joined { weld(&outcome.mesh, 0.0).mesh } else { outcome.mesh.clone() };
-    assert_topology(&start(mesh, options.weld), &result, false);
+    assert_topology(&start(mesh, options.weld), &result, Parts::Stay);
     let told = |materials: &Option<Materials>| materials.is_some() && !options.dropped.materials;
     assert_eq!(outcome.mesh.materials.is_some(), told(&mesh.materials));
     outcome.mesh.check().expect("a valid mesh");

@@ -31,8 +31,8 @@ pub use removal::{Fill, Removal};
 pub use replay::Replay;
 pub use sample::Sample;
 pub use simplify::{
-    Candidates, Device, FlipBy, Method, Metric, Placement, Progress, QuadricFormat, QuadricFrame, Representative,
-    Shape, Simplify, Target, Writing,
+    Candidates, Device, FlipBy, Method, Metric, NonManifold, Placement, Progress, QuadricFormat, QuadricFrame,
+    Representative, Shape, Simplify, Target, Writing,
 };
 pub use weights::{FeatureFile, FeatureMode, FeatureUpdate, Weights};
 

@@ -233,6 +233,21 @@ pub struct Shape {
     #[arg(long, value_name = "D", default_value = "0", hide_default_value = true, value_parser = values::length)]
     pub join_within: f64,
 
+    /// Where it touches itself: cut or hold
+    ///
+    /// What becomes of vertices and edges where the surface is not manifold: with 'cut' parts that only touch there go
+    /// their own ways, and no border opens; where three faces meet on an edge vertices stay all the same. With 'hold', and
+    /// with --placement endpoint, --join-within or --write-log, all stay.
+    #[arg(
+        long,
+        value_name = "NAME",
+        value_enum,
+        default_value_t = NonManifold::Cut,
+        hide_possible_values = true,
+        hide_default_value = true
+    )]
+    pub non_manifold: NonManifold,
+
     /// Join vertices this close, or 'off'
     ///
     /// Joins vertices at most this far apart before anything else, in model units: 0 joins equal positions, 'off' nothing.
@@ -389,6 +404,14 @@ pub enum Placement {
     EndpointOrMiddle,
     /// At one of the two ends
     Endpoint,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum NonManifold {
+    /// A vertex for each fan
+    Cut,
+    /// As it is
+    Hold,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
