@@ -249,7 +249,8 @@ impl std::iter::Sum for Phases {
 pub struct Outcome {
     /// The result.
     pub mesh: Mesh,
-    /// For every vertex of the result the input vertex at the same position, or [`MOVED`].
+    /// For every vertex of the result the input vertex at the same position, or [`MOVED`]. Several have one where the surface was
+    /// cut apart.
     pub vertex_origin: Vec<u32>,
     /// Faces of the input.
     pub faces_in: usize,
