@@ -23,8 +23,8 @@ pub struct Survey {
     pub duplicate_faces: usize,
     /// Faces turned over to agree with their neighbors.
     pub turned_faces: usize,
-    /// Vertices that stay where they are: ends of edges with three faces, or two that cannot agree. Where the surface only touches
-    /// itself it is cut apart.
+    /// Vertices that stay where they are: ends of edges with three faces, more than four, or two that cannot agree, and rims where a
+    /// sheet ends on its own back. Where the surface only touches itself it is cut apart.
     pub locked_vertices: usize,
     /// The parts, by number of faces, the largest first.
     pub parts: Vec<Part>,

@@ -120,6 +120,7 @@ impl Run<'_> {
             flips: Flips::default(),
             prune: 0.0,
             attributes,
+            // Parts are put together by the input's vertices.
             non_manifold: NonManifold::Hold,
             ..self.method.clone()
         };
