@@ -7,7 +7,7 @@
 use crate::math::{DVec3, Vec3};
 use crate::spatial::triangle::closest_point;
 
-use super::chart::{Chart, NEAR, place, rounded};
+use super::chart::{Chart, NEAR, all_keep, place, rounded};
 use super::filter::Rejection;
 use super::layout::{Kind, Layer, Layout, Origin};
 use super::patch::Patch;
@@ -59,7 +59,7 @@ impl Blend {
             }
             side.own(ENDS).take(1).for_each(|wedge| row.copy_from_slice(wedges.row(wedge)));
             if sides.apart || layout.has_others {
-                nearest_row(wedges, of_side(sides, number), x, row);
+                nearest_row(patch, wedges, sides, of_side(sides, number), x, row);
             }
             if !sides.apart {
                 sides.write_least(number, x, row);
@@ -74,7 +74,7 @@ impl Blend {
             self.group(wedges, sides, layer);
             for side in 0..sides.sides.len() {
                 if self.leaders[side] == side {
-                    self.unfold(wedges, sides, side, layer, (x, at_end))?;
+                    self.unfold(patch, wedges, sides, side, layer, (x, at_end))?;
                 }
             }
         }
@@ -153,6 +153,7 @@ impl Blend {
     /// one back over the rim; an end's stays.
     fn unfold(
         &mut self,
+        patch: &Patch<'_>,
         wedges: &WedgeRows<'_>,
         sides: &Sides,
         side: usize,
@@ -165,15 +166,16 @@ impl Blend {
         let side_of = |face: &CornerFace| members().find(|&member| sides.sides[member].has(face));
         let own_faces = || sides.faces.iter().filter_map(|face| Some((side_of(face)?, face)));
         let stays = at_end.is_some_and(|end| members().any(|member| sides.sides[member].wedge(end).is_some()));
-        chart.gather(wedges, layer, sides.sides.len(), own_faces())?;
-        if chart.is_flat() {
-            return Ok(());
-        }
         let best = place(layer, &rows[side * width..]);
         // Where seams yield, vertices go far off their facets, which are stretched less by a place as far past the rim.
         let is_best = stays || sides.yields || sides.apart || layer.first >= wedges.layout.costed;
         // On the inside of a chart a place from which no face turns over lies among them: never past the rim.
-        if (is_best || sides.is_inside()) && chart.keeps(best) {
+        let may_be_best = is_best || sides.is_inside();
+        if may_be_best && sides.sides.len() == 1 && all_keep(wedges, layer, of_side(sides, side), best)? {
+            return Ok(());
+        }
+        chart.gather(wedges, layer, sides.sides.len(), own_faces())?;
+        if chart.is_flat() || (may_be_best && chart.keeps(best)) {
             return Ok(());
         }
         if stays {
@@ -183,7 +185,7 @@ impl Blend {
         let found = match back.filter(|&at| chart.keeps(at)) {
             Some(at) => at,
             None => {
-                nearest_row(wedges, own_faces().map(|(_, face)| face), x, nearest);
+                nearest_row(patch, wedges, sides, own_faces().map(|(_, face)| face), x, nearest);
                 Some(place(layer, nearest))
                     .filter(|&at| chart.keeps(at))
                     .or_else(|| chart.nearest(back.unwrap_or(best)))
@@ -218,8 +220,15 @@ fn of_side(sides: &Sides, side: usize) -> impl Iterator<Item = &CornerFace> + Cl
 }
 
 /// The row at the point of faces that is nearest to `x`, the first of equals.
-fn nearest_row<'a>(wedges: &WedgeRows<'_>, faces: impl Iterator<Item = &'a CornerFace>, x: DVec3, row: &mut [f32]) {
-    let found = faces.map(|face| (closest_point(x, face.points), face));
+fn nearest_row<'a>(
+    patch: &Patch<'_>,
+    wedges: &WedgeRows<'_>,
+    sides: &Sides,
+    faces: impl Iterator<Item = &'a CornerFace>,
+    x: DVec3,
+    row: &mut [f32],
+) {
+    let found = faces.map(|face| (closest_point(x, sides.points(patch, face)), face));
     let Some((nearest, face)) = found.min_by(|(a, _), (b, _)| a.distance_sq.total_cmp(&b.distance_sq)) else { return };
     let weights = nearest.weights.map(|weight| weight as f32);
     let rows = face.wedges.map(|wedge| wedges.row(wedge));

@@ -139,6 +139,34 @@ impl Chart {
     }
 }
 
+/// Whether all faces of one side keep theirs with the new vertex there, or none of them has an area: what [`Chart::gather`],
+/// [`Chart::is_flat`] and [`Chart::keeps`] tell, in one pass that keeps nothing.
+///
+/// # Errors
+/// [`Rejection::Texture`] where they do not agree in the sign of their areas.
+pub fn all_keep<'a>(
+    wedges: &WedgeRows<'_>,
+    layer: &Layer,
+    faces: impl Iterator<Item = &'a CornerFace>,
+    at: DVec2,
+) -> Result<bool, Rejection> {
+    let numbers = wedges.numbers();
+    // Whether an area is positive, and negative, and whether all of those after have such a sign.
+    let (mut has, mut keep) = ([false; 2], [true; 2]);
+    for &CornerFace { wedges: [a, b, c], dies, .. } in faces {
+        let [a, b, c] = [a, b, c].map(|wedge| numbers.place(wedge, layer.first).as_dvec2());
+        let (area, after) = (orientation(a, b, c), orientation(at, b, c));
+        has = [has[0] | (area > 0.0), has[1] | (area < 0.0)];
+        let is_free = dies | ((area == 0.0) & (after == 0.0));
+        keep = [keep[0] & (is_free | (after > 0.0)), keep[1] & (is_free | (after < 0.0))];
+    }
+    match has {
+        [true, true] => Err(Rejection::Texture),
+        [false, false] => Ok(true),
+        [_, is_negative] => Ok(keep[usize::from(is_negative)]),
+    }
+}
+
 /// A place as rows hold it.
 pub fn rounded(at: DVec2) -> DVec2 {
     at.as_vec2().as_dvec2()

@@ -170,7 +170,7 @@ impl Examiner {
         } else if pu.flags & pw.flags & LOCKED != 0 {
             return Err(Rejection::Link);
         }
-        self.sides.gather_pair(patch, pair, &self.star);
+        self.sides.gather_pair(patch, pair, &self.star, middle);
         self.sides.find(patch, pair)?;
 
         let weights = patch.weights(pair);
@@ -231,7 +231,7 @@ impl Examiner {
             return Costs { geometry, attributed: None };
         }
         let mut with_means = geometry;
-        self.sides.add_to(patch, &mut with_means);
+        self.sides.add_to(patch, &self.star, &mut with_means);
         if self.sides.yields && (flags[0] | flags[1]) & SEAM != 0 {
             self.sides.add_seams(patch, pair, &mut with_means, SEAM_WEIGHT);
         }

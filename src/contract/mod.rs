@@ -24,6 +24,7 @@ mod descend;
 mod driver;
 mod evaluate;
 mod examine;
+mod face_terms;
 mod features;
 mod filter;
 mod fit;

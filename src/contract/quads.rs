@@ -54,7 +54,7 @@ impl Quads {
     }
 
     /// The normal of a face, as long as twice its area.
-    #[inline(always)]
+    #[cfg(test)]
     pub fn normal(&self, face: usize) -> DVec3 {
         self.rows[face / WIDE].normals.get(face % WIDE)
     }

@@ -6,11 +6,13 @@
 use multiversion::multiversion;
 
 use crate::kernel::attribute_spreads::MOST_COSTED;
-use crate::kernel::gradient_operators::LEAST_HEIGHT;
 use crate::math::DVec3;
-use crate::math::lanes::{NUMBERS, Numbers, numbers_at};
+use crate::math::lanes::{NUMBERS, Numbers};
 
+use super::face_terms::{FaceTerm, FaceTerms};
 use super::placement::Quadric;
+use super::sides::CornerFace;
+use super::wedges::WedgeNumbers;
 
 /// Blocks of so many for all that decide.
 const BLOCKS: usize = MOST_COSTED / NUMBERS;
@@ -19,36 +21,6 @@ type Lanes = Numbers<f64>;
 
 /// How far a number of a row may be off where it is put together from others, of itself: some units in the last place.
 const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
-
-/// A face of a side about the middle: what its numbers change by along two of its edges is multiplied by c1 and c2 to be
-/// their gradient.
-#[derive(Debug, Clone, Copy)]
-pub struct FaceTerm {
-    c1: DVec3,
-    c2: DVec3,
-    /// c1 and c2 times the first corner.
-    c1_at: f64,
-    c2_at: f64,
-    /// |n|.
-    weight: f64,
-    /// 0 for a face that holds both ends, which has the means of their numbers at the middle; 1 for the others.
-    offset: f64,
-    /// Where the rows of its corners start.
-    starts: [usize; 3],
-}
-
-impl FaceTerm {
-    /// Of a face with these corners and the normal `n` between them, whose rows start there.
-    pub fn new([p0, p1, p2]: [DVec3; 3], n: DVec3, dies: bool, starts: [usize; 3]) -> Self {
-        let (e1, e2) = (p1 - p0, p2 - p0);
-        let (weight, sides_sq) = (n.length(), e1.length_squared() + e2.length_squared());
-        let is_flat = weight <= f64::from(LEAST_HEIGHT) * sides_sq;
-        let inverse = if is_flat { 0.0 } else { 1.0 / (weight * weight) };
-        let [c1, c2] = [e2.cross(n), n.cross(e1)].map(|c| c * inverse);
-        let offset = f64::from(u8::from(!dies));
-        Self { c1, c2, c1_at: c1.dot(p0), c2_at: c2.dot(p0), weight, offset, starts }
-    }
-}
 
 /// Some numbers of a side about the middle of the pair.
 #[derive(Debug, Clone, Copy, Default)]
@@ -135,6 +107,17 @@ impl CostSums {
     }
 }
 
+/// The faces of a side.
+#[derive(Debug, Clone, Copy)]
+pub struct OwnFaces<'a> {
+    /// Those around the pair.
+    pub faces: &'a [CornerFace],
+    pub terms: &'a FaceTerms,
+    /// Which of them are the side's.
+    pub own: &'a [u32],
+    pub numbers: WedgeNumbers<'a>,
+}
+
 /// Sums over the faces of a side.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SideSums {
@@ -144,11 +127,11 @@ pub struct SideSums {
 }
 
 impl SideSums {
-    /// Forgets all faces, for wedges of two ends whose rows, with so many numbers that count, start there.
-    pub fn begin(&mut self, rows: &[f32], starts: [usize; 2], summed: usize) {
+    /// Forgets all faces, for these wedges of two ends, of which so many numbers count.
+    pub fn begin(&mut self, numbers: WedgeNumbers<'_>, wedges: [u32; 2], summed: usize) {
         self.weight = 0.0;
         for (block, terms) in self.terms.iter_mut().enumerate().take(summed.div_ceil(NUMBERS)) {
-            let [first, second] = starts.map(|start| numbers_at(rows, start + block * NUMBERS));
+            let [first, second] = wedges.map(|wedge| numbers.at(wedge, block * NUMBERS));
             *terms = Terms { low: first, high: first, ..Terms::default() };
             terms.hold(&second);
             for lane in 0..NUMBERS {
@@ -158,11 +141,10 @@ impl SideSums {
         }
     }
 
-    /// Adds the faces that are the side's `own`, once after [`begin`](Self::begin), whose rows are among `rows`; and to `costs`
-    /// what their first `costed` numbers cost.
-    pub fn add_faces(&mut self, faces: &[FaceTerm], own: &[u32], rows: &[f32], costed: usize, costs: &mut CostSums) {
+    /// Adds the faces of the side, once after [`begin`](Self::begin); and to `costs` what their first `costed` numbers cost.
+    pub fn add_faces(&mut self, faces: OwnFaces<'_>, costed: usize, costs: &mut CostSums) {
         for (block, terms) in self.terms.iter_mut().enumerate().take(costed.div_ceil(NUMBERS)) {
-            self.weight = add_faces((faces, own), rows, block * NUMBERS, terms, &mut costs.means[block]);
+            self.weight = add_faces(faces, block * NUMBERS, terms, &mut costs.means[block]);
             if self.weight > 0.0 {
                 add_means(terms, self.weight, &mut costs.saved[block]);
             }
@@ -226,19 +208,13 @@ impl SideSums {
 
 /// Adds a side's own faces to the terms of the numbers from `first` on, and returns their weight.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
-fn add_faces(
-    (faces, own): (&[FaceTerm], &[u32]),
-    rows: &[f32],
-    first: usize,
-    terms: &mut Terms,
-    sums: &mut QuadricLanes,
-) -> f64 {
+fn add_faces(faces: OwnFaces<'_>, first: usize, terms: &mut Terms, sums: &mut QuadricLanes) -> f64 {
     let mut total = 0.0;
-    for &face in own {
-        let face = &faces[face as usize];
-        total += face.weight;
-        let [v0, v1, v2] = face.starts.map(|start| numbers_at(rows, start + first));
-        let FaceTerm { c1, c2, c1_at, c2_at, weight, offset, .. } = *face;
+    for &number in faces.own {
+        let [a, b, c] = faces.faces[number as usize].wedges;
+        let (v0, v1, v2) = (faces.numbers.at(a, first), faces.numbers.at(b, first), faces.numbers.at(c, first));
+        let FaceTerm { c1, c2, c1_at, c2_at, weight, offset } = faces.terms.get(number as usize);
+        total += weight;
         // The first corner has the wedge of an end.
         terms.hold(&v1);
         terms.hold(&v2);
@@ -269,9 +245,13 @@ fn add_means(terms: &Terms, weight: f64, sums: &mut QuadricLanes) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::quads::Quads;
     use super::*;
 
-    /// Two faces around a middle, with two numbers that are linear over both.
+    /// Half a pair.
+    const H: DVec3 = DVec3::X;
+
+    /// Two faces at its first end, the second of which has the other end, with two numbers that are linear over both.
     fn corners() -> [[DVec3; 3]; 2] {
         let [a, b, c, d] = [[-1.0, 0.0], [1.0, 0.0], [0.5, 2.0], [0.0, -1.5]].map(|[x, y]| DVec3::new(x, y, 0.0));
         [[a, b, c], [a, d, b]]
@@ -281,41 +261,56 @@ mod tests {
         [(2.0 * p.x - p.y + 3.0) as f32, (0.25 * p.y) as f32]
     }
 
-    /// The terms of both faces, of rows that are so far apart, and the rows.
-    fn terms(width: usize) -> (Vec<FaceTerm>, Vec<f32>) {
-        let mut rows = Vec::new();
-        let mut start = |p: &DVec3| {
-            rows.extend(row(*p));
-            rows.resize(rows.len() + width - 2, f32::NAN);
-            rows.len() - width
-        };
-        let faces = corners().map(|face| {
-            let normal = (face[1] - face[0]).cross(face[2] - face[0]);
-            FaceTerm::new(face, normal, false, face.each_ref().map(&mut start))
-        });
-        (faces.to_vec(), rows)
+    /// The faces, whose corners have a wedge each, of rows that are so long.
+    struct Around {
+        terms: FaceTerms,
+        faces: [CornerFace; 2],
+        rows: Vec<f32>,
+        width: usize,
     }
 
-    /// Before any face, for the first two rows of such a width.
-    fn between(rows: &[f32], width: usize) -> SideSums {
-        let mut sums = SideSums::default();
-        sums.begin(rows, [0, width], 2);
-        sums
-    }
+    impl Around {
+        fn new(width: usize) -> Self {
+            let mut terms = FaceTerms::default();
+            terms.find(&Quads::of(&corners().map(|[_, p1, p2]| ([p1, p2], -1.0)), H), H, 2);
+            let face = |corners: [u32; 3]| CornerFace { end: 0, corners, wedges: corners, dies: false };
+            let mut rows = Vec::new();
+            for p in corners().concat() {
+                rows.extend(row(p));
+                rows.resize(rows.len() + width - 2, f32::NAN);
+            }
+            Self { terms, faces: [face([0, 1, 2]), face([3, 4, 5])], rows, width }
+        }
 
-    /// What two numbers of two faces cost with the means, and what the best ones save.
-    fn costs_of(sums: &mut SideSums, faces: &[FaceTerm], rows: &[f32]) -> (Quadric, Quadric) {
-        let (mut costs, mut quadric, mut saved) = (CostSums::default(), Quadric::default(), Quadric::default());
-        sums.add_faces(faces, &[0, 1], rows, 2, &mut costs);
-        costs.add_to(2, &mut quadric, &mut saved);
-        (quadric, saved)
+        fn numbers(&self) -> WedgeNumbers<'_> {
+            WedgeNumbers::new(&self.rows, 0, self.width)
+        }
+
+        fn own<'a>(&'a self, own: &'a [u32]) -> OwnFaces<'a> {
+            OwnFaces { faces: &self.faces, terms: &self.terms, own, numbers: self.numbers() }
+        }
+
+        /// The sums before any face, of the first two rows.
+        fn between(&self, summed: usize) -> SideSums {
+            let mut sums = SideSums::default();
+            sums.begin(self.numbers(), [0, 1], summed);
+            sums
+        }
+
+        /// What two numbers of both faces cost with the means, and what the best ones save.
+        fn costs(&self, sums: &mut SideSums) -> (Quadric, Quadric) {
+            let (mut costs, mut quadric, mut saved) = (CostSums::default(), Quadric::default(), Quadric::default());
+            sums.add_faces(self.own(&[0, 1]), 2, &mut costs);
+            costs.add_to(2, &mut quadric, &mut saved);
+            (quadric, saved)
+        }
     }
 
     #[test]
     fn linear_numbers_cost_nothing_where_they_are_best() {
-        let (faces, rows) = terms(2);
-        let mut sums = between(&rows, 2);
-        let (cost, saved) = costs_of(&mut sums, &faces, &rows);
+        let around = Around::new(2);
+        let mut sums = around.between(2);
+        let (cost, saved) = around.costs(&mut sums);
         assert!((sums.weight - (4.0 + 3.0)).abs() < 1e-12);
         let x = DVec3::new(0.3, -0.2, 0.0);
         let mut least = [0.0; 2];
@@ -331,19 +326,16 @@ mod tests {
     /// Sides of one face each cost together what one of both does with the same means, whatever was summed before.
     #[test]
     fn sides_add_up_and_pairs_do_not() {
-        let (wide, wide_rows) = terms(12);
+        let (wide, around) = (Around::new(12), Around::new(2));
         let mut costs = CostSums::default();
-        let mut sums = SideSums::default();
-        sums.begin(&wide_rows, [0, 12], 12);
-        sums.add_faces(&wide, &[0, 1], &wide_rows[..], 12, &mut costs);
-        let (faces, rows) = terms(2);
+        wide.between(12).add_faces(wide.own(&[0, 1]), 12, &mut costs);
         let (mut parts, mut saved) = (Quadric::default(), Quadric::default());
         costs.begin(2);
         for own in [0, 1] {
-            between(&rows, 2).add_faces(&faces, &[own], &rows, 2, &mut costs);
+            around.between(2).add_faces(around.own(&[own]), 2, &mut costs);
         }
         costs.add_to(2, &mut parts, &mut saved);
-        let (whole, _) = costs_of(&mut between(&rows, 2), &faces, &rows);
+        let (whole, _) = around.costs(&mut around.between(2));
         let x = DVec3::new(0.3, -0.2, 0.0);
         assert!((parts.value(x) - whole.value(x)).abs() < 1e-12 && whole.value(x) > 1.0);
         // Each has the numbers of its own face.
@@ -354,11 +346,11 @@ mod tests {
     #[test]
     fn rounding_is_allowed_for_and_little_else() {
         for (offset, bits) in [(1e3, 1), (1e3, 4000), (0.0, 1)] {
-            let (faces, mut rows) = terms(2);
-            rows.iter_mut().for_each(|number| *number += offset);
-            rows[4] = f32::from_bits(rows[4].to_bits() + bits);
-            let mut sums = between(&rows, 2);
-            let (cost, saved) = costs_of(&mut sums, &faces, &rows);
+            let mut around = Around::new(2);
+            around.rows.iter_mut().for_each(|number| *number += offset);
+            around.rows[4] = f32::from_bits(around.rows[4].to_bits() + bits);
+            let mut sums = around.between(2);
+            let (cost, saved) = around.costs(&mut sums);
             let at = cost.minus(&saved).value(DVec3::new(0.3, -0.2, 0.0));
             let (allowed, is_rounding) = (sums.rounding(2), bits == 1);
             assert_eq!(at <= allowed, is_rounding, "{offset}: {at:e} of {allowed:e}");
@@ -368,13 +360,12 @@ mod tests {
     #[test]
     fn each_number_of_any_block_is_best_where_it_is_linear() {
         let width = 12;
-        let (faces, _) = terms(width);
+        let mut around = Around::new(width);
         // Number i of a corner is i times what the first two are linear in.
         let points = corners().concat();
-        let rows: Vec<f32> = points.iter().flat_map(|p| (0..width).map(|i| row(*p)[i % 2] * i as f32)).collect();
-        let mut sums = SideSums::default();
-        sums.begin(&rows, [0, width], width);
-        sums.add_faces(&faces, &[0, 1], &rows, width, &mut CostSums::default());
+        around.rows = points.iter().flat_map(|p| (0..width).map(|i| row(*p)[i % 2] * i as f32)).collect();
+        let mut sums = around.between(width);
+        sums.add_faces(around.own(&[0, 1]), width, &mut CostSums::default());
         let x = DVec3::new(0.3, -0.2, 0.0);
         for summed in [1, 8, 9, 11, 12] {
             let mut least = vec![0.0; summed];
@@ -387,9 +378,8 @@ mod tests {
     #[test]
     fn what_follows_the_numbers_does_not_count() {
         let cost = |width: usize| {
-            let (faces, rows) = terms(width);
-            let mut sums = between(&rows, width);
-            costs_of(&mut sums, &faces, &rows)
+            let around = Around::new(width);
+            around.costs(&mut around.between(2))
         };
         assert_eq!(cost(2), cost(9));
     }
@@ -398,7 +388,7 @@ mod tests {
     fn each_number_of_any_block_is_held() {
         let rows: Vec<f32> = (0..3).flat_map(|r| (0..12).map(move |i| (i * (r + 1)) as f32)).collect();
         let mut sums = SideSums::default();
-        sums.begin(&rows, [0, 24], 12);
+        sums.begin(WedgeNumbers::new(&rows, 0, 12), [0, 2], 12);
         let held = |x: f32, past: f32| (0..12).map(|i| sums.held(i, x, past)).collect::<Vec<_>>();
         let times = |by: f32| (0..12).map(|i| i as f32 * by).collect::<Vec<_>>();
         assert_eq!((held(100.0, 0.0), held(-100.0, 0.0)), (times(3.0), times(1.0)));
@@ -411,11 +401,11 @@ mod tests {
 
     #[test]
     fn numbers_of_the_faces_hold_too_whatever_their_range() {
-        let (faces, mut rows) = terms(2);
-        (rows[4], rows[10]) = (f32::MAX, f32::MIN);
-        let mut sums = between(&rows, 2);
+        let mut around = Around::new(2);
+        (around.rows[4], around.rows[10]) = (f32::MAX, f32::MIN);
+        let mut sums = around.between(2);
         assert!(sums.held(0, 1e30, 0.0) < 1e30);
-        sums.add_faces(&faces, &[0, 1], &rows, 2, &mut CostSums::default());
+        sums.add_faces(around.own(&[0, 1]), 2, &mut CostSums::default());
         assert_eq!([0.0, 0.5].map(|past| sums.held(0, 1e30, past)), [1e30; 2]);
         let wild = [f32::INFINITY, f32::NEG_INFINITY, f32::NAN];
         assert_eq!(wild.map(|x| sums.held(0, x, 0.5)), [f32::MAX, f32::MIN, f32::MIN]);

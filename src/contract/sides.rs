@@ -11,11 +11,12 @@ use crate::kernel::rows::{BORDER, JOINED, LOCKED, SEAM};
 use crate::math::DVec3;
 use crate::mesh::adjacency::corner_of;
 
+use super::face_terms::FaceTerms;
 use super::filter::Rejection;
 use super::layout::{Kind, Layout};
 use super::patch::Patch;
 use super::placement::Quadric;
-use super::side_sums::{CostSums, FaceTerm, SideSums};
+use super::side_sums::{CostSums, OwnFaces, SideSums};
 use super::star::{Star, StarFace};
 use super::wedges::{NO_WEDGE, WedgeRows};
 use super::yielding::{SideEdge, Yields};
@@ -26,16 +27,12 @@ pub const ENDS: usize = 3;
 /// A live face at one of the ends, each told by the first of its ends.
 #[derive(Debug, Clone, Copy)]
 pub struct CornerFace {
-    /// Which of the ends told it.
-    pub end: usize,
     /// That end and the corners after it, as they are now.
     pub corners: [u32; 3],
     /// The wedges of these as the round began, whose rows are current.
     pub wedges: [u32; 3],
-    /// About the middle of the ends.
-    pub points: [DVec3; 3],
-    /// (p1−p0)×(p2−p0).
-    pub normal: DVec3,
+    /// Which of the ends told it.
+    pub end: u8,
     /// Whether it has another end.
     pub dies: bool,
 }
@@ -57,7 +54,7 @@ pub struct Side {
 impl Side {
     /// Whether a face is one of its own.
     pub fn has(&self, face: &CornerFace) -> bool {
-        self.wedges[face.end] == face.wedges[0]
+        self.wedges[usize::from(face.end)] == face.wedges[0]
     }
 
     /// Whether it has a wedge of one end alone.
@@ -79,7 +76,10 @@ impl Side {
 /// The sides of a pair.
 #[derive(Debug, Default)]
 pub struct Sides {
+    /// Of a pair in the order of its star.
     pub faces: Vec<CornerFace>,
+    /// Between the ends.
+    middle: DVec3,
     /// Of a pair, which of them have both ends.
     dying: Range<usize>,
     pub sides: Vec<Side>,
@@ -100,7 +100,7 @@ pub struct Sides {
     costed: usize,
     summed: usize,
     /// What the faces add to sums, and which of them are a side's.
-    terms: Vec<FaceTerm>,
+    terms: FaceTerms,
     own: Vec<u32>,
     costs: CostSums,
     /// The edges that may be seams; longer than there are.
@@ -111,7 +111,8 @@ pub struct Sides {
 
 impl Sides {
     /// Forgets what was gathered before.
-    fn clear(&mut self, layout: &Layout) {
+    fn clear(&mut self, layout: &Layout, middle: DVec3) {
+        self.middle = middle;
         self.faces.clear();
         self.sides.clear();
         (self.fixed, self.tears, self.apart) = (None, false, false);
@@ -130,7 +131,7 @@ impl Sides {
             [NO_WEDGE, second, _] => [second, second],
             [first, second, _] => [first, second],
         };
-        self.sums[number].begin(rows.all(), [rows.start(first), rows.start(second)], self.summed);
+        self.sums[number].begin(rows.numbers(), [first, second], self.summed);
     }
 
     /// Adds a side of a wedge of one end, that none of the other's becomes one with.
@@ -140,24 +141,16 @@ impl Sides {
         self.push(wedges, rows);
     }
 
-    /// Gathers the faces of the star of a pair.
-    pub fn gather_pair(&mut self, patch: &Patch<'_>, pair: [u32; 2], star: &Star) {
+    /// Gathers the faces of the star of a pair about `middle`.
+    pub fn gather_pair(&mut self, patch: &Patch<'_>, pair: [u32; 2], star: &Star, middle: DVec3) {
         let Some(rows) = patch.wedges() else { return };
-        self.clear(rows.layout);
-        let parts = [
-            (0, -star.h, star.numbers_of_first(), false),
-            (0, -star.h, star.numbers_of_shared(), true),
-            (1, star.h, star.numbers_of_second(), false),
-        ];
-        self.dying = star.first().len()..star.first().len() + star.shared().len();
-        for (end, at, numbers, dies) in parts {
-            self.faces.extend(numbers.map(|number| {
-                let StarFace { face, others: [v1, v2] } = star.face(number);
-                let [p1, p2] = [0, 1].map(|corner| star.quads.point(number, corner));
-                let corner = corner_of(patch.connectivity.faces[face as usize].corners(), pair[end]);
-                let wedges = rows.wedges_from(3 * face + corner as u32);
-                let normal = star.quads.normal(number);
-                CornerFace { end, corners: [pair[end], v1, v2], wedges, points: [at, p1, p2], normal, dies }
+        self.clear(rows.layout, middle);
+        self.dying = star.numbers_of_shared();
+        for (end, faces, dies) in [(0, star.first(), false), (1, star.second(), false), (0, star.shared(), true)] {
+            let vertex = pair[usize::from(end)];
+            self.faces.extend(faces.iter().map(|&StarFace { face, others: [v1, v2] }| {
+                let corner = corner_of(patch.connectivity.faces[face as usize].corners(), vertex);
+                CornerFace { corners: [vertex, v1, v2], wedges: rows.wedges_from(face, corner), end, dies }
             }));
         }
     }
@@ -165,7 +158,7 @@ impl Sides {
     /// Gathers the live faces of the corners of a triangle, which are free: all of them lie in the patch.
     pub fn gather(&mut self, patch: &Patch<'_>, ends: [u32; ENDS], middle: DVec3) {
         let Some(rows) = patch.wedges() else { return };
-        self.clear(rows.layout);
+        self.clear(rows.layout, middle);
         for (end, &vertex) in ends.iter().enumerate() {
             for &f in patch.connectivity.ring(vertex) {
                 let corners = patch.connectivity.faces[f as usize].corners();
@@ -176,10 +169,8 @@ impl Sides {
                     continue;
                 }
                 let wedges = around.map(|k| rows.wedge(f, k));
-                let points = now.map(|v| patch.position(v).xyz().as_dvec3() - middle);
-                let normal = (points[1] - points[0]).cross(points[2] - points[0]);
                 let dies = now[1..].iter().any(|v| ends.contains(v));
-                self.faces.push(CornerFace { end, corners: now, wedges, points, normal, dies });
+                self.faces.push(CornerFace { corners: now, wedges, end: end as u8, dies });
             }
         }
     }
@@ -303,18 +294,14 @@ impl Sides {
 
     /// Adds what the attributes cost to the quadric of a pair about its middle, as if the numbers of the new wedges were the
     /// means of the ends'; what better ones save is told by [`Sides::with_least`].
-    pub fn add_to(&mut self, patch: &Patch<'_>, quadric: &mut Quadric) {
+    pub fn add_to(&mut self, patch: &Patch<'_>, star: &Star, quadric: &mut Quadric) {
         self.saved = Quadric::default();
         let (Some(rows), costed) = (patch.wedges(), self.costed) else { return };
         if costed == 0 || self.apart {
             return;
         }
         let Self { faces, sides, sums, terms, own, costs, saved, .. } = self;
-        terms.clear();
-        terms.extend(faces.iter().map(|face| {
-            let CornerFace { points, normal, dies, wedges, .. } = *face;
-            FaceTerm::new(points, normal, dies, wedges.map(|wedge| rows.start(wedge)))
-        }));
+        terms.find(&star.quads, star.h, star.survivors());
         costs.begin(costed);
         own.resize(faces.len().max(own.len()), 0);
         for (side, sums) in sides.iter().zip(sums) {
@@ -324,9 +311,15 @@ impl Sides {
                 own[count] = number as u32;
                 count += usize::from(side.has(face));
             }
-            sums.add_faces(terms, &own[..count], rows.all(), costed, costs);
+            let own = OwnFaces { faces, terms, own: &own[..count], numbers: rows.numbers() };
+            sums.add_faces(own, costed, costs);
         }
         costs.add_to(costed, quadric, saved);
+    }
+
+    /// Where the corners of a face stand about the middle.
+    pub fn points(&self, patch: &Patch<'_>, face: &CornerFace) -> [DVec3; 3] {
+        face.corners.map(|v| patch.position(v).xyz().as_dvec3() - self.middle)
     }
 
     /// The quadric with the numbers of the new wedges that are best at every place.
@@ -400,8 +393,9 @@ mod tests {
         for face in patch.connectivity.faces {
             let pair = [face.a, face.b];
             let [u, w] = pair.map(|v| patch.position(v).xyz().as_dvec3());
-            star.gather(pair, (u + w) * 0.5, (w - u) * 0.5, &patch).expect("the patch is the whole surface");
-            sides.gather_pair(&patch, pair, &star);
+            let middle = (u + w) * 0.5;
+            star.gather(pair, middle, (w - u) * 0.5, &patch).expect("the patch is the whole surface");
+            sides.gather_pair(&patch, pair, &star, middle);
             if sides.find(&patch, pair).is_ok() {
                 assert_eq!(sides.is_inside(), pair.iter().all(|&v| is_inside(v)), "{pair:?}");
                 if sides.is_inside() { inside += 1 } else { outside += 1 }

@@ -20,11 +20,11 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::backend::Buffer;
-use crate::kernel::pairs::half_edge_corners;
 use crate::kernel::rows::Face;
 use crate::kernel::split::CHUNK;
 use crate::kernel::warm::warm_up;
-use crate::math::Vec3;
+use crate::math::{Vec2, Vec3};
+use crate::math::lanes::{Numbers, numbers_at};
 use crate::mesh::adjacency::corner_of;
 use crate::mesh::orient::input_corner;
 use crate::mesh::{Mesh, Rings};
@@ -222,6 +222,35 @@ pub fn now(wedge: u32, roles: &[u32]) -> u32 {
     }
 }
 
+/// The rows of consecutive wedges, to read.
+#[derive(Debug, Clone, Copy)]
+pub struct WedgeNumbers<'a> {
+    rows: &'a [f32],
+    first: u32,
+    width: usize,
+}
+
+impl<'a> WedgeNumbers<'a> {
+    /// Rows of `width` numbers each, of the wedges from `first` on.
+    pub fn new(rows: &'a [f32], first: u32, width: usize) -> Self {
+        Self { rows, first, width }
+    }
+
+    /// As many numbers as a vector holds, from one of a wedge's on: past its row those of the next.
+    #[expect(clippy::inline_always, reason = "compiled for the instruction set of its caller")]
+    #[inline(always)]
+    pub fn at(&self, wedge: u32, number: usize) -> Numbers<f32> {
+        numbers_at(self.rows, (wedge - self.first) as usize * self.width + number)
+    }
+
+    /// Two numbers of a wedge's, a place in a texture.
+    #[inline]
+    pub fn place(&self, wedge: u32, number: usize) -> Vec2 {
+        let start = (wedge - self.first) as usize * self.width + number;
+        Vec2::from_slice(&self.rows[start..start + 2])
+    }
+}
+
 /// The wedges of consecutive vertices, and the corners of all faces.
 #[derive(Debug)]
 pub struct WedgeRows<'a> {
@@ -282,9 +311,16 @@ impl<'a> WedgeRows<'a> {
         self.corners[face as usize].corners()[corner]
     }
 
-    /// Those that the corners of a face had, from that of a half-edge on.
-    pub fn wedges_from(&self, half_edge: u32) -> [u32; 3] {
-        half_edge_corners(half_edge, self.corners)
+    /// Those that the corners of a face had, from one of its corners on, without a branch.
+    #[inline]
+    pub fn wedges_from(&self, face: u32, corner: usize) -> [u32; 3] {
+        let Face { a, b, c } = self.corners[face as usize];
+        let from = |at_a: u32, at_b: u32, at_c: u32| match corner {
+            0 => at_a,
+            1 => at_b,
+            _ => at_c,
+        };
+        [from(a, b, c), from(b, c, a), from(c, a, b)]
     }
 
     /// What it is now.
@@ -295,14 +331,9 @@ impl<'a> WedgeRows<'a> {
         }
     }
 
-    /// Where its row starts in [`Self::all`].
-    pub fn start(&self, wedge: u32) -> usize {
-        self.local(wedge) * self.layout.width
-    }
-
-    /// The rows of all these wedges, one after the other, as they are now.
-    pub fn all(&self) -> &[f32] {
-        self.rows
+    /// All rows, as they are now.
+    pub fn numbers(&self) -> WedgeNumbers<'_> {
+        WedgeNumbers::new(self.rows, self.first, self.layout.width)
     }
 
     /// Its row, as it is now.

@@ -108,7 +108,7 @@ impl Sides {
             let face = &self.faces[f];
             let has_side = self.sides.iter().fold(false, |found, side| found | side.has(face));
             if !has_side {
-                self.push_alone(face.end, face.wedges[0], rows);
+                self.push_alone(usize::from(face.end), face.wedges[0], rows);
             }
         }
         Ok(())
@@ -138,7 +138,7 @@ impl Sides {
                 _ => edges.iter().any(|other| runs_back(other) && parts(other)),
             };
             if is_seam {
-                let points = &self.faces[edge.face].points;
+                let points = self.points(patch, &self.faces[edge.face]);
                 let (from, to) = (points[edge.corner], points[(edge.corner + 1) % 3]);
                 quadric.add_border(to - from, from, weight / 2.0);
             }
