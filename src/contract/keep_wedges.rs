@@ -189,7 +189,12 @@ mod tests {
         fn left(&mut self) -> (Vec<Face>, Vec<u32>, Vec<f32>, Vec<u32>) {
             let (corners, starts) = self.wedges.connectivity();
             let (corners, starts) = (corners[..self.faces.len()].to_vec(), starts[..=self.vertices].to_vec());
-            (corners, starts, self.wedges.buffers.rows.host()[..self.wedges.len() * self.wedges.layout.width].to_vec(), self.wedges.origin.clone())
+            (
+                corners,
+                starts,
+                self.wedges.buffers.rows.host()[..self.wedges.len() * self.wedges.layout.width].to_vec(),
+                self.wedges.origin.clone(),
+            )
         }
     }
 

@@ -206,33 +206,34 @@ impl Layout {
 
     /// Writes the row of a corner of `mesh`; what is not finite is zero.
     pub fn read(&self, mesh: &Mesh, face: usize, corner: usize, row: &mut [f32]) {
-        row.fill(0.0);
         let vertex = mesh.faces[face][corner] as usize;
         for layer in &self.layers {
+            let most = if layer.first < self.costed { MOST } else { f32::INFINITY };
+            let place = |x: f32| if x.is_finite() { (x * layer.scale).clamp(-most, most) } else { 0.0 };
             let out = layer.of_mut(row);
+            // Of known length where it is known: these are read for every wedge.
             match layer.origin {
                 Origin::Normals => {
                     let normal = mesh.normals.as_ref().map_or(Vec3::ZERO, |rows| rows[vertex]);
-                    out.copy_from_slice(&normal.to_array());
+                    out.copy_from_slice(&normal.to_array().map(place));
                 }
                 Origin::Colors => {
-                    out.copy_from_slice(&mesh.colors.as_ref().map_or([0.0; 4], |rows| rows[vertex]));
+                    let mut color = mesh.colors.as_ref().map_or([0.0; 4], |rows| rows[vertex]);
                     if layer.kind == Kind::Luv {
-                        let color = [out[0], out[1], out[2]].map(|channel| f64::from(channel.clamp(0.0, 1.0)));
-                        out.iter_mut().zip(luv::luv(color)).for_each(|(out, x)| *out = (x / LUV) as f32);
+                        let [r, g, b, alpha] = color;
+                        let luv = luv::luv([r, g, b].map(|channel| f64::from(channel.clamp(0.0, 1.0))));
+                        let [l, u, v] = luv.map(|x| (x / LUV) as f32);
+                        color = [l, u, v, alpha];
                     }
+                    out.copy_from_slice(&color.map(place));
                 }
                 Origin::Texcoords => {
-                    out.copy_from_slice(
-                        &mesh.texcoords.as_ref().map_or([0.0; 2], |rows| rows[face][corner].to_array()),
-                    );
+                    let at = mesh.texcoords.as_ref().map_or([0.0; 2], |rows| rows[face][corner].to_array());
+                    out.copy_from_slice(&at.map(place));
                 }
-                Origin::Channel(number) => out.copy_from_slice(mesh.channels[number].row(vertex)),
-            }
-            for x in out {
-                *x = if x.is_finite() { *x * layer.scale } else { 0.0 };
-                if layer.first < self.costed {
-                    *x = x.clamp(-MOST, MOST);
+                Origin::Channel(number) => {
+                    let stored = mesh.channels[number].row(vertex);
+                    out.iter_mut().zip(stored).for_each(|(out, &x)| *out = place(x));
                 }
             }
         }

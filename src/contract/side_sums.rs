@@ -1,7 +1,9 @@
 //! What the attributes on a side of a pair cost, in double precision: sums over its faces, many numbers at a time.
 //!
 //! Numbers of a row stand side by side, so that a vector holds those of one corner; nothing is added across a vector before
-//! the end, and then in their order. Lanes past the numbers that are summed hold anything and are never read.
+//! the end. Lanes past the numbers that are summed hold anything and are never read.
+
+#![expect(clippy::inline_always, reason = "compiled for the instruction set of its caller")]
 
 use multiversion::multiversion;
 
@@ -16,6 +18,9 @@ use super::wedges::WedgeNumbers;
 
 /// Blocks of so many for all that decide.
 const BLOCKS: usize = MOST_COSTED / NUMBERS;
+
+/// So many numbers are summed in half as many lanes: a texture's, or a normal's.
+const FEW: usize = NUMBERS / 2;
 
 type Lanes = Numbers<f64>;
 
@@ -36,65 +41,71 @@ struct Terms {
     high: Numbers<f32>,
 }
 
-impl Terms {
-    /// Widens the range of the numbers to those of another corner.
-    #[expect(clippy::inline_always, reason = "compiled for the instruction set of its caller")]
+/// Sums of |n| (g·x + e)², a number to a lane.
+#[derive(Debug, Clone, Copy)]
+struct QuadricLanes<const COUNT: usize> {
+    /// The upper half of Σ |n| g gᵀ, row by row; Σ |n| g e; Σ |n| e².
+    columns: [[f64; COUNT]; 10],
+}
+
+impl<const COUNT: usize> QuadricLanes<COUNT> {
+    const ZERO: Self = Self { columns: [[0.0; COUNT]; 10] };
+
     #[inline(always)]
-    fn hold(&mut self, numbers: &Numbers<f32>) {
-        for (lane, &x) in numbers.iter().enumerate() {
-            self.low[lane] = if x < self.low[lane] { x } else { self.low[lane] };
-            self.high[lane] = if x > self.high[lane] { x } else { self.high[lane] };
+    fn add(&mut self, lane: usize, [x, y, z]: [f64; 3], [wx, wy, wz]: [f64; 3], e: f64, we: f64) {
+        let terms = [wx * x, wx * y, wx * z, wy * y, wy * z, wz * z, wx * e, wy * e, wz * e, we * e];
+        for (column, term) in self.columns.iter_mut().zip(terms) {
+            column[lane] += term;
         }
     }
-}
 
-/// Sums of |n| (g·x + e)², a number to a lane.
-#[derive(Debug, Clone, Copy, Default)]
-struct QuadricLanes {
-    /// The upper half of Σ |n| g gᵀ, row by row.
-    a: [Lanes; 6],
-    /// Σ |n| g e.
-    b: [Lanes; 3],
-    /// Σ |n| e².
-    c: Lanes,
-}
-
-impl QuadricLanes {
+    /// The first lanes.
     #[inline(always)]
-    fn add(&mut self, lane: usize, g: [f64; 3], e: f64, weight: f64) {
-        let [x, y, z] = g;
-        let [wx, wy, wz] = g.map(|g| g * weight);
-        for (sum, term) in self.a.iter_mut().zip([wx * x, wx * y, wx * z, wy * y, wy * z, wz * z]) {
-            sum[lane] += term;
+    fn first<const FIRST: usize>(&self) -> QuadricLanes<FIRST> {
+        let mut first = QuadricLanes::ZERO;
+        for (column, own) in first.columns.iter_mut().zip(&self.columns) {
+            column.copy_from_slice(&own[..FIRST]);
         }
-        for (sum, term) in self.b.iter_mut().zip([wx * e, wy * e, wz * e]) {
-            sum[lane] += term;
+        first
+    }
+
+    /// Replaces the first lanes.
+    #[inline(always)]
+    fn set_first<const FIRST: usize>(&mut self, first: &QuadricLanes<FIRST>) {
+        for (column, own) in first.columns.iter().zip(&mut self.columns) {
+            own[..FIRST].copy_from_slice(column);
         }
-        self.c[lane] += weight * e * e;
     }
 
     /// Adds the sums of the first `lanes` lanes to a quadric, in their order.
     fn add_to(&self, quadric: &mut Quadric, lanes: usize) {
-        let sum = |column: &Lanes| column[..lanes].iter().sum::<f64>();
-        quadric.add_sums(self.a.each_ref().map(sum), DVec3::from(self.b.each_ref().map(sum)), sum(&self.c));
+        let sum = |column: &[f64; COUNT]| column[..lanes].iter().sum::<f64>();
+        let [xx, xy, xz, yy, yz, zz, x, y, z, c] = self.columns.each_ref().map(sum);
+        quadric.add_sums([xx, xy, xz, yy, yz, zz], DVec3::new(x, y, z), c);
     }
 }
 
 /// What the numbers of all sides of a pair cost, before the lanes are added up.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct CostSums {
     /// As long as the new wedges have the means.
-    means: [QuadricLanes; BLOCKS],
+    means: [QuadricLanes<NUMBERS>; BLOCKS],
     /// What the best numbers save.
-    saved: [QuadricLanes; BLOCKS],
+    saved: [QuadricLanes<NUMBERS>; BLOCKS],
+}
+
+impl Default for CostSums {
+    fn default() -> Self {
+        Self { means: [QuadricLanes::ZERO; BLOCKS], saved: [QuadricLanes::ZERO; BLOCKS] }
+    }
 }
 
 impl CostSums {
     /// Forgets all sides, for so many numbers that decide.
     pub fn begin(&mut self, costed: usize) {
         let blocks = costed.div_ceil(NUMBERS);
-        self.means[..blocks].fill(QuadricLanes::default());
-        self.saved[..blocks].fill(QuadricLanes::default());
+        self.means[..blocks].fill(QuadricLanes::ZERO);
+        self.saved[..blocks].fill(QuadricLanes::ZERO);
     }
 
     /// Adds to quadrics what so many numbers cost with the means, and what the best ones save.
@@ -131,23 +142,27 @@ impl SideSums {
     pub fn begin(&mut self, numbers: WedgeNumbers<'_>, wedges: [u32; 2], summed: usize) {
         self.weight = 0.0;
         for (block, terms) in self.terms.iter_mut().enumerate().take(summed.div_ceil(NUMBERS)) {
-            let [first, second] = wedges.map(|wedge| numbers.at(wedge, block * NUMBERS));
-            *terms = Terms { low: first, high: first, ..Terms::default() };
-            terms.hold(&second);
+            let [first, second] = wedges.map(|wedge| numbers.at::<NUMBERS>(wedge, block * NUMBERS));
+            let (mut low, mut high, mut half, mut mean) = (first, first, [0.0; NUMBERS], [0.0; NUMBERS]);
             for lane in 0..NUMBERS {
+                low[lane] = if second[lane] < low[lane] { second[lane] } else { low[lane] };
+                high[lane] = if second[lane] > high[lane] { second[lane] } else { high[lane] };
                 let (a, b) = (f64::from(first[lane]), f64::from(second[lane]));
-                (terms.half[lane], terms.mean[lane]) = ((b - a) * 0.5, (a + b) * 0.5);
+                (half[lane], mean[lane]) = ((b - a) * 0.5, (a + b) * 0.5);
             }
+            *terms = Terms { half, mean, low, high, ..Terms::default() };
         }
     }
 
-    /// Adds the faces of the side, once after [`begin`](Self::begin); and to `costs` what their first `costed` numbers cost.
-    pub fn add_faces(&mut self, faces: OwnFaces<'_>, costed: usize, costs: &mut CostSums) {
+    /// Adds the faces of the side, once after [`begin`](Self::begin) with as many `summed`; and to `costs` what their first
+    /// `costed` numbers cost.
+    pub fn add_faces(&mut self, faces: OwnFaces<'_>, [costed, summed]: [usize; 2], costs: &mut CostSums) {
         for (block, terms) in self.terms.iter_mut().enumerate().take(costed.div_ceil(NUMBERS)) {
-            self.weight = add_faces(faces, block * NUMBERS, terms, &mut costs.means[block]);
-            if self.weight > 0.0 {
-                add_means(terms, self.weight, &mut costs.saved[block]);
-            }
+            let (first, costs) = (block * NUMBERS, [&mut costs.means[block], &mut costs.saved[block]]);
+            self.weight = match summed - first {
+                ..=FEW => add_faces::<FEW>(faces, first, terms, costs),
+                _ => add_faces::<NUMBERS>(faces, first, terms, costs),
+            };
         }
     }
 
@@ -155,8 +170,8 @@ impl SideSums {
     fn numbers(&self, count: usize) -> impl Iterator<Item = (f64, f64, DVec3, f64)> {
         (0..count).map(|i| {
             let (terms, lane) = (&self.terms[i / NUMBERS], i % NUMBERS);
-            let g = DVec3::from(terms.g.map(|column| column[lane]));
-            (terms.half[lane], terms.mean[lane], g, terms.e[lane])
+            let [x, y, z] = &terms.g;
+            (terms.half[lane], terms.mean[lane], DVec3::new(x[lane], y[lane], z[lane]), terms.e[lane])
         })
     }
 
@@ -206,41 +221,66 @@ impl SideSums {
     }
 }
 
-/// Adds a side's own faces to the terms of the numbers from `first` on, and returns their weight.
+/// Adds a side's own faces to the terms of so many numbers from `first` on, and returns their weight; and what they cost with the
+/// means and what the best numbers save to sums.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
-fn add_faces(faces: OwnFaces<'_>, first: usize, terms: &mut Terms, sums: &mut QuadricLanes) -> f64 {
+fn add_faces<const COUNT: usize>(
+    faces: OwnFaces<'_>,
+    first: usize,
+    terms: &mut Terms,
+    [means, saved]: [&mut QuadricLanes<NUMBERS>; 2],
+) -> f64 {
+    // Apart from what is in memory, so that registers hold them.
+    let (mut g_sum, mut e_sum, mut own) = ([[0.0; COUNT]; 3], [0.0; COUNT], means.first::<COUNT>());
+    let (mut mean, mut low, mut high) = ([0.0; COUNT], [0.0; COUNT], [0.0; COUNT]);
+    mean.copy_from_slice(&terms.mean[..COUNT]);
+    low.copy_from_slice(&terms.low[..COUNT]);
+    high.copy_from_slice(&terms.high[..COUNT]);
     let mut total = 0.0;
     for &number in faces.own {
         let [a, b, c] = faces.faces[number as usize].wedges;
-        let (v0, v1, v2) = (faces.numbers.at(a, first), faces.numbers.at(b, first), faces.numbers.at(c, first));
+        let (v0, v1, v2): ([f32; COUNT], [f32; COUNT], [f32; COUNT]) =
+            (faces.numbers.at(a, first), faces.numbers.at(b, first), faces.numbers.at(c, first));
         let FaceTerm { c1, c2, c1_at, c2_at, weight, offset } = faces.terms.get(number as usize);
         total += weight;
-        // The first corner has the wedge of an end.
-        terms.hold(&v1);
-        terms.hold(&v2);
-        for lane in 0..NUMBERS {
+        for lane in 0..COUNT {
+            // The first corner has the wedge of an end.
+            let least = if v1[lane] < v2[lane] { v1[lane] } else { v2[lane] };
+            let most = if v1[lane] > v2[lane] { v1[lane] } else { v2[lane] };
+            low[lane] = if least < low[lane] { least } else { low[lane] };
+            high[lane] = if most > high[lane] { most } else { high[lane] };
+        }
+        for lane in 0..COUNT {
             let at = f64::from(v0[lane]);
             let (d1, d2) = (f64::from(v1[lane]) - at, f64::from(v2[lane]) - at);
             let g = [c1.x * d1 + c2.x * d2, c1.y * d1 + c2.y * d2, c1.z * d1 + c2.z * d2];
-            let e = (at - c1_at * d1 - c2_at * d2 - terms.mean[lane]) * offset;
-            terms.g[0][lane] += g[0] * weight;
-            terms.g[1][lane] += g[1] * weight;
-            terms.g[2][lane] += g[2] * weight;
-            terms.e[lane] += e * weight;
-            sums.add(lane, g, e, weight);
+            let e = (at - c1_at * d1 - c2_at * d2 - mean[lane]) * offset;
+            let (weighted, we) = ([g[0] * weight, g[1] * weight, g[2] * weight], e * weight);
+            g_sum[0][lane] += weighted[0];
+            g_sum[1][lane] += weighted[1];
+            g_sum[2][lane] += weighted[2];
+            e_sum[lane] += we;
+            own.add(lane, g, weighted, e, we);
         }
     }
-    total
-}
-
-/// Adds `weight` times the square of the weighted mean of all faces' functions.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
-fn add_means(terms: &Terms, weight: f64, sums: &mut QuadricLanes) {
-    let inverse = 1.0 / weight;
-    for lane in 0..NUMBERS {
-        let g = [terms.g[0][lane] * inverse, terms.g[1][lane] * inverse, terms.g[2][lane] * inverse];
-        sums.add(lane, g, terms.e[lane] * inverse, weight);
+    means.set_first(&own);
+    if total > 0.0 {
+        // The square of the weighted mean of all faces' functions.
+        let (inverse, mut own) = (1.0 / total, saved.first::<COUNT>());
+        for lane in 0..COUNT {
+            let sums = [g_sum[0][lane], g_sum[1][lane], g_sum[2][lane]];
+            let g = [sums[0] * inverse, sums[1] * inverse, sums[2] * inverse];
+            own.add(lane, g, sums, e_sum[lane] * inverse, e_sum[lane]);
+        }
+        saved.set_first(&own);
     }
+    for (own, sum) in terms.g.iter_mut().zip(&g_sum) {
+        own[..COUNT].copy_from_slice(sum);
+    }
+    terms.e[..COUNT].copy_from_slice(&e_sum);
+    terms.low[..COUNT].copy_from_slice(&low);
+    terms.high[..COUNT].copy_from_slice(&high);
+    total
 }
 
 #[cfg(test)]
@@ -300,7 +340,7 @@ mod tests {
         /// What two numbers of both faces cost with the means, and what the best ones save.
         fn costs(&self, sums: &mut SideSums) -> (Quadric, Quadric) {
             let (mut costs, mut quadric, mut saved) = (CostSums::default(), Quadric::default(), Quadric::default());
-            sums.add_faces(self.own(&[0, 1]), 2, &mut costs);
+            sums.add_faces(self.own(&[0, 1]), [2; 2], &mut costs);
             costs.add_to(2, &mut quadric, &mut saved);
             (quadric, saved)
         }
@@ -328,11 +368,11 @@ mod tests {
     fn sides_add_up_and_pairs_do_not() {
         let (wide, around) = (Around::new(12), Around::new(2));
         let mut costs = CostSums::default();
-        wide.between(12).add_faces(wide.own(&[0, 1]), 12, &mut costs);
+        wide.between(12).add_faces(wide.own(&[0, 1]), [12; 2], &mut costs);
         let (mut parts, mut saved) = (Quadric::default(), Quadric::default());
         costs.begin(2);
         for own in [0, 1] {
-            around.between(2).add_faces(around.own(&[own]), 2, &mut costs);
+            around.between(2).add_faces(around.own(&[own]), [2; 2], &mut costs);
         }
         costs.add_to(2, &mut parts, &mut saved);
         let (whole, _) = around.costs(&mut around.between(2));
@@ -365,7 +405,7 @@ mod tests {
         let points = corners().concat();
         around.rows = points.iter().flat_map(|p| (0..width).map(|i| row(*p)[i % 2] * i as f32)).collect();
         let mut sums = around.between(width);
-        sums.add_faces(around.own(&[0, 1]), width, &mut CostSums::default());
+        sums.add_faces(around.own(&[0, 1]), [width; 2], &mut CostSums::default());
         let x = DVec3::new(0.3, -0.2, 0.0);
         for summed in [1, 8, 9, 11, 12] {
             let mut least = vec![0.0; summed];
@@ -405,7 +445,7 @@ mod tests {
         (around.rows[4], around.rows[10]) = (f32::MAX, f32::MIN);
         let mut sums = around.between(2);
         assert!(sums.held(0, 1e30, 0.0) < 1e30);
-        sums.add_faces(around.own(&[0, 1]), 2, &mut CostSums::default());
+        sums.add_faces(around.own(&[0, 1]), [2; 2], &mut CostSums::default());
         assert_eq!([0.0, 0.5].map(|past| sums.held(0, 1e30, past)), [1e30; 2]);
         let wild = [f32::INFINITY, f32::NEG_INFINITY, f32::NAN];
         assert_eq!(wild.map(|x| sums.held(0, x, 0.5)), [f32::MAX, f32::MIN, f32::MIN]);

@@ -296,7 +296,7 @@ impl Sides {
     /// means of the ends'; what better ones save is told by [`Sides::with_least`].
     pub fn add_to(&mut self, patch: &Patch<'_>, star: &Star, quadric: &mut Quadric) {
         self.saved = Quadric::default();
-        let (Some(rows), costed) = (patch.wedges(), self.costed) else { return };
+        let (Some(rows), costed, summed) = (patch.wedges(), self.costed, self.summed) else { return };
         if costed == 0 || self.apart {
             return;
         }
@@ -312,7 +312,7 @@ impl Sides {
                 count += usize::from(side.has(face));
             }
             let own = OwnFaces { faces, terms, own: &own[..count], numbers: rows.numbers() };
-            sums.add_faces(own, costed, costs);
+            sums.add_faces(own, [costed, summed], costs);
         }
         costs.add_to(costed, quadric, saved);
     }

@@ -23,8 +23,8 @@ use crate::backend::Buffer;
 use crate::kernel::rows::Face;
 use crate::kernel::split::CHUNK;
 use crate::kernel::warm::warm_up;
+use crate::math::lanes::numbers_at;
 use crate::math::{Vec2, Vec3};
-use crate::math::lanes::{Numbers, numbers_at};
 use crate::mesh::adjacency::corner_of;
 use crate::mesh::orient::input_corner;
 use crate::mesh::{Mesh, Rings};
@@ -236,18 +236,17 @@ impl<'a> WedgeNumbers<'a> {
         Self { rows, first, width }
     }
 
-    /// As many numbers as a vector holds, from one of a wedge's on: past its row those of the next.
+    /// So many numbers from one of a wedge's on: past its row those of the next.
     #[expect(clippy::inline_always, reason = "compiled for the instruction set of its caller")]
     #[inline(always)]
-    pub fn at(&self, wedge: u32, number: usize) -> Numbers<f32> {
+    pub fn at<const COUNT: usize>(&self, wedge: u32, number: usize) -> [f32; COUNT] {
         numbers_at(self.rows, (wedge - self.first) as usize * self.width + number)
     }
 
     /// Two numbers of a wedge's, a place in a texture.
     #[inline]
     pub fn place(&self, wedge: u32, number: usize) -> Vec2 {
-        let start = (wedge - self.first) as usize * self.width + number;
-        Vec2::from_slice(&self.rows[start..start + 2])
+        Vec2::from_array(self.at(wedge, number))
     }
 }
 

@@ -22,10 +22,10 @@ pub const NUMBERS: usize = 8;
 /// Numbers of a row side by side.
 pub type Numbers<T> = [T; NUMBERS];
 
-/// The numbers from `start` on; past the end of the rows 0.
+/// So many numbers from `start` on; past the end of the rows 0.
 #[expect(clippy::inline_always, reason = "compiled for the instruction set of its caller")]
 #[inline(always)]
-pub fn numbers_at(rows: &[f32], start: usize) -> Numbers<f32> {
+pub fn numbers_at<const COUNT: usize>(rows: &[f32], start: usize) -> [f32; COUNT] {
     let from = rows.get(start..).unwrap_or_default();
     let last;
     *match from.first_chunk() {
@@ -40,7 +40,7 @@ pub fn numbers_at(rows: &[f32], start: usize) -> Numbers<f32> {
 /// Apart, or vectors would be put together number by number everywhere.
 #[cold]
 #[inline(never)]
-fn last_numbers(from: &[f32]) -> Numbers<f32> {
+fn last_numbers<const COUNT: usize>(from: &[f32]) -> [f32; COUNT] {
     std::array::from_fn(|j| from.get(j).copied().unwrap_or_default())
 }
 

@@ -24,7 +24,8 @@ impl WideRows {
     /// The vector of a lane.
     #[inline(always)]
     pub fn get(&self, lane: usize) -> DVec3 {
-        DVec3::from_array(self.0.map(|row| row[lane]))
+        let [x, y, z] = &self.0;
+        DVec3::new(x[lane], y[lane], z[lane])
     }
 
     /// Replaces the vector of a lane.
@@ -86,6 +87,12 @@ impl<S: Simd> WideVec3<S> {
             y: self.z * other.x - other.z * self.x,
             z: self.x * other.y - other.x * self.y,
         }
+    }
+
+    /// As many vectors of zeros.
+    #[inline(always)]
+    pub fn zero(simd: S) -> Self {
+        Self::splat(simd, DVec3::ZERO)
     }
 
     /// To memory.
