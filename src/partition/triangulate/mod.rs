@@ -69,6 +69,18 @@ pub fn triangulate(outline: &Outline, by: Triangulation) -> Option<Vec<[u32; 3]>
     sketch.clip_ears(|_, _| true)
 }
 
+/// The first point of an outline without fault where rings touch and the inside joins other edges than the rings do: in the plane
+/// it hangs together at that vertex otherwise than along its rings.
+pub fn joined_anew(outline: &Outline) -> Option<usize> {
+    let mut vertices = outline.vertices.clone();
+    vertices.sort_unstable();
+    if vertices.windows(2).all(|pair| pair[0] != pair[1]) {
+        return None;
+    }
+    let nodes = Nodes::new(outline, &outline.scaled());
+    outline.successors().iter().zip(&nodes.next).position(|(own, inside)| own != inside)
+}
+
 /// An outline without fault, and what is known of it.
 struct Sketch<'a> {
     outline: &'a Outline,
