@@ -25,9 +25,44 @@ pub struct Blend {
     rows: Vec<f32>,
     /// That of the nearest point, where the best place folds; and what several share.
     nearest: Vec<f32>,
-    /// For each side the first that has the same of a layer.
-    leaders: Vec<usize>,
+    groups: Groups,
     chart: Chart,
+}
+
+/// Sides that have the same of a layer.
+#[derive(Debug, Default)]
+struct Groups {
+    /// For each side the first of its own.
+    leaders: Vec<u32>,
+    /// The sides, those of a group together and ascending, and where those of each leader begin.
+    members: Vec<u32>,
+    starts: Vec<u32>,
+}
+
+impl Groups {
+    /// Groups so many sides by the first that each agrees with.
+    fn find(&mut self, count: usize, mut first: impl FnMut(usize) -> Option<usize>) {
+        self.leaders.clear();
+        self.starts.clear();
+        self.starts.resize(count + 1, 0);
+        for number in 0..count {
+            let leader = first(number).map_or(number as u32, |first| self.leaders[first]);
+            self.leaders.push(leader);
+            self.starts[leader as usize + 1] += 1;
+        }
+        for leader in 0..count {
+            self.starts[leader + 1] += self.starts[leader];
+        }
+        self.members.clear();
+        self.members.extend(0..count as u32);
+        // Nearly in order as they are.
+        self.members.sort_by_key(|&member| self.leaders[member as usize]);
+    }
+
+    /// Those that a side leads, itself first; none where another leads it.
+    fn of(&self, leader: usize) -> &[u32] {
+        &self.members[self.starts[leader] as usize..self.starts[leader + 1] as usize]
+    }
 }
 
 impl Blend {
@@ -59,7 +94,7 @@ impl Blend {
             }
             side.own(ENDS).take(1).for_each(|wedge| row.copy_from_slice(wedges.row(wedge)));
             if sides.apart || layout.has_others {
-                nearest_row(patch, wedges, sides, of_side(sides, number), x, row);
+                nearest_row(patch, wedges, sides, sides.faces_of(number), x, row);
             }
             if !sides.apart {
                 sides.write_least(number, x, row);
@@ -73,7 +108,7 @@ impl Blend {
         for layer in layout.of_kind(Kind::Texcoords) {
             self.group(wedges, sides, layer);
             for side in 0..sides.sides.len() {
-                if self.leaders[side] == side {
+                if !self.groups.of(side).is_empty() {
                     self.unfold(patch, wedges, sides, side, layer, (x, at_end))?;
                 }
             }
@@ -102,16 +137,15 @@ impl Blend {
     /// Finds for each side the first with which it has been one as to a layer: they agree at the ends that both have. Sides
     /// of a seam that does not yield each have a place in the texture of their own.
     fn group(&mut self, wedges: &WedgeRows<'_>, sides: &Sides, layer: &Layer) {
-        self.leaders.clear();
-        for (number, side) in sides.sides.iter().enumerate() {
-            let agrees = |other: &Side| {
-                let mut both = (0..ENDS).filter_map(|end| Some((side.wedge(end)?, other.wedge(end)?))).peekable();
-                both.peek().is_some() && both.all(|(a, b)| layer.of(wedges.row(a)) == layer.of(wedges.row(b)))
-            };
-            let may_agree = sides.yields || layer.origin != Origin::Texcoords;
-            let first = (0..number).find(|&other| may_agree && agrees(&sides.sides[other]));
-            self.leaders.push(first.map_or(number, |first| self.leaders[first]));
-        }
+        let may_agree = sides.yields || layer.origin != Origin::Texcoords;
+        let agrees = |side: &Side, other: &Side| {
+            let mut both = (0..ENDS).filter_map(|end| Some((side.wedge(end)?, other.wedge(end)?))).peekable();
+            both.peek().is_some() && both.all(|(a, b)| layer.of(wedges.row(a)) == layer.of(wedges.row(b)))
+        };
+        self.groups.find(sides.sides.len(), |number| {
+            let others = if may_agree { 0..number } else { 0..0 };
+            others.into_iter().find(|&other| agrees(&sides.sides[number], &sides.sides[other]))
+        });
     }
 
     /// What was the same on several sides of a seam stays the same: that of an end, where the vertex stands there.
@@ -120,30 +154,31 @@ impl Blend {
         for layer in &layout.layers {
             self.group(wedges, sides, layer);
             for leader in 0..sides.sides.len() {
-                let members = || (leader..sides.sides.len()).filter(|&side| self.leaders[side] == leader);
-                if members().nth(1).is_none() {
+                let Self { rows, nearest: shared, groups, .. } = self;
+                let members = groups.of(leader);
+                if members.len() < 2 {
                     continue;
                 }
-                let first = at_end.and_then(|end| members().find(|&side| sides.sides[side].wedge(end).is_some()));
-                self.nearest.copy_from_slice(&self.rows[first.unwrap_or(leader) * layout.width..][..layout.width]);
-                let shared = layer.of_mut(&mut self.nearest);
+                let row = |side: u32| side as usize * layout.width..(side as usize + 1) * layout.width;
+                let has_end = |side: u32, end: usize| sides.sides[side as usize].wedge(end).is_some();
+                let first = at_end.and_then(|end| members.iter().copied().find(|&side| has_end(side, end)));
+                shared.copy_from_slice(&rows[row(first.unwrap_or(leader as u32))]);
+                let own = layer.of_mut(shared);
                 if first.is_none() {
                     let mut weight = sides.weight(leader);
-                    for side in members().skip(1) {
-                        let own = sides.weight(side);
-                        let share = if weight + own > 0.0 { (own / (weight + own)) as f32 } else { 0.5 };
-                        let row = &self.rows[side * layout.width..][..layout.width];
+                    for &side in &members[1..] {
+                        let other = sides.weight(side as usize);
+                        let share = if weight + other > 0.0 { (other / (weight + other)) as f32 } else { 0.5 };
                         if layer.kind != Kind::Joints {
-                            shared.iter_mut().zip(layer.of(row)).for_each(|(a, b)| *a = toward(*a, *b, share));
+                            let numbers = layer.of(&rows[row(side)]);
+                            own.iter_mut().zip(numbers).for_each(|(a, b)| *a = toward(*a, *b, share));
                         }
-                        weight += own;
+                        weight += other;
                     }
-                    restrict(layer, shared);
+                    restrict(layer, own);
                 }
-                for side in members() {
-                    layer
-                        .of_mut(&mut self.rows[side * layout.width..][..layout.width])
-                        .copy_from_slice(layer.of(&self.nearest));
+                for &side in members {
+                    layer.of_mut(&mut rows[row(side)]).copy_from_slice(own);
                 }
             }
         }
@@ -160,18 +195,21 @@ impl Blend {
         layer: &Layer,
         (x, at_end): (DVec3, Option<usize>),
     ) -> Result<(), Rejection> {
-        let Self { rows, nearest, leaders, chart, .. } = self;
-        let width = wedges.layout.width;
-        let members = || (side..leaders.len()).filter(|&member| leaders[member] == side);
-        let side_of = |face: &CornerFace| members().find(|&member| sides.sides[member].has(face));
-        let own_faces = || sides.faces.iter().filter_map(|face| Some((side_of(face)?, face)));
-        let stays = at_end.is_some_and(|end| members().any(|member| sides.sides[member].wedge(end).is_some()));
+        let Self { rows, nearest, groups, chart, .. } = self;
+        let (width, members) = (wedges.layout.width, groups.of(side));
+        let own_faces = || {
+            members.iter().enumerate().flat_map(|(place, &member)| {
+                sides.faces_first_of(member as usize, &members[..place]).map(move |face| (member as usize, face))
+            })
+        };
+        let has_end = |side: u32, end: usize| sides.sides[side as usize].wedge(end).is_some();
+        let stays = at_end.is_some_and(|end| members.iter().any(|&member| has_end(member, end)));
         let best = place(layer, &rows[side * width..]);
         // Where seams yield, vertices go far off their facets, which are stretched less by a place as far past the rim.
         let is_best = stays || sides.yields || sides.apart || layer.first >= wedges.layout.costed;
         // On the inside of a chart a place from which no face turns over lies among them: never past the rim.
         let may_be_best = is_best || sides.is_inside();
-        if may_be_best && sides.sides.len() == 1 && all_keep(wedges, layer, of_side(sides, side), best)? {
+        if may_be_best && sides.sides.len() == 1 && all_keep(wedges, layer, sides.faces_of(side), best)? {
             return Ok(());
         }
         chart.gather(wedges, layer, sides.sides.len(), own_faces())?;
@@ -193,8 +231,10 @@ impl Blend {
             }
         };
         if found != best {
-            for member in members() {
-                layer.of_mut(&mut rows[member * width..][..width]).copy_from_slice(&found.as_vec2().to_array());
+            for &member in members {
+                layer
+                    .of_mut(&mut rows[member as usize * width..][..width])
+                    .copy_from_slice(&found.as_vec2().to_array());
             }
         }
         Ok(())
@@ -211,12 +251,6 @@ fn stay_near(layout: &Layout, layer: &Layer, sides: &Sides, side: usize, row: &m
     };
     let own = row[..layout.summed].iter_mut().enumerate().skip(layer.first).take(layer.width);
     own.for_each(|(number, x)| *x = sides.held(side, number, *x, past));
-}
-
-/// The faces of a side.
-fn of_side(sides: &Sides, side: usize) -> impl Iterator<Item = &CornerFace> + Clone {
-    let side = &sides.sides[side];
-    sides.faces.iter().filter(|face| side.has(face))
 }
 
 /// The row at the point of faces that is nearest to `x`, the first of equals.

@@ -7,6 +7,8 @@
 
 use std::ops::Range;
 
+use rustc_hash::FxHashMap;
+
 use crate::kernel::rows::{BORDER, JOINED, LOCKED, SEAM};
 use crate::math::DVec3;
 use crate::mesh::adjacency::corner_of;
@@ -20,6 +22,9 @@ use super::side_sums::{CostSums, OwnFaces, SideSums};
 use super::star::{Star, StarFace};
 use super::wedges::{NO_WEDGE, WedgeRows};
 use super::yielding::{SideEdge, Yields};
+
+/// So many sides of one end's wedges alone are told from all faces, one after the other; more by a table.
+pub const FEW: usize = 8;
 
 /// Most ends of a contraction.
 pub const ENDS: usize = 3;
@@ -99,12 +104,20 @@ pub struct Sides {
     pub yields: bool,
     costed: usize,
     summed: usize,
-    /// What the faces add to sums, and which of them are a side's.
+    /// What the faces add to sums.
     terms: FaceTerms,
+    /// Which of the faces are each side's, one side after the other, and where those of each begin.
     own: Vec<u32>,
+    own_starts: Vec<usize>,
+    /// How many sides vanishing faces told, which may share wedges; all others have a wedge of one end that no other has.
+    told: usize,
+    /// The other side of a wedge of an end, where there are many.
+    pub(super) alone: FxHashMap<(u8, u32), u32>,
     costs: CostSums,
     /// The edges that may be seams; longer than there are.
     pub(super) edges: Vec<SideEdge>,
+    /// Where there are many, these by their ends.
+    pub(super) edge_order: Vec<u32>,
     /// The terms that the least numbers save.
     saved: Quadric,
 }
@@ -117,6 +130,7 @@ impl Sides {
         self.sides.clear();
         (self.fixed, self.tears, self.apart) = (None, false, false);
         (self.at_an_end, self.is_inside, self.yields) = (false, false, false);
+        self.own_starts.clear();
         self.dying = 0..0;
         (self.costed, self.summed) = (layout.costed, layout.summed);
     }
@@ -181,6 +195,12 @@ impl Sides {
     /// [`Rejection::Seam`] where a seam would tear, or two come together.
     pub fn find(&mut self, patch: &Patch<'_>, pair: [u32; 2]) -> Result<(), Rejection> {
         let Some(rows) = patch.wedges() else { return Ok(()) };
+        self.find_sides(patch, rows, pair)?;
+        self.deal();
+        Ok(())
+    }
+
+    fn find_sides(&mut self, patch: &Patch<'_>, rows: &WedgeRows<'_>, pair: [u32; 2]) -> Result<(), Rejection> {
         let flags = pair.map(|v| patch.position(v).flags);
         let on_seam = flags.map(|flags| flags & SEAM != 0);
         for f in self.dying.clone() {
@@ -191,9 +211,11 @@ impl Sides {
                 self.push([first, second, first], rows);
             }
         }
-        match self.sides.len() {
+        self.told = self.sides.len();
+        match self.told {
             0 => {
                 self.find_apart(rows, pair, on_seam == [false, false]);
+                self.told = self.sides.len();
                 return Ok(());
             }
             1 | 2 => {}
@@ -221,6 +243,41 @@ impl Sides {
             [false, false] => None,
         };
         Ok(())
+    }
+
+    /// Deals the faces to the sides, which are found: those of a seam that ends may both have one.
+    fn deal(&mut self) {
+        let Self { faces, sides, own, own_starts, told, alone, .. } = self;
+        let are_many = sides.len() - *told > FEW;
+        let most = if are_many { *told + 1 } else { sides.len() } * faces.len() + 1;
+        if own.len() < most {
+            own.resize(most, 0);
+        }
+        own_starts.push(0);
+        let mut count = 0;
+        for side in sides.iter().take(if are_many { *told } else { sides.len() }) {
+            // Written whether it is one or not: a branch would be misjudged along every seam.
+            for (number, face) in faces.iter().enumerate() {
+                own[count] = number as u32;
+                count += usize::from(side.has(face));
+            }
+            own_starts.push(count);
+        }
+        if are_many {
+            deal_alone(faces, sides.len(), *told, alone, own, own_starts);
+        }
+    }
+
+    /// The faces of a side.
+    pub fn faces_of(&self, side: usize) -> impl Iterator<Item = &CornerFace> + Clone {
+        let own = &self.own[self.own_starts[side]..self.own_starts[side + 1]];
+        own.iter().map(|&number| &self.faces[number as usize])
+    }
+
+    /// The same without those that a side before it has, of some that ascend.
+    pub fn faces_first_of(&self, side: usize, before: &[u32]) -> impl Iterator<Item = &CornerFace> + Clone {
+        let shared = if side < self.told { before } else { &[] };
+        self.faces_of(side).filter(move |face| !shared.iter().any(|&other| self.sides[other as usize].has(face)))
     }
 
     /// Whether faces stand all around both ends of a pair, and all of their corners there become one wedge.
@@ -271,6 +328,8 @@ impl Sides {
             return Err(Rejection::Seam);
         }
         self.push(wedges, rows);
+        self.told = 1;
+        self.deal();
         Ok(())
     }
 
@@ -300,18 +359,11 @@ impl Sides {
         if costed == 0 || self.apart {
             return;
         }
-        let Self { faces, sides, sums, terms, own, costs, saved, .. } = self;
+        let Self { faces, sums, terms, own, own_starts, costs, saved, .. } = self;
         terms.find(&star.quads, star.h, star.survivors());
         costs.begin(costed);
-        own.resize(faces.len().max(own.len()), 0);
-        for (side, sums) in sides.iter().zip(sums) {
-            // Written whether it is one or not: a branch would be misjudged along every seam.
-            let mut count = 0;
-            for (number, face) in faces.iter().enumerate() {
-                own[count] = number as u32;
-                count += usize::from(side.has(face));
-            }
-            let own = OwnFaces { faces, terms, own: &own[..count], numbers: rows.numbers() };
+        for (ends, sums) in own_starts.windows(2).zip(sums) {
+            let own = OwnFaces { faces, terms, own: &own[ends[0]..ends[1]], numbers: rows.numbers() };
             sums.add_faces(own, [costed, summed], costs);
         }
         costs.add_to(costed, quadric, saved);
@@ -356,6 +408,30 @@ impl Sides {
     /// The share of a side in the area around a pair.
     pub fn weight(&self, side: usize) -> f64 {
         self.sums[side].weight
+    }
+}
+
+/// Deals the faces of one end's own wedges to their sides, after those of the sides that were `told`.
+fn deal_alone(
+    faces: &[CornerFace],
+    sides: usize,
+    told: usize,
+    alone: &FxHashMap<(u8, u32), u32>,
+    own: &mut [u32],
+    own_starts: &mut Vec<usize>,
+) {
+    let side_of = |face: &CornerFace| alone.get(&(face.end, face.wedges[0])).map(|&side| side as usize);
+    let first = own_starts[told];
+    own_starts.resize(sides + 1, 0);
+    faces.iter().filter_map(side_of).for_each(|side| own_starts[side + 1] += 1);
+    own_starts[told] = first;
+    for side in told..sides {
+        own_starts[side + 1] += own_starts[side];
+    }
+    let mut next = own_starts[told..sides].to_vec();
+    for (number, side) in faces.iter().enumerate().filter_map(|(number, face)| Some((number, side_of(face)?))) {
+        own[next[side - told]] = number as u32;
+        next[side - told] += 1;
     }
 }
 

@@ -19,7 +19,7 @@ use crate::kernel::rows::{CORNER, LOCKED, SEAM};
 use super::filter::Rejection;
 use super::patch::Patch;
 use super::placement::Quadric;
-use super::sides::{CornerFace, Sides};
+use super::sides::{CornerFace, FEW, Sides};
 use super::wedges::WedgeRows;
 
 /// Which seams give way.
@@ -58,6 +58,9 @@ impl Yields {
     }
 }
 
+/// Edges around a pair from which on the one that runs back is looked up: fewer are compared each with each.
+const MANY_EDGES: usize = 64;
+
 /// An edge of a face around a pair, from the corner of that number to the next.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SideEdge {
@@ -73,7 +76,7 @@ impl Sides {
     /// # Errors
     /// [`Rejection::Seam`] where a seam would have to give way that does not.
     pub fn find_yielding(&mut self, rows: &WedgeRows<'_>, pair: [u32; 2], flags: [u32; 2]) -> Result<(), Rejection> {
-        let on_seam = flags.map(|flags| flags & SEAM != 0) == [true, true];
+        let (on_seam, told) = (flags.map(|flags| flags & SEAM != 0) == [true, true], self.sides.len());
         let agree = |end: usize| {
             let mut wedges = self.sides.iter().map(|side| side.wedges[end]);
             let first = wedges.next();
@@ -104,11 +107,24 @@ impl Sides {
         };
         self.at_an_end = on_seam && (is_whole || flags[0] & flags[1] & CORNER != 0);
         self.yields = true;
+        self.alone.clear();
         for f in 0..self.faces.len() {
-            let face = &self.faces[f];
-            let has_side = self.sides.iter().fold(false, |found, side| found | side.has(face));
-            if !has_side {
-                self.push_alone(usize::from(face.end), face.wedges[0], rows);
+            let face = self.faces[f];
+            let (end, wedge) = (face.end, face.wedges[0]);
+            let few = if self.alone.is_empty() { &self.sides[..] } else { &self.sides[..told] };
+            if few.iter().any(|side| side.has(&face)) || self.alone.contains_key(&(end, wedge)) {
+                continue;
+            }
+            let number = self.sides.len();
+            self.push_alone(usize::from(end), wedge, rows);
+            if number == told + FEW {
+                // Too many to be asked one after the other from here on.
+                for (side, number) in self.sides[told..].iter().zip(told as u32..) {
+                    let own = (0..2).find_map(|end| Some((end, side.wedge(usize::from(end))?)));
+                    self.alone.extend(own.map(|key| (key, number)));
+                }
+            } else if number > told + FEW {
+                self.alone.insert((end, wedge), number as u32);
             }
         }
         Ok(())
@@ -119,29 +135,47 @@ impl Sides {
     pub fn add_seams(&mut self, patch: &Patch<'_>, pair: [u32; 2], quadric: &mut Quadric, weight: f64) {
         let Some(rows) = patch.wedges() else { return };
         let count = self.find_edges_on_seams(patch, pair);
-        let edges = &self.edges[..count];
+        self.order_edges(count);
+        let (edges, order) = (&self.edges[..count], &self.edge_order);
         for edge in edges {
             let ([from, to], [from_wedge, to_wedge]) = (edge.ends, edge.wedges);
-            // Each of its two faces tells an edge. Which is found without a branch, which would be misjudged.
-            let runs_back = |other: &SideEdge| (other.ends[0] == to) & (other.ends[1] == from);
-            let (count, last) = edges.iter().enumerate().fold((0, 0), |(count, last), (number, other)| {
-                let is_back = runs_back(other);
-                (count + usize::from(is_back), if is_back { number } else { last })
-            });
+            // Each of its two faces tells an edge.
+            let back = [to, from];
             let parts = |other: &SideEdge| {
                 let [start, end] = other.wedges;
                 !(rows.agree_but_in_shading(from_wedge, end) && rows.agree_but_in_shading(to_wedge, start))
             };
-            let is_seam = match count {
-                0 => false,
-                1 => parts(&edges[last]),
-                _ => edges.iter().any(|other| runs_back(other) && parts(other)),
+            let is_seam = if order.is_empty() {
+                // Which is found without a branch, which would be misjudged.
+                let (count, last) = edges.iter().enumerate().fold((0, 0), |(count, last), (number, other)| {
+                    let is_back = (other.ends[0] == to) & (other.ends[1] == from);
+                    (count + usize::from(is_back), if is_back { number } else { last })
+                });
+                match count {
+                    0 => false,
+                    1 => parts(&edges[last]),
+                    _ => edges.iter().any(|other| other.ends == back && parts(other)),
+                }
+            } else {
+                let first = order.partition_point(|&other| edges[other as usize].ends < back);
+                let backs = order[first..].iter().map(|&other| &edges[other as usize]);
+                backs.take_while(|other| other.ends == back).any(parts)
             };
             if is_seam {
                 let points = self.points(patch, &self.faces[edge.face]);
                 let (from, to) = (points[edge.corner], points[(edge.corner + 1) % 3]);
                 quadric.add_border(to - from, from, weight / 2.0);
             }
+        }
+    }
+
+    /// Orders so many edges by their ends, if each with each would be too many.
+    fn order_edges(&mut self, count: usize) {
+        let Self { edges, edge_order, .. } = self;
+        edge_order.clear();
+        if count > MANY_EDGES {
+            edge_order.extend(0..count as u32);
+            edge_order.sort_unstable_by_key(|&edge| (edges[edge as usize].ends, edge));
         }
     }
 
