@@ -127,13 +127,14 @@ impl<P: Fn(u32) -> DVec3> Surface<'_, P> {
         let place = |used: EdgeUse| ring.partition_point(|&f| f < used.face()) as u32;
         let mut parts = DisjointSets::new(ring.len());
         for uses in self.rings.edges_at(self.faces, vertex, &mut scratch.uses) {
+            let mut join = |a: EdgeUse, b: EdgeUse| parts.join(place(a), place(b));
             match self.pairs(vertex, uses) {
                 Some(pairs) => pairs.into_iter().for_each(|[a, b]| {
-                    parts.join(place(uses[a]), place(uses[b]));
+                    join(a, b);
                 }),
                 // What cannot be told apart stays together.
                 None => uses.windows(2).for_each(|two| {
-                    parts.join(place(two[0]), place(two[1]));
+                    join(two[0], two[1]);
                 }),
             }
         }
@@ -151,26 +152,23 @@ impl<P: Fn(u32) -> DVec3> Surface<'_, P> {
         (found > 1).then(|| Copies { vertex, count: found - 1, faces })
     }
 
-    /// Which of the faces on an edge go on in which, as numbers of its uses; `None` where there is no telling.
-    fn pairs(&self, vertex: u32, uses: &[EdgeUse]) -> Option<Vec<[usize; 2]>> {
-        if uses.len() == 1 {
-            return Some(Vec::new());
-        }
-        let (outward, inward): (Vec<usize>, Vec<usize>) = (0..uses.len()).partition(|&i| uses[i].outward());
-        match (&outward[..], &inward[..]) {
-            (&[a], &[b]) => Some(vec![[a, b]]),
-            // Of more the flattest would pass through each other.
-            (&[a, b], &[c, d]) => Some(self.flattest([[[a, c], [b, d]], [[a, d], [b, c]]], vertex, uses).to_vec()),
-            _ => None,
-        }
+    /// Which two of the four faces on an edge go on in which; `None` where there is no telling, or nothing to choose.
+    fn pairs(&self, vertex: u32, uses: &[EdgeUse]) -> Option<[[EdgeUse; 2]; 2]> {
+        // Of more the flattest would pass through each other.
+        let mut four: [EdgeUse; 4] = uses.try_into().ok()?;
+        // Those that run outward first, in their order.
+        four.sort_by_key(|used| !used.outward());
+        let are_even = four[1].outward() && !four[2].outward();
+        are_even.then(|| self.flattest(four, vertex).map(|pair| pair.map(|i| four[i])))
     }
 
-    /// The flattest of two ways to pair the uses of an edge; where both are as flat that of bodies, not of the room between them.
-    fn flattest(&self, ways: [[[usize; 2]; 2]; 2], vertex: u32, uses: &[EdgeUse]) -> [[usize; 2]; 2] {
+    /// The flatter of the two ways to pair the first two uses of an edge with the others; where both are as flat that of bodies,
+    /// not of the room between them.
+    fn flattest(&self, uses: [EdgeUse; 4], vertex: u32) -> [[usize; 2]; 2] {
         let far = uses[0].far();
         // The same from either end.
         let ends = [vertex.min(far), vertex.max(far)];
-        let wings: Vec<Wing> = uses.iter().map(|used| self.wing(used.face(), ends)).collect();
+        let wings = uses.map(|used| self.wing(used.face(), ends));
         let worth = |way: [[usize; 2]; 2]| {
             let steps =
                 |of: fn(&Wing, &Wing) -> f64| way.map(|[a, b]| (of(&wings[a], &wings[b]) * STEPS).round() as i64);
@@ -178,7 +176,8 @@ impl<P: Fn(u32) -> DVec3> Surface<'_, P> {
             let bulging = steps(|a, b| -a.normal.dot(b.away) - b.normal.dot(a.away));
             (flat[0].min(flat[1]), flat[0] + flat[1], bulging[0] + bulging[1])
         };
-        if worth(ways[1]) > worth(ways[0]) { ways[1] } else { ways[0] }
+        let [straight, crossed] = [[[0, 2], [1, 3]], [[0, 3], [1, 2]]];
+        if worth(crossed) > worth(straight) { crossed } else { straight }
     }
 
     /// Whether two faces at a vertex lie on each other: nothing but they themselves shows where they end, and no quadric does.

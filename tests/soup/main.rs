@@ -219,7 +219,7 @@ fn assert_sound(mesh: &Mesh, options: &Options, budget: Budget, device: &Device)
         assert_replays("the log", mesh, &outcome);
     }
     // Where corners disagree in what vertices carry, there are several at one place.
-    let is_split = is_split && (mesh.normals.is_some() || !mesh.channels.is_empty());
+    let is_split = is_split && (result.normals.is_some() || !result.channels.is_empty());
     let is_cut = options.non_manifold == NonManifold::Cut && options.placement != Placement::Endpoint && !options.log;
     let parts = match (options.join_within > 0.0, is_cut) {
         (true, _) => Parts::MayJoin,
@@ -243,6 +243,8 @@ enum Parts {
     Stay,
     /// Where the surface touches itself it may be cut.
     MayBeMore,
+    /// What was wound both ways is wound as most of its region.
+    MayTurn,
     MayJoin,
 }
 
@@ -259,7 +261,11 @@ fn assert_topology(start: &Mesh, result: &Mesh, parts: Parts) {
     }
     // Faces keep their winding, and of an edge of four nobody asked whether they agree.
     let cut_edges = was.non_manifold_edges.saturating_sub(is.non_manifold_edges);
-    let asked = if parts == Parts::MayBeMore { 2 * cut_edges } else { 0 };
+    let asked = match parts {
+        Parts::MayBeMore => 2 * cut_edges,
+        Parts::MayTurn => is.edges,
+        Parts::Stay | Parts::MayJoin => 0,
+    };
     let was = Topology { misoriented_edges: was.misoriented_edges + asked, ..was };
     let grown = counts(was).iter().zip(counts(is)).any(|(was, is)| is > *was);
     assert!(!grown, "crowded edges, bow ties, misoriented, duplicates: {:?} → {:?}", counts(was), counts(is));
