@@ -53,6 +53,7 @@ mod restore;
 mod scan;
 mod seam_flags;
 mod select;
+mod side_faces;
 mod side_sums;
 mod sides;
 mod snapshot;

@@ -23,9 +23,6 @@ use super::star::{Star, StarFace};
 use super::wedges::{NO_WEDGE, WedgeRows};
 use super::yielding::{SideEdge, Yields};
 
-/// So many sides of one end's wedges alone are told from all faces, one after the other; more by a table.
-pub const FEW: usize = 8;
-
 /// Most ends of a contraction.
 pub const ENDS: usize = 3;
 
@@ -107,10 +104,10 @@ pub struct Sides {
     /// What the faces add to sums.
     terms: FaceTerms,
     /// Which of the faces are each side's, one side after the other, and where those of each begin.
-    own: Vec<u32>,
-    own_starts: Vec<usize>,
+    pub(super) own: Vec<u32>,
+    pub(super) own_starts: Vec<usize>,
     /// How many sides vanishing faces told, which may share wedges; all others have a wedge of one end that no other has.
-    told: usize,
+    pub(super) told: usize,
     /// The other side of a wedge of an end, where there are many.
     pub(super) alone: FxHashMap<(u8, u32), u32>,
     costs: CostSums,
@@ -245,41 +242,6 @@ impl Sides {
         Ok(())
     }
 
-    /// Deals the faces to the sides, which are found: those of a seam that ends may both have one.
-    fn deal(&mut self) {
-        let Self { faces, sides, own, own_starts, told, alone, .. } = self;
-        let are_many = sides.len() - *told > FEW;
-        let most = if are_many { *told + 1 } else { sides.len() } * faces.len() + 1;
-        if own.len() < most {
-            own.resize(most, 0);
-        }
-        own_starts.push(0);
-        let mut count = 0;
-        for side in sides.iter().take(if are_many { *told } else { sides.len() }) {
-            // Written whether it is one or not: a branch would be misjudged along every seam.
-            for (number, face) in faces.iter().enumerate() {
-                own[count] = number as u32;
-                count += usize::from(side.has(face));
-            }
-            own_starts.push(count);
-        }
-        if are_many {
-            deal_alone(faces, sides.len(), *told, alone, own, own_starts);
-        }
-    }
-
-    /// The faces of a side.
-    pub fn faces_of(&self, side: usize) -> impl Iterator<Item = &CornerFace> + Clone {
-        let own = &self.own[self.own_starts[side]..self.own_starts[side + 1]];
-        own.iter().map(|&number| &self.faces[number as usize])
-    }
-
-    /// The same without those that a side before it has, of some that ascend.
-    pub fn faces_first_of(&self, side: usize, before: &[u32]) -> impl Iterator<Item = &CornerFace> + Clone {
-        let shared = if side < self.told { before } else { &[] };
-        self.faces_of(side).filter(move |face| !shared.iter().any(|&other| self.sides[other as usize].has(face)))
-    }
-
     /// Whether faces stand all around both ends of a pair, and all of their corners there become one wedge.
     pub fn is_inside(&self) -> bool {
         self.is_inside && self.sides.len() == 1
@@ -408,30 +370,6 @@ impl Sides {
     /// The share of a side in the area around a pair.
     pub fn weight(&self, side: usize) -> f64 {
         self.sums[side].weight
-    }
-}
-
-/// Deals the faces of one end's own wedges to their sides, after those of the sides that were `told`.
-fn deal_alone(
-    faces: &[CornerFace],
-    sides: usize,
-    told: usize,
-    alone: &FxHashMap<(u8, u32), u32>,
-    own: &mut [u32],
-    own_starts: &mut Vec<usize>,
-) {
-    let side_of = |face: &CornerFace| alone.get(&(face.end, face.wedges[0])).map(|&side| side as usize);
-    let first = own_starts[told];
-    own_starts.resize(sides + 1, 0);
-    faces.iter().filter_map(side_of).for_each(|side| own_starts[side + 1] += 1);
-    own_starts[told] = first;
-    for side in told..sides {
-        own_starts[side + 1] += own_starts[side];
-    }
-    let mut next = own_starts[told..sides].to_vec();
-    for (number, side) in faces.iter().enumerate().filter_map(|(number, face)| Some((number, side_of(face)?))) {
-        own[next[side - told]] = number as u32;
-        next[side - told] += 1;
     }
 }
 

@@ -19,7 +19,8 @@ use crate::kernel::rows::{CORNER, LOCKED, SEAM};
 use super::filter::Rejection;
 use super::patch::Patch;
 use super::placement::Quadric;
-use super::sides::{CornerFace, FEW, Sides};
+use super::side_faces::FEW;
+use super::sides::{CornerFace, Sides};
 use super::wedges::WedgeRows;
 
 /// Which seams give way.

@@ -73,8 +73,8 @@ fn assert_rebuilds(mesh: &Mesh, options: &Options, budget: Budget, device: &Devi
     let Some(outcome) = outcome(mesh, Method::Partition(options.clone()), budget, device) else { return };
     // Where corners disagree in what vertices carry, flats have several at one place.
     let is_split = mesh.normals.is_some() || mesh.colors.is_some() || !mesh.channels.is_empty();
-    let is_joined = is_split && matches!(options.by, By::Coplanar(_)) && options.weld.is_some();
-    let result = if is_joined { weld(&outcome.mesh, 0.0).mesh } else { outcome.mesh.clone() };
+    let joined = options.weld.filter(|_| is_split && matches!(options.by, By::Coplanar(_)));
+    let result = joined.map_or_else(|| outcome.mesh.clone(), |distance| weld(&outcome.mesh, distance).mesh);
     let is_turned = outcome.warnings.iter().any(|warning| warning.contains("wound"));
     assert_topology(&start(mesh, options.weld), &result, if is_turned { Parts::MayTurn } else { Parts::Stay });
     let told = |materials: &Option<Materials>| materials.is_some() && !options.dropped.materials;
