@@ -127,7 +127,9 @@ impl Blend {
             let meets = |other: &&Side| {
                 (0..ends.len()).any(|end| side.wedge(end).is_some_and(|own| other.wedge(end) == Some(own)))
             };
-            let met = sides.sides[..number].iter().find(meets).unwrap_or(side);
+            // Sides of one end's wedge alone share none.
+            let before = if number < sides.told { number } else { 0 };
+            let met = sides.sides[..before].iter().find(meets).unwrap_or(side);
             let Some(onto) = met.wedge(kept).or_else(|| met.own(ends.len()).next()) else { continue };
             side.own(ends.len()).for_each(|wedge| wedges.write(wedge, row, from));
             side.own(ends.len()).filter(|&wedge| wedge != onto).for_each(|wedge| wedges.join(wedge, onto));
@@ -198,8 +200,8 @@ impl Blend {
         let Self { rows, nearest, groups, chart, .. } = self;
         let (width, members) = (wedges.layout.width, groups.of(side));
         let own_faces = || {
-            members.iter().enumerate().flat_map(|(place, &member)| {
-                sides.faces_first_of(member as usize, &members[..place]).map(move |face| (member as usize, face))
+            members.iter().enumerate().flat_map(|(earlier, &member)| {
+                sides.faces_first_of(member as usize, &members[..earlier]).map(move |face| (member as usize, face))
             })
         };
         let has_end = |side: u32, end: usize| sides.sides[side as usize].wedge(end).is_some();

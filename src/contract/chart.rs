@@ -60,11 +60,20 @@ impl Chart {
         sides: usize,
         faces: impl Iterator<Item = (usize, &'a CornerFace)>,
     ) -> Result<(), Rejection> {
+        let places = |face: &CornerFace| face.wedges.map(|wedge| place(layer, wedges.row(wedge)));
+        self.gather_triangles(sides, faces.map(|(side, face)| (side, places(face), face.dies)))
+    }
+
+    /// [`Chart::gather`] of triangles in the texture, the first corner of which moves, and whether each vanishes.
+    fn gather_triangles(
+        &mut self,
+        sides: usize,
+        faces: impl Iterator<Item = (usize, [DVec2; 3], bool)>,
+    ) -> Result<(), Rejection> {
         self.faces.clear();
         self.signs.clear();
         self.signs.resize(sides, 0.0);
-        for (side, face) in faces {
-            let uv = face.wedges.map(|wedge| place(layer, wedges.row(wedge)));
+        for (side, uv, dies) in faces {
             let area = orientation(uv[0], uv[1], uv[2]);
             if area * self.signs[side] < 0.0 {
                 return Err(Rejection::Texture);
@@ -72,7 +81,7 @@ impl Chart {
             if area != 0.0 {
                 self.signs[side] = area.signum();
             }
-            self.faces.push(ChartFace { side, dies: face.dies, uv, area });
+            self.faces.push(ChartFace { side, dies, uv, area });
         }
         self.give_signs();
         Ok(())
@@ -139,8 +148,8 @@ impl Chart {
     }
 }
 
-/// Whether all faces of one side keep theirs with the new vertex there, or none of them has an area: what [`Chart::gather`],
-/// [`Chart::is_flat`] and [`Chart::keeps`] tell, in one pass that keeps nothing.
+/// Whether no surviving face of a side turns over with the new vertex at `at`, or none has an area: a [`Chart`] of them tells the
+/// same, and where it has to be found what else would do.
 ///
 /// # Errors
 /// [`Rejection::Texture`] where they do not agree in the sign of their areas.
@@ -151,10 +160,15 @@ pub fn all_keep<'a>(
     at: DVec2,
 ) -> Result<bool, Rejection> {
     let numbers = wedges.numbers();
+    let places = |face: &CornerFace| face.wedges.map(|wedge| numbers.place(wedge, layer.first).as_dvec2());
+    all_triangles_keep(faces.map(|face| (places(face), face.dies)), at)
+}
+
+/// [`all_keep`] of triangles in the texture, the first corner of which moves, and whether each vanishes.
+fn all_triangles_keep(faces: impl Iterator<Item = ([DVec2; 3], bool)>, at: DVec2) -> Result<bool, Rejection> {
     // Whether an area is positive, and negative, and whether all of those after have such a sign.
     let (mut has, mut keep) = ([false; 2], [true; 2]);
-    for &CornerFace { wedges: [a, b, c], dies, .. } in faces {
-        let [a, b, c] = [a, b, c].map(|wedge| numbers.place(wedge, layer.first).as_dvec2());
+    for ([a, b, c], dies) in faces {
         let (area, after) = (orientation(a, b, c), orientation(at, b, c));
         has = [has[0] | (area > 0.0), has[1] | (area < 0.0)];
         let is_free = dies | ((area == 0.0) & (after == 0.0));
@@ -183,6 +197,39 @@ pub fn place(layer: &Layer, row: &[f32]) -> DVec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::tie_hash;
+
+    /// One pass over a side tells what its chart does, of triangles with and without areas, at any place.
+    #[test]
+    fn one_pass_tells_what_a_chart_does() {
+        let mut told = [0; 3];
+        for seed in 0..4000 {
+            let mut number = 0;
+            let mut below = |count: u32| {
+                number += 1;
+                tie_hash(number, seed) % count
+            };
+            let mut at = || DVec2::new(f64::from(below(4)), f64::from(below(4)));
+            // A ring around one corner, so that some agree in their signs; every fifth corner is anywhere.
+            let [center, moved] = [at(), at()];
+            let ring = [[3, 1], [3, 3], [1, 3], [0, 1], [1, 0]].map(|[x, y]: [i32; 2]| DVec2::new(x.into(), y.into()));
+            let faces: Vec<([DVec2; 3], bool)> = (0..5)
+                .map(|i| {
+                    let corner = |k: usize| ring[(i + k) % 5];
+                    let odd = tie_hash(i as u32, seed) % 12;
+                    let last = if odd == 0 { moved } else { corner(1) };
+                    ([center, corner(0), last], odd == 1)
+                })
+                .collect();
+            let mut chart = Chart::default();
+            let gathered = chart.gather_triangles(1, faces.iter().map(|&(uv, dies)| (0, uv, dies)));
+            let expected = gathered.map(|()| chart.is_flat() || chart.keeps(moved));
+            let found = all_triangles_keep(faces.into_iter(), moved);
+            assert_eq!(found, expected, "{seed}");
+            told[found.map_or(2, usize::from)] += 1;
+        }
+        assert!(told.iter().all(|&count| count > 100), "{told:?}");
+    }
 
     /// Triangles by the numbers of their sides.
     fn chart(faces: &[(usize, [[f64; 2]; 3])]) -> Chart {

@@ -7,21 +7,24 @@ use rustc_hash::FxHashMap;
 
 use super::sides::{CornerFace, Sides};
 
-/// So many sides of one end's wedges alone are told from all faces, one after the other; more by a table.
-pub const FEW: usize = 8;
+/// Most sides of one end's wedge alone that every face is compared with: a table is slower for a few. Hundreds around one vertex
+/// made it the square of their number.
+pub const MOST_ASKED: usize = 8;
 
 impl Sides {
     /// Deals the faces to the sides, which are found: those of a seam that ends may both have one.
     pub(super) fn deal(&mut self) {
         let Self { faces, sides, own, own_starts, told, alone, .. } = self;
-        let are_many = sides.len() - *told > FEW;
-        let most = if are_many { *told + 1 } else { sides.len() } * faces.len() + 1;
+        let are_many = sides.len() - *told > MOST_ASKED;
+        let asked = if are_many { *told } else { sides.len() };
+        // Of the others each face has one at most.
+        let most = (asked + usize::from(are_many)) * faces.len() + 1;
         if own.len() < most {
             own.resize(most, 0);
         }
         own_starts.push(0);
         let mut count = 0;
-        for side in sides.iter().take(if are_many { *told } else { sides.len() }) {
+        for side in &sides[..asked] {
             // Written whether it is one or not: a branch would be misjudged along every seam.
             for (number, face) in faces.iter().enumerate() {
                 own[count] = number as u32;
@@ -40,7 +43,7 @@ impl Sides {
         own.iter().map(|&number| &self.faces[number as usize])
     }
 
-    /// The same without those that a side before it has, of some that ascend.
+    /// The same without the faces that one of the sides `before` has.
     pub fn faces_first_of(&self, side: usize, before: &[u32]) -> impl Iterator<Item = &CornerFace> + Clone {
         let shared = if side < self.told { before } else { &[] };
         self.faces_of(side).filter(move |face| !shared.iter().any(|&other| self.sides[other as usize].has(face)))
@@ -57,10 +60,8 @@ fn deal_alone(
     own_starts: &mut Vec<usize>,
 ) {
     let side_of = |face: &CornerFace| alone.get(&(face.end, face.wedges[0])).map(|&side| side as usize);
-    let first = own_starts[told];
     own_starts.resize(sides + 1, 0);
     faces.iter().filter_map(side_of).for_each(|side| own_starts[side + 1] += 1);
-    own_starts[told] = first;
     for side in told..sides {
         own_starts[side + 1] += own_starts[side];
     }
@@ -81,7 +82,7 @@ mod tests {
     /// they are told one after the other or by the table.
     #[test]
     fn faces_are_dealt_to_few_sides_as_to_many() {
-        for alone in [0, 1, FEW as u32, FEW as u32 + 1, 40] {
+        for alone in [0, 1, MOST_ASKED as u32, MOST_ASKED as u32 + 1, 40] {
             let face = |end: u8, wedge: u32| CornerFace { corners: [0; 3], wedges: [wedge; 3], end, dies: false };
             let mut sides = Sides::default();
             sides.told = 2;

@@ -19,8 +19,8 @@ use super::wedges::WedgeNumbers;
 /// Blocks of so many for all that decide.
 const BLOCKS: usize = MOST_COSTED / NUMBERS;
 
-/// So many numbers are summed in half as many lanes: a texture's, or a normal's.
-const FEW: usize = NUMBERS / 2;
+/// At most so many numbers are summed in half of the lanes: a texture's, or a normal's.
+const FEW_LANES: usize = NUMBERS / 2;
 
 type Lanes = Numbers<f64>;
 
@@ -160,7 +160,7 @@ impl SideSums {
         for (block, terms) in self.terms.iter_mut().enumerate().take(costed.div_ceil(NUMBERS)) {
             let (first, costs) = (block * NUMBERS, [&mut costs.means[block], &mut costs.saved[block]]);
             self.weight = match summed - first {
-                ..=FEW => add_faces::<FEW>(faces, first, terms, costs),
+                ..=FEW_LANES => add_faces::<FEW_LANES>(faces, first, terms, costs),
                 _ => add_faces::<NUMBERS>(faces, first, terms, costs),
             };
         }
@@ -417,11 +417,22 @@ mod tests {
 
     #[test]
     fn what_follows_the_numbers_does_not_count() {
-        let cost = |width: usize| {
-            let around = Around::new(width);
-            around.costs(&mut around.between(2))
-        };
-        assert_eq!(cost(2), cost(9));
+        // In half of the lanes, and in all of them.
+        for count in [2, FEW_LANES, FEW_LANES + 1, NUMBERS - 1] {
+            let costs = [count, count + 3].map(|width| {
+                let mut around = Around::new(width);
+                let numbers = |p: &DVec3| (0..count).map(|i| row(*p)[i % 2] * (i + 1) as f32).collect::<Vec<_>>();
+                let rows = corners().concat();
+                around.rows =
+                    rows.iter().flat_map(|p| numbers(p).into_iter().chain(vec![f32::NAN; width - count])).collect();
+                let (mut costs, mut quadric, mut saved) = (CostSums::default(), Quadric::default(), Quadric::default());
+                around.between(count).add_faces(around.own(&[0, 1]), [count; 2], &mut costs);
+                costs.add_to(count, &mut quadric, &mut saved);
+                (quadric, saved)
+            });
+            assert_eq!(costs[0], costs[1], "{count}");
+            assert!(costs[0].0.value(DVec3::Y) > 1.0);
+        }
     }
 
     #[test]

@@ -106,9 +106,9 @@ pub struct Sides {
     /// Which of the faces are each side's, one side after the other, and where those of each begin.
     pub(super) own: Vec<u32>,
     pub(super) own_starts: Vec<usize>,
-    /// How many sides vanishing faces told, which may share wedges; all others have a wedge of one end that no other has.
+    /// How many sides come first that may share wedges; each after them has one wedge, of one end, that no other side has.
     pub(super) told: usize,
-    /// The other side of a wedge of an end, where there are many.
+    /// The number of the side of a wedge alone, by its end, where there are more than a few.
     pub(super) alone: FxHashMap<(u8, u32), u32>,
     costs: CostSums,
     /// The edges that may be seams; longer than there are.

@@ -19,7 +19,7 @@ use crate::kernel::rows::{CORNER, LOCKED, SEAM};
 use super::filter::Rejection;
 use super::patch::Patch;
 use super::placement::Quadric;
-use super::side_faces::FEW;
+use super::side_faces::MOST_ASKED;
 use super::sides::{CornerFace, Sides};
 use super::wedges::WedgeRows;
 
@@ -59,8 +59,9 @@ impl Yields {
     }
 }
 
-/// Edges around a pair from which on the one that runs back is looked up: fewer are compared each with each.
-const MANY_EDGES: usize = 64;
+/// Most edges around a pair that are compared each with each: to sort a few is misjudged at every step. Of more the one that runs
+/// back is looked up.
+const MOST_COMPARED: usize = 64;
 
 /// An edge of a face around a pair, from the corner of that number to the next.
 #[derive(Debug, Clone, Copy, Default)]
@@ -118,13 +119,13 @@ impl Sides {
             }
             let number = self.sides.len();
             self.push_alone(usize::from(end), wedge, rows);
-            if number == told + FEW {
+            if number == told + MOST_ASKED {
                 // Too many to be asked one after the other from here on.
                 for (side, number) in self.sides[told..].iter().zip(told as u32..) {
                     let own = (0..2).find_map(|end| Some((end, side.wedge(usize::from(end))?)));
                     self.alone.extend(own.map(|key| (key, number)));
                 }
-            } else if number > told + FEW {
+            } else if number > told + MOST_ASKED {
                 self.alone.insert((end, wedge), number as u32);
             }
         }
@@ -140,29 +141,12 @@ impl Sides {
         let (edges, order) = (&self.edges[..count], &self.edge_order);
         for edge in edges {
             let ([from, to], [from_wedge, to_wedge]) = (edge.ends, edge.wedges);
-            // Each of its two faces tells an edge.
-            let back = [to, from];
+            // Each of its two faces tells an edge, the other one from `to` to `from`.
             let parts = |other: &SideEdge| {
                 let [start, end] = other.wedges;
                 !(rows.agree_but_in_shading(from_wedge, end) && rows.agree_but_in_shading(to_wedge, start))
             };
-            let is_seam = if order.is_empty() {
-                // Which is found without a branch, which would be misjudged.
-                let (count, last) = edges.iter().enumerate().fold((0, 0), |(count, last), (number, other)| {
-                    let is_back = (other.ends[0] == to) & (other.ends[1] == from);
-                    (count + usize::from(is_back), if is_back { number } else { last })
-                });
-                match count {
-                    0 => false,
-                    1 => parts(&edges[last]),
-                    _ => edges.iter().any(|other| other.ends == back && parts(other)),
-                }
-            } else {
-                let first = order.partition_point(|&other| edges[other as usize].ends < back);
-                let backs = order[first..].iter().map(|&other| &edges[other as usize]);
-                backs.take_while(|other| other.ends == back).any(parts)
-            };
-            if is_seam {
+            if any_back(edges, order, [from, to], parts) {
                 let points = self.points(patch, &self.faces[edge.face]);
                 let (from, to) = (points[edge.corner], points[(edge.corner + 1) % 3]);
                 quadric.add_border(to - from, from, weight / 2.0);
@@ -174,7 +158,7 @@ impl Sides {
     fn order_edges(&mut self, count: usize) {
         let Self { edges, edge_order, .. } = self;
         edge_order.clear();
-        if count > MANY_EDGES {
+        if count > MOST_COMPARED {
             edge_order.extend(0..count as u32);
             edge_order.sort_unstable_by_key(|&edge| (edges[edge as usize].ends, edge));
         }
@@ -211,5 +195,57 @@ impl Sides {
             is_same(face.wedges[k], other.wedges[l])
         };
         self.faces.iter().any(|face| face.dies && self.closes(face, pair, same))
+    }
+}
+
+/// Whether something is so of any of the edges that run back along the one between these ends; looked up in `order`, the numbers of
+/// edges by their ends, unless that is empty.
+fn any_back(edges: &[SideEdge], order: &[u32], [from, to]: [u32; 2], is_so: impl Fn(&SideEdge) -> bool) -> bool {
+    let back = [to, from];
+    if !order.is_empty() {
+        let first = order.partition_point(|&other| edges[other as usize].ends < back);
+        let backs = order[first..].iter().map(|&other| &edges[other as usize]);
+        return backs.take_while(|other| other.ends == back).any(is_so);
+    }
+    // Without a branch: which edge runs back nobody could foretell.
+    let (count, last) = edges.iter().enumerate().fold((0, 0), |(count, last), (number, other)| {
+        let is_back = (other.ends[0] == to) & (other.ends[1] == from);
+        (count + usize::from(is_back), if is_back { number } else { last })
+    });
+    match count {
+        0 => false,
+        1 => is_so(&edges[last]),
+        _ => edges.iter().any(|other| other.ends == back && is_so(other)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::tie_hash;
+
+    /// Edges between a few vertices, some of which run back never, once or often.
+    #[test]
+    fn what_runs_back_is_found_in_order_as_among_all() {
+        let mut told = [0; 2];
+        for seed in 0..200 {
+            let end = |number: u32| tie_hash(number, seed) % 6;
+            let edge = |face: u32| SideEdge {
+                ends: [end(2 * face), end(2 * face + 1)],
+                face: face as usize,
+                ..SideEdge::default()
+            };
+            let edges: Vec<SideEdge> = (0..12).map(edge).collect();
+            let mut order: Vec<u32> = (0..12).collect();
+            order.sort_unstable_by_key(|&edge| (edges[edge as usize].ends, edge));
+            for SideEdge { ends, .. } in &edges {
+                let is_so = |other: &SideEdge| other.face.is_multiple_of(3);
+                let found = [&[][..], &order].map(|order| any_back(&edges, order, *ends, is_so));
+                let expected = edges.iter().any(|other| other.ends == [ends[1], ends[0]] && is_so(other));
+                assert_eq!(found, [expected; 2], "{ends:?} of {edges:?}");
+                told[usize::from(expected)] += 1;
+            }
+        }
+        assert!(told.iter().all(|&count| count > 100), "{told:?}");
     }
 }

@@ -89,12 +89,6 @@ impl<S: Simd> WideVec3<S> {
         }
     }
 
-    /// As many vectors of zeros.
-    #[inline(always)]
-    pub fn zero(simd: S) -> Self {
-        Self::splat(simd, DVec3::ZERO)
-    }
-
     /// To memory.
     #[inline(always)]
     pub fn store(self) -> WideRows {

@@ -132,7 +132,7 @@ impl<P: Fn(u32) -> DVec3> Surface<'_, P> {
                 Some(pairs) => pairs.into_iter().for_each(|[a, b]| {
                     join(a, b);
                 }),
-                // What cannot be told apart stays together.
+                // The two of an edge, and what cannot be told apart.
                 None => uses.windows(2).for_each(|two| {
                     join(two[0], two[1]);
                 }),
@@ -152,7 +152,8 @@ impl<P: Fn(u32) -> DVec3> Surface<'_, P> {
         (found > 1).then(|| Copies { vertex, count: found - 1, faces })
     }
 
-    /// Which two of the four faces on an edge go on in which; `None` where there is no telling, or nothing to choose.
+    /// The two pairs in which the four faces on an edge go on; `None` for other numbers of faces, and where not two of them run
+    /// either way.
     fn pairs(&self, vertex: u32, uses: &[EdgeUse]) -> Option<[[EdgeUse; 2]; 2]> {
         // Of more the flattest would pass through each other.
         let mut four: [EdgeUse; 4] = uses.try_into().ok()?;

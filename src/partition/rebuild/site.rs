@@ -8,7 +8,9 @@ use crate::partition::fit::{Sample, area_at};
 use crate::partition::interior::{Color, KeptEdges, Places, Shade, thin};
 use crate::partition::plane::Plane;
 use crate::partition::surface::Surface;
-use crate::partition::triangulate::{Flaw, Misfit, Outline, Triangulation, improve, joined_anew, triangulate};
+use crate::partition::triangulate::{
+    Flaw, Misfit, Outline, Triangulation, first_joined_otherwise, improve, triangulate,
+};
 
 /// What came of a region.
 #[derive(Debug)]
@@ -123,7 +125,7 @@ impl Site<'_> {
             }
         };
         let triangles = triangulate(&outline, by);
-        let other = triangles.as_ref().and_then(|_| joined_anew(&outline));
+        let other = triangles.as_ref().and_then(|_| first_joined_otherwise(&outline));
         if let (Some(mut triangles), None) = (triangles, other) {
             improve(&outline, &mut triangles, |_, _| false);
             return Answer::Flat(Flat { outline, inner: Vec::new(), triangles, samples: None });
@@ -133,11 +135,13 @@ impl Site<'_> {
         let outer = vertices.iter().position(|ring| ring == first).unwrap_or(0);
         let order = std::iter::once(outer).chain((0..rings.len()).filter(|&ring| ring != outer));
         let sides: Vec<Segment> = order.flat_map(|ring| rings[ring].iter().copied()).collect();
-        match (other, outline.fault()) {
-            // The loops follow the region from one edge to the next: drawn so it would come apart at one vertex, or be closed there.
-            (Some(point), _) => self.split(&rings, &[sides[point]]),
-            (None, Some(Flaw::Crossing(edges))) => self.split(&rings, &edges.map(|edge| sides[edge])),
-            (None, Some(Flaw::Misplaced(_)) | None) => self.split(&rings, &sides),
+        if let Some(point) = other {
+            // Its triangles would close a fan at that vertex, or part one: loops follow the region from one edge to the next.
+            return self.split(&rings, &[sides[point]]);
+        }
+        match outline.fault() {
+            Some(Flaw::Crossing(edges)) => self.split(&rings, &edges.map(|edge| sides[edge])),
+            Some(Flaw::Misplaced(_)) | None => self.split(&rings, &sides),
         }
     }
 
@@ -164,7 +168,7 @@ impl Site<'_> {
         if places.is_empty() { Answer::Hopeless } else { Answer::Split(places) }
     }
 
-    /// Whether the region's loops with all their vertices are an outline.
+    /// Whether the region's loops with all their vertices are an outline whose inside goes on from edge to edge as they do.
     fn is_drawable(self) -> bool {
         let ring = |legs: &[Leg]| {
             let mut ring = Vec::new();
@@ -178,7 +182,8 @@ impl Site<'_> {
             ring
         };
         let rings: Vec<Vec<u32>> = self.boundary.loops(self.region).map(ring).collect();
-        self.outline(&rings).is_ok_and(|outline| outline.fault().is_none() && joined_anew(&outline).is_none())
+        self.outline(&rings)
+            .is_ok_and(|outline| outline.fault().is_none() && first_joined_otherwise(&outline).is_none())
     }
 }
 

@@ -69,9 +69,9 @@ pub fn triangulate(outline: &Outline, by: Triangulation) -> Option<Vec<[u32; 3]>
     sketch.clip_ears(|_, _| true)
 }
 
-/// The first point of an outline without fault where rings touch and the inside joins other edges than the rings do: in the plane
-/// it hangs together at that vertex otherwise than along its rings.
-pub fn joined_anew(outline: &Outline) -> Option<usize> {
+/// The first point of an outline without fault where rings touch and the inside goes on along another edge than the ring does: in
+/// the plane it hangs together at that vertex otherwise than along its rings.
+pub fn first_joined_otherwise(outline: &Outline) -> Option<usize> {
     let mut vertices = outline.vertices.clone();
     vertices.sort_unstable();
     if vertices.windows(2).all(|pair| pair[0] != pair[1]) {

@@ -70,13 +70,13 @@ fn touching_rings_are_filled() {
 /// Where a hole touches the outer ring, or two lobes are one ring, the inside goes on along other edges; where a ring that follows
 /// the inside is closed by a pinch it does not.
 #[test]
-fn what_the_inside_joins_anew_is_told() {
+fn what_the_inside_joins_otherwise_is_told() {
     let square = vec![[0., 0.], [4., 0.], [4., 4.], [2., 4.], [0., 4.]];
     let hole = vec![[2., 4.], [3., 3.], [1., 3.]];
     let inside = vec![[2., 3.5], [3., 3.], [1., 3.]];
     let lobes = vec![[0., 0.], [2., -1.], [2., 1.], [0., 0.], [-2., 1.], [-2., -1.]];
     let closed = vec![[0., 0.], [4., 0.], [4., 4.], [2., 4.], [3., 1.], [1., 1.], [2., 4.], [0., 4.]];
-    let told = |rings: &[Vec<[f64; 2]>]| joined_anew(&outline(rings));
+    let told = |rings: &[Vec<[f64; 2]>]| first_joined_otherwise(&outline(rings));
     assert_eq!(told(&[square.clone(), hole]), Some(2));
     assert_eq!(told(&[lobes]), Some(2));
     assert_eq!([told(&[square, inside]), told(&[closed])], [None; 2]);
