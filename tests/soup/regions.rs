@@ -1,11 +1,12 @@
 //! Rubbish through the methods that make regions.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use coarsen::mesh::{Materials, Normals, Rings, dual, weld};
 use coarsen::partition::superface::Criterion;
 use coarsen::partition::{By, Flatness, NO_REGION, Options, Partition, Superfaces, Triangulation, vsa};
-use coarsen::{Budget, Device, Mesh, Method};
+use coarsen::{Budget, Device, Mesh, Method, Outcome};
 
 use super::rubbish::{below, pick};
 use super::support::deviation::Random;
@@ -68,6 +69,22 @@ fn options(random: &mut Random) -> Options {
     options
 }
 
+/// How many edges of a result lie between two regions; all sides of faces where edges were turned after, and nobody tells.
+fn edges_between_regions(outcome: &Outcome) -> usize {
+    let labels = outcome.regions.as_ref().map(|regions| &regions.face_labels[..]).unwrap_or_default();
+    let faces = &outcome.mesh.faces;
+    if labels.len() != faces.len() {
+        return 3 * faces.len();
+    }
+    let mut regions = BTreeMap::<[u32; 2], BTreeSet<u32>>::new();
+    for (face, &label) in faces.iter().zip(labels) {
+        for [a, b] in [[face[0], face[1]], [face[1], face[2]], [face[2], face[0]]] {
+            regions.entry([a.min(b), a.max(b)]).or_default().insert(label);
+        }
+    }
+    regions.values().filter(|labels| labels.len() > 1).count()
+}
+
 /// Vertices are the input's, the topology is kept, and regions hang together.
 fn assert_rebuilds(mesh: &Mesh, options: &Options, budget: Budget, device: &Device) {
     let Some(outcome) = outcome(mesh, Method::Partition(options.clone()), budget, device) else { return };
@@ -76,7 +93,8 @@ fn assert_rebuilds(mesh: &Mesh, options: &Options, budget: Budget, device: &Devi
     let joined = options.weld.filter(|_| is_split && matches!(options.by, By::Coplanar(_)));
     let result = joined.map_or_else(|| outcome.mesh.clone(), |distance| weld(&outcome.mesh, distance).mesh);
     let is_turned = outcome.warnings.iter().any(|warning| warning.contains("wound"));
-    assert_topology(&start(mesh, options.weld), &result, if is_turned { Parts::MayTurn } else { Parts::Stay });
+    let parts = if is_turned { Parts::MayTurn(edges_between_regions(&outcome)) } else { Parts::Stay };
+    assert_topology(&start(mesh, options.weld), &result, parts);
     let told = |materials: &Option<Materials>| materials.is_some() && !options.dropped.materials;
     assert_eq!(outcome.mesh.materials.is_some(), told(&mesh.materials));
     outcome.mesh.check().expect("a valid mesh");
