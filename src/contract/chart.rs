@@ -210,7 +210,7 @@ mod tests {
                 tie_hash(number, seed) % count
             };
             let mut at = || DVec2::new(f64::from(below(4)), f64::from(below(4)));
-            // A ring around one corner, so that some agree in their signs; every fifth corner is anywhere.
+            // A ring around a corner, which may lie outside of it; now and then a face ends where the new vertex is, or vanishes.
             let [center, moved] = [at(), at()];
             let ring = [[3, 1], [3, 3], [1, 3], [0, 1], [1, 0]].map(|[x, y]: [i32; 2]| DVec2::new(x.into(), y.into()));
             let faces: Vec<([DVec2; 3], bool)> = (0..5)
