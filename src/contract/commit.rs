@@ -19,10 +19,12 @@ use crate::simplify::Blocked;
 
 use super::Candidates;
 use super::carry::Carried;
-use super::deal::{Left, Pile, Share, lower_end};
+use super::deal::{Left, Pile, Share, Taker, lower_end};
 use super::examine::{Examiner, Rules, Verdict};
 use super::filter::Rejection;
 use super::patch::{Connectivity, Patch, Placed};
+use super::reach::Reach;
+use super::refusals::Refusal;
 use super::select::sort;
 use super::star::Outside;
 use super::surface::Surface;
@@ -70,6 +72,8 @@ pub struct Committed {
     pub cancelled: Vec<Cancelled>,
     /// Refusals by reason.
     pub blocked: Blocked,
+    /// The pairs that were refused, without an edge between them or with one, for what is around them.
+    pub refused: Vec<Refusal>,
     /// Candidates that cost far more than as the round began, and wait for the next.
     pub outdated: usize,
     /// Greatest key of an accepted candidate.
@@ -87,6 +91,12 @@ pub struct Cancelled {
 }
 
 impl Committed {
+    /// Forgets what was refused, which is going to be tried again in the same round.
+    pub fn forget_refused(&mut self) {
+        (self.blocked, self.outdated) = (Blocked::default(), 0);
+        self.refused.clear();
+    }
+
     /// Adds what was committed after it, and beside it, in the same round.
     pub fn add(&mut self, other: Self) {
         self.contracted += other.contracted;
@@ -95,6 +105,7 @@ impl Committed {
         self.faces_removed += other.faces_removed;
         self.by_first_steps += other.by_first_steps;
         self.blocked.add(other.blocked);
+        self.refused.extend(other.refused);
         self.outdated += other.outdated;
         self.greatest_key = self.greatest_key.max(other.greatest_key);
         self.deviation = self.deviation.max(other.deviation);
@@ -138,6 +149,7 @@ pub struct Committer {
     /// Vertices from which surfaces are worked on in parallel.
     least_cut: usize,
     scratch: Vec<Candidate>,
+    reach: Reach,
     /// Commits so far, of which a round may have several: another order among ties in each.
     commits: u32,
 }
@@ -146,7 +158,7 @@ impl Committer {
     /// For a run under these rules, on a surface of so many vertices.
     pub fn new(rules: Rules, vertices: usize) -> Self {
         let least_cut = if vertices < LARGE { CUT } else { HALVED };
-        Self { rules, is_followed: false, least_cut, scratch: Vec::new(), commits: 0 }
+        Self { rules, is_followed: false, least_cut, scratch: Vec::new(), reach: Reach::default(), commits: 0 }
     }
 
     /// Commits under another error limit, in the normalized frame, from here on.
@@ -189,7 +201,11 @@ impl Committer {
             candidates.sort_by_key(|&candidate| lower_end(candidate, faces));
         }
         let mut left: Option<Vec<Left>> = None;
-        for size in patch_sizes(surface.vertex_count, self.least_cut) {
+        let sizes = patch_sizes(surface.vertex_count, self.least_cut);
+        if !sizes.is_empty() {
+            self.reach.find(&surface.faces.host()[..surface.face_count], surface.vertex_count, &sizes);
+        }
+        for (level, &size) in sizes.iter().enumerate() {
             let pile = left.as_deref().map_or(Pile::List(candidates), Pile::Left);
             // As many faces as on the inside: what fits the quota as such fits at any border.
             let fitting = quota.faces.saturating_sub(done.0.faces_removed) / quota.of.most_faces();
@@ -197,7 +213,7 @@ impl Committer {
                 break;
             }
             let patches = Patch::whole(surface, carried).split(size);
-            left = Some(commit_patches(patches, pile, fitting, task, &mut done));
+            left = Some(commit_patches(patches, pile, (level, &self.reach), fitting, task, &mut done));
         }
         if let Some(left) = left {
             candidates.clear();
@@ -217,11 +233,12 @@ impl Committer {
     }
 }
 
-/// Contracts at most `fitting` candidates of `pile` within `patches` of one size; returns those that reach out or did not
-/// fit.
+/// Contracts at most `fitting` candidates of `pile` within `patches` of one size, that of a level; returns those that reach out
+/// or did not fit.
 fn commit_patches(
     patches: Vec<Patch<'_>>,
     pile: Pile<'_>,
+    (level, reach): (usize, &Reach),
     fitting: usize,
     task: Task,
     done: &mut (Committed, Spent),
@@ -233,7 +250,8 @@ fn commit_patches(
         .enumerate()
         .map_init(Vec::new, |scratch, (number, patch)| {
             let clock = Instant::now();
-            let Share { mut own, mut left } = pile.share(&starts, number, &patch.vertices(), faces);
+            let taker = Taker { patch: number, vertices: patch.vertices(), level, reach };
+            let Share { mut own, mut left } = pile.share(&starts, &taker, faces);
             sort(&mut own, scratch, task.commit);
             let sorting = clock.elapsed();
             let most = (fitting as u128 * own.len() as u128 / total as u128) as usize;
@@ -372,7 +390,10 @@ impl<'a> Work<'a> {
         match verdict {
             Verdict::Outside => return false,
             Verdict::Rejected(Rejection::Outdated) => self.committed.outdated += 1,
-            Verdict::Rejected(rejection) => self.committed.blocked.count(rejection),
+            Verdict::Rejected(rejection) => {
+                self.committed.blocked.count(rejection);
+                self.committed.refused.push(Refusal::new([u, w], rejection));
+            }
             Verdict::Accepted(accepted) => {
                 self.cancel([u, w], &accepted.cancelled);
                 let Examiner { sides, blend, .. } = &self.examiner;

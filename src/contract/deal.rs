@@ -1,10 +1,12 @@
 //! Dealing a round's candidates to patches: each looks through those whose lower end may be its own, takes what lies inside,
-//! and leaves the rest to the larger patches of the next level. No list is sorted for it, and nobody waits.
+//! and leaves the rest to the larger patches of the next levels. No list is sorted for it, and nobody waits.
 
 use std::ops::Range;
 
 use crate::kernel::pairs::half_edge_ends;
 use crate::kernel::rows::{Candidate, Face};
+
+use super::reach::Reach;
 
 /// What patches are dealt from.
 #[derive(Debug, Clone, Copy)]
@@ -24,10 +26,29 @@ pub struct Left {
     greatest: u32,
 }
 
+/// Whom is dealt to.
+#[derive(Debug, Clone)]
+pub struct Taker<'a> {
+    /// The number of the patch, and its vertices.
+    pub patch: usize,
+    pub vertices: Range<u32>,
+    /// Its level.
+    pub level: usize,
+    pub reach: &'a Reach,
+}
+
+impl Taker<'_> {
+    /// Whether a pair may be contracted within the patch.
+    fn may_contract(&self, ends: [u32; 2]) -> bool {
+        let [u, w] = ends;
+        self.vertices.contains(&u) & self.vertices.contains(&w) && self.reach.may_hold(self.level, ends)
+    }
+}
+
 /// What is dealt to a patch.
 #[derive(Debug)]
 pub struct Share {
-    /// Candidates with both ends inside.
+    /// Candidates whose faces may lie inside.
     pub own: Vec<Candidate>,
     pub left: Left,
 }
@@ -53,19 +74,19 @@ impl Pile<'_> {
         starts
     }
 
-    /// The share of the patch of this number and these vertices, of a pile cut so.
-    pub fn share(&self, starts: &[usize], patch: usize, vertices: &Range<u32>, faces: &[Face]) -> Share {
+    /// The share of a patch, of a pile cut so.
+    pub fn share(&self, starts: &[usize], taker: &Taker<'_>, faces: &[Face]) -> Share {
         match *self {
             Self::List(candidates) => {
-                let piece = &candidates[starts[patch]..starts[patch + 1]];
+                let piece = &candidates[starts[taker.patch]..starts[taker.patch + 1]];
                 let mut share = Share::new(piece.len());
-                share.take(piece, vertices, faces, |_| true);
+                share.take(piece, taker, faces, |_| true);
                 share
             }
             Self::Left(left) => {
-                let mut share = Share::new(0);
+                let (mut share, vertices) = (Share::new(0), &taker.vertices);
                 for Left { candidates, .. } in left.iter().filter(|left| left.may_meet(vertices)) {
-                    share.take(candidates, vertices, faces, |lower_end| vertices.contains(&lower_end));
+                    share.take(candidates, taker, faces, |lower_end| vertices.contains(&lower_end));
                 }
                 share
             }
@@ -92,17 +113,11 @@ impl Share {
         Self { own: Vec::with_capacity(most), left }
     }
 
-    /// Takes candidates with both ends among `vertices`; leaves those over whose lower end is to be looked after here.
-    fn take(
-        &mut self,
-        candidates: &[Candidate],
-        vertices: &Range<u32>,
-        faces: &[Face],
-        looks_after: impl Fn(u32) -> bool,
-    ) {
+    /// Takes candidates that may be contracted here; leaves those over whose lower end is to be looked after here.
+    fn take(&mut self, candidates: &[Candidate], taker: &Taker<'_>, faces: &[Face], looks_after: impl Fn(u32) -> bool) {
         for &candidate in candidates {
             let [u, w] = half_edge_ends(candidate.half_edge, faces);
-            if vertices.contains(&u) & vertices.contains(&w) {
+            if taker.may_contract([u, w]) {
                 self.own.push(candidate);
             } else if looks_after(u.min(w)) {
                 self.left.push(candidate, faces);
@@ -121,43 +136,56 @@ pub fn lower_end(candidate: Candidate, faces: &[Face]) -> u32 {
 mod tests {
     use super::*;
 
-    /// Face i joins vertices i and i + 1 by its first half-edge, that of the candidate with the key i.
+    /// Face i joins vertices i and i + 1 by its first half-edge, that of the candidate with the key i. Faces around its ends
+    /// have the vertices from i − 1 to i + 2.
     fn strip(count: u32) -> (Vec<Face>, Vec<Candidate>) {
-        let faces = (0..count).map(|i| Face { a: i, b: i + 1, c: i + 2 });
+        let faces = (0..count).map(|i| Face { a: i, b: i + 1, c: i });
         let candidates = (0..count).map(|i| Candidate { key: i, half_edge: 3 * i });
         (faces.collect(), candidates.collect())
     }
 
-    /// What all patches of this size take and leave over.
-    fn deal(pile: Pile<'_>, faces: &[Face], size: usize) -> Vec<Share> {
-        let patches = (faces.len() + 1).div_ceil(size);
+    /// What all patches of a level of these sizes take and leave over.
+    fn deal(pile: Pile<'_>, faces: &[Face], sizes: &[usize], level: usize) -> Vec<Share> {
+        let (size, vertices) = (sizes[level], faces.len() + 1);
+        let patches = vertices.div_ceil(size);
         let starts = pile.cut(faces, size, patches);
-        let vertices = |patch: usize| (patch * size) as u32..((patch + 1) * size) as u32;
-        (0..patches).map(|patch| pile.share(&starts, patch, &vertices(patch), faces)).collect()
+        let mut reach = Reach::default();
+        reach.find(faces, vertices, sizes);
+        let share = |patch: usize| {
+            let vertices = (patch * size) as u32..((patch + 1) * size) as u32;
+            pile.share(&starts, &Taker { patch, vertices, level, reach: &reach }, faces)
+        };
+        (0..patches).map(share).collect()
     }
 
     fn keys<'c>(candidates: impl IntoIterator<Item = &'c Candidate>) -> Vec<u32> {
         candidates.into_iter().map(|candidate| candidate.key).collect()
     }
 
+    /// Whether the candidate with this key reaches from one patch of a size to the next.
+    fn crosses(key: u32, size: u32) -> bool {
+        key.saturating_sub(1) / size != (key + 2).min(400) / size
+    }
+
     #[test]
     fn every_patch_takes_its_own_and_leaves_what_crosses() {
         let (faces, candidates) = strip(400);
-        let pile = Pile::List(&candidates);
+        let (pile, sizes) = (Pile::List(&candidates), [10, 25]);
         assert_eq!(pile.len(), 400);
-        let shares = deal(pile, &faces, 10);
+        let shares = deal(pile, &faces, &sizes, 0);
         for (first, share) in (0..).step_by(10).zip(&shares) {
-            assert_eq!(keys(&share.own), (first..400.min(first + 9)).collect::<Vec<u32>>());
-            assert_eq!(keys(&share.left.candidates), (first + 9..400.min(first + 10)).collect::<Vec<u32>>());
+            let (crossing, own): (Vec<u32>, Vec<u32>) = (first..400.min(first + 10)).partition(|&key| crosses(key, 10));
+            assert_eq!(keys(&share.own), own);
+            assert_eq!(keys(&share.left.candidates), crossing);
         }
-        // Left over are those from 9, 19, 29, …; patches of 25 vertices have all but those from 49, 99, 149, ….
+        // Left over are those around 10, 20, 30, …; patches of 25 vertices have all but those around 50, 100, 150, ….
         let left: Vec<Left> = shares.into_iter().map(|share| share.left).collect();
         let pile = Pile::Left(&left);
-        assert_eq!(pile.len(), 40);
-        let shares = deal(pile, &faces, 25);
-        let crossing: Vec<u32> = (49..400).step_by(50).collect();
+        assert_eq!(pile.len(), 3 * 40 - 1);
+        let shares = deal(pile, &faces, &sizes, 1);
+        let (crossing, own): (Vec<u32>, Vec<u32>) =
+            (0..400).filter(|&key| crosses(key, 10)).partition(|&key| crosses(key, 25));
         assert_eq!(keys(shares.iter().flat_map(|share| &share.left.candidates)), crossing);
-        let own: Vec<u32> = (9..400).step_by(10).filter(|key| !crossing.contains(key)).collect();
         assert_eq!(keys(shares.iter().flat_map(|share| &share.own)), own);
     }
 
@@ -167,9 +195,10 @@ mod tests {
         let shuffled: Vec<Candidate> = (0..400).map(|i| candidates[i * 7 % 400]).collect();
         let mut left: Option<Vec<Left>> = None;
         let mut taken = Vec::new();
-        for size in [10, 40, 201] {
+        let sizes = [10, 40, 201];
+        for level in 0..sizes.len() {
             let pile = left.as_deref().map_or(Pile::List(&shuffled), Pile::Left);
-            let shares = deal(pile, &faces, size);
+            let shares = deal(pile, &faces, &sizes, level);
             taken.extend(shares.iter().flat_map(|share| &share.own).copied());
             left = Some(shares.into_iter().map(|share| share.left).collect());
         }

@@ -6,7 +6,7 @@ use crate::kernel::pairs::half_edge_ends;
 use crate::kernel::rows::{BORDER, Candidate, HUB, LOCKED};
 use crate::kernel::split::CHUNK;
 use crate::kernel::stars::Stars;
-use crate::simplify::{Blocked, StopReason};
+use crate::simplify::StopReason;
 
 use super::commit::{Committed, Quota, Spent};
 use super::driver::{FULL, Run, WIDER, is_meager};
@@ -88,7 +88,7 @@ impl Run<'_> {
         let may_wait = self.widening < FULL;
         let may_overshoot = self.widening >= FULL || self.prepared.border_vertices == 0;
         let quota = Quota { faces: to_remove, of: self.of, may_overshoot };
-        self.tried = self.tried.max(self.candidates.len());
+        self.tried = self.tried.max(self.candidates.len() + self.refusals.left_out());
         let (carried, joins) = (&mut self.prepared.carried, self.joins.pairs());
         let before = self.recorder.as_ref().map(|_| carried.origin.clone());
         self.committer.is_followed =
@@ -99,7 +99,8 @@ impl Run<'_> {
             recorder.record(&committed, &mut before, carried);
         }
         // What the commits before refused was tried again, and counts once.
-        (done.0.blocked, done.0.outdated) = (Blocked::default(), 0);
+        done.0.forget_refused();
+        self.refusals.count_again(&mut done.0.blocked);
         done.0.add(committed);
         done.1.add(spent);
         self.deviation = self.deviation.max(done.0.deviation);
@@ -125,9 +126,9 @@ impl Run<'_> {
             return;
         }
         self.candidates = self.shortest_on_border(done.0.greatest_key);
-        let refused = (done.0.blocked, done.0.outdated);
+        let (blocked, outdated, refused) = (done.0.blocked, done.0.outdated, std::mem::take(&mut done.0.refused));
         self.commit(1, done);
-        (done.0.blocked, done.0.outdated) = refused;
+        (done.0.blocked, done.0.outdated, done.0.refused) = (blocked, outdated, refused);
         if let Some(round) = self.rounds.last_mut() {
             round.blocked = done.0.blocked;
         }

@@ -22,6 +22,7 @@ use super::prepare::Prepared;
 use super::quadrics::QuadricRecord;
 use super::quantize::{Storage, quantize};
 use super::record::Recorder;
+use super::refusals::Refusals;
 use super::surface::{Start, Surface};
 use super::triangles::Triangles;
 use super::weigh::{start_weights, weigh_start};
@@ -137,8 +138,10 @@ pub struct Run<'a> {
     pub tried: usize,
     /// How many times wider than usual the gate is.
     pub widening: f64,
-    /// What is going to be refused again.
+    /// How much is going to be refused again.
     refused: Refused,
+    /// The pairs of which that is known.
+    pub refusals: Refusals,
     /// Greatest estimated deviation of a contraction so far, in the normalized frame.
     pub deviation: f32,
     pub rounds: Vec<RoundRecord>,
@@ -190,6 +193,7 @@ impl<'a> Run<'a> {
             tried: 0,
             widening: 1.0,
             refused: Refused::default(),
+            refusals: Refusals::default(),
             deviation: 0.0,
             rounds: Vec::new(),
             clock,
@@ -301,6 +305,7 @@ impl<'a> Run<'a> {
         let evaluated = clock.elapsed().as_secs_f64();
         self.seconds.cost += evaluated - moved;
         let candidates = self.candidates.len();
+        self.refusals.leave_out(&mut self.candidates, &self.host.faces.host()[..faces]);
         self.rounds.push(RoundRecord {
             faces: faces as u64,
             pairs: pairs as u64,
@@ -313,6 +318,7 @@ impl<'a> Run<'a> {
         let restored = self.seconds.restore - restoring;
         let committed_at = clock.elapsed().as_secs_f64();
         let before = self.time_moving();
+        self.keep_refusals(&committed);
         if committed.contracted > 0 {
             self.adapt(&committed);
             self.compact(&committed)?;
@@ -357,6 +363,7 @@ impl<'a> Run<'a> {
         self.host.kill(cancelled.iter().map(|cancelled| cancelled.face));
         self.host.compact_on_host(&mut self.prepared.carried, left.faces);
         let new_vertex = &self.host.new_vertex()[..vertices];
+        self.refusals.rename(new_vertex);
         if let Some((_, history)) = &mut self.history {
             history.follow(contractions, new_vertex);
         }
@@ -429,6 +436,19 @@ impl<'a> Run<'a> {
     /// Heads for the next level as a run that starts here would.
     fn begin_level(&mut self) {
         (self.of, self.widening, self.refused) = (self.options.candidates, 1.0, Refused::default());
+        self.refusals.clear();
+    }
+
+    /// Notes which pairs are going to be refused again.
+    fn keep_refusals(&mut self, committed: &Committed) {
+        // Where parts join, and with weights, which every round may find anew, more decides than the faces around a pair.
+        let decide_faces =
+            self.of == Candidates::Pairs && !self.options.joins() && self.prepared.carried.weights.is_empty();
+        if decide_faces {
+            self.refusals.keep(&committed.refused, committed.contracted, &self.host);
+        } else {
+            self.refusals.clear();
+        }
     }
 
     /// Widens the gate after a round that mostly met refusals, narrows it again after a good one, and notes what the next is

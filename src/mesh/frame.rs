@@ -10,7 +10,7 @@ use crate::math::{DVec3, Vec3};
 const CHUNK: usize = 1 << 14;
 
 /// Faces whose edges are measured, about: the scale is a power of two, and does not need them all.
-const SAMPLE: usize = 1 << 16;
+const SAMPLE: usize = 1 << 12;
 
 /// Farthest that an unused vertex may lie out; a corner of a face lies within the number of its faces.
 const FARTHEST: DVec3 = DVec3::splat((1_u64 << 40) as f64);
