@@ -8,7 +8,8 @@ use crate::kernel::split::CHUNK;
 use crate::kernel::stars::Stars;
 use crate::simplify::StopReason;
 
-use super::commit::{Committed, Quota, Spent};
+use super::commit::Quota;
+use super::committed::{Committed, Spent};
 use super::driver::{FULL, Run, WIDER, is_meager};
 use super::gate::LARGE_ROUND;
 use super::levels::Goal;

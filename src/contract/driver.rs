@@ -10,7 +10,8 @@ use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord
 
 use super::apply::Left;
 use super::carry::Carried;
-use super::commit::{Committed, Committer};
+use super::commit::Committer;
+use super::committed::Committed;
 use super::evaluate::{Evaluation, Round};
 use super::examine::Rules;
 use super::follower::Follower;

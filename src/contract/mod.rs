@@ -18,6 +18,7 @@ mod blend;
 mod carry;
 mod chart;
 mod commit;
+mod committed;
 mod compact;
 mod deal;
 mod descend;

@@ -7,7 +7,7 @@ use crate::mesh::orient::TURNED;
 use crate::progressive::{self, CollapseLog};
 
 use super::carry::{Carried, MOVED_FROM};
-use super::commit::Committed;
+use super::committed::Committed;
 use super::layout::Origin;
 use super::prepare::Prepared;
 use super::restore::model_position;
