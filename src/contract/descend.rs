@@ -89,7 +89,8 @@ impl Run<'_> {
         let may_wait = self.widening < FULL;
         let may_overshoot = self.widening >= FULL || self.prepared.border_vertices == 0;
         let quota = Quota { faces: to_remove, of: self.of, may_overshoot };
-        self.tried = self.tried.max(self.candidates.len() + self.refusals.left_out());
+        self.tried = self.tried.max(self.candidates.len());
+        self.refusals.leave_out(&mut self.candidates, &self.host.faces.host()[..self.host.face_count]);
         let (carried, joins) = (&mut self.prepared.carried, self.joins.pairs());
         let before = self.recorder.as_ref().map(|_| carried.origin.clone());
         self.committer.is_followed =

@@ -306,7 +306,6 @@ impl<'a> Run<'a> {
         let evaluated = clock.elapsed().as_secs_f64();
         self.seconds.cost += evaluated - moved;
         let candidates = self.candidates.len();
-        self.refusals.leave_out(&mut self.candidates, &self.host.faces.host()[..faces]);
         self.rounds.push(RoundRecord {
             faces: faces as u64,
             pairs: pairs as u64,

@@ -37,7 +37,7 @@ impl Refusal {
 pub struct Refusals {
     /// Ascending by their ends.
     kept: Vec<Refusal>,
-    /// Those that are candidates of the round.
+    /// Those that were candidates of a commit.
     again: Vec<Refusal>,
     /// Which vertices stand beside a contraction.
     changed: Vec<bool>,
@@ -50,7 +50,8 @@ impl Refusals {
         self.again.clear();
     }
 
-    /// Takes them out of a round's candidates, which ascend by lower end but for those past the half-edges.
+    /// Takes them out of the candidates of a commit: all if these ascend by lower end, but for those past the half-edges, and
+    /// some if they do not.
     pub fn leave_out(&mut self, candidates: &mut Vec<Candidate>, faces: &[Face]) {
         self.again.clear();
         if self.kept.is_empty() {
@@ -73,12 +74,7 @@ impl Refusals {
         });
     }
 
-    /// How many candidates of the round were left out.
-    pub fn left_out(&self) -> usize {
-        self.again.len()
-    }
-
-    /// They by reason.
+    /// Counts those that were left out last.
     pub fn count_again(&self, blocked: &mut Blocked) {
         self.again.iter().for_each(|refusal| blocked.count(refusal.reason));
     }
@@ -214,9 +210,9 @@ mod tests {
         assert_eq!(candidates, [0, 4, 5, 6].map(candidate));
         let mut blocked = Blocked { flip: 1, ..Blocked::default() };
         refusals.count_again(&mut blocked);
-        assert_eq!((refusals.left_out(), blocked.flip), (2, 3));
+        assert_eq!((refusals.again.len(), blocked.flip), (2, 3));
         refusals.clear();
         refusals.leave_out(&mut candidates, &faces);
-        assert_eq!((candidates.len(), refusals.left_out()), (4, 0));
+        assert_eq!((candidates.len(), refusals.again.len()), (4, 0));
     }
 }
