@@ -176,10 +176,11 @@ impl Examiner {
         let weights = patch.weights(pair);
         let costs = self.costs(patch, pair, weights);
         let flat = FLAT * costs.geometry.weight() * self.star.h.length_squared();
-        let (x, end) = self.place(&costs, [pu.flags, pw.flags], flat);
+        let weight = weights.map_or(1.0, |[first, second]| f64::from(first.max(second)));
+        let flat_as_begun = f64::from(cost) <= weight * flat;
+        let (x, end) = self.place(&costs, [pu.flags, pw.flags], flat, flat_as_begun);
         let total = end.map_or_else(|| costs.with_least().value(x), |end| self.at_end(&costs, end)).max(0.0);
         // Accumulated quadrics are the ends' own: no neighbor changes their cost.
-        let weight = weights.map_or(1.0, |[first, second]| f64::from(first.max(second)));
         if self.may_wait
             && self.rules.metric == Metric::Volume
             && weight * total > self.most_waiting(cost, weight * flat)
@@ -251,9 +252,17 @@ impl Examiner {
     }
 
     /// Where the vertex of a pair goes whose ends have such flags, about its middle; and the end that it stands at, whose
-    /// attributes it keeps. Costs below `flat` are none.
-    fn place(&self, costs: &Costs, flags: [u32; 2], flat: f64) -> (DVec3, Option<usize>) {
+    /// attributes it keeps. Costs below `flat` are none; where there were none as the round began, an end is likely to do, and is
+    /// asked first.
+    fn place(&self, costs: &Costs, flags: [u32; 2], flat: f64, flat_as_begun: bool) -> (DVec3, Option<usize>) {
         let h = self.star.h;
+        let is_free = (flags[0] | flags[1]) & LOCKED == 0 && self.sides.fixed.is_none();
+        if flat_as_begun
+            && is_free
+            && let Some(end) = self.flat_end(costs, flat)
+        {
+            return (if end == 0 { -h } else { h }, Some(end));
+        }
         let placement = if self.sides.at_an_end { Placement::Endpoint } else { self.rules.placement };
         let x = match (flags.map(|flags| flags & LOCKED), self.sides.fixed, placement) {
             ([0, 0], None, Placement::Optimal) => costs.placing().least(h, self.rules.regularization),
@@ -265,17 +274,15 @@ impl Examiner {
             _ => -h,
         };
         let end = if x == h { Some(1) } else { (x == -h).then_some(0) };
-        match end.or_else(|| self.flat_end(costs, x, flat)) {
+        let is_flat = || costs.with_least().value(x) <= flat;
+        match end.or_else(|| if is_flat() { self.flat_end(costs, flat) } else { None }) {
             Some(end) => (if end == 0 { -h } else { h }, Some(end)),
             None => (x, None),
         }
     }
 
-    /// The end that is on the same flat as everything around a pair that would go to `x`.
-    fn flat_end(&self, costs: &Costs, x: DVec3, flat: f64) -> Option<usize> {
-        if costs.with_least().value(x) > flat {
-            return None;
-        }
+    /// The end that is on the same flat as everything around a pair.
+    fn flat_end(&self, costs: &Costs, flat: f64) -> Option<usize> {
         let at_ends = [0, 1].map(|end| self.at_end(costs, end));
         let end = usize::from(at_ends[1] < at_ends[0]);
         (at_ends[end] <= flat).then_some(end)
