@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::kernel::contract_vertices::{GONE, VERTEX};
 use crate::kernel::rows::{Face, Position, with_hub};
-use crate::kernel::split::{CHUNK, chunk_bounds};
+use crate::kernel::split::{CHUNK, chunk_bounds, join};
 use crate::mesh::adjacency::Stretch;
 
 /// Numbers live vertices without gaps: `new_vertex` becomes how many come before each, and every role the new number of
@@ -49,7 +49,7 @@ pub fn faces(renamed: &[u32], faces: &mut [Face], rows: &mut Vec<u32>) -> Vec<St
         (live, low as usize..high as usize + 1)
     });
     let (counts, keys): (Vec<usize>, Vec<Range<usize>>) = chunks.unzip();
-    let (_, left) = rayon::join(|| close_gaps(faces, 1, &counts), || close_gaps(rows, 1, &counts));
+    let (_, left) = join(faces.len(), || close_gaps(faces, 1, &counts), || close_gaps(rows, 1, &counts));
     rows.truncate(left);
     let stretch = |end: &mut usize, (count, keys)| {
         let first = std::mem::replace(end, *end + count);

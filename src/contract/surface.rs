@@ -7,6 +7,7 @@
 use crate::backend::{Buffer, Queue};
 use crate::error::Result;
 use crate::kernel::rows::{Face, PlaneQuadric, Position};
+use crate::kernel::split::join;
 use crate::mesh::adjacency::group_into;
 
 use super::carry::Carried;
@@ -133,7 +134,7 @@ impl Surface {
             }
             carried.compact(new_vertex);
         };
-        rayon::join(count_rings, move_rows);
+        join(faces_left, count_rings, move_rows);
         compact::mark_hubs(&mut self.positions.host_mut()[..self.vertex_count], &*starts);
     }
 }

@@ -3,6 +3,11 @@
 /// Indices a thread takes at a time.
 pub const CHUNK: usize = 1 << 12;
 
+/// Does both: side by side where there are many rows, for waking a thread takes as long as thousands of them.
+pub fn join<A: Send, B: Send>(rows: usize, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+    if rows >= CHUNK { rayon::join(a, b) } else { (a(), b()) }
+}
+
 /// Splits `rows` at `bounds`: piece `i` is `rows[bounds[i]..bounds[i + 1]]`. Bounds must ascend and end in range.
 pub fn split_at_bounds<'a, T>(mut rows: &'a mut [T], bounds: &[u32]) -> Vec<&'a mut [T]> {
     let mut start = 0;
