@@ -13,6 +13,9 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
+use crate::kernel::pairs::{half_edge_corners, half_edge_ends};
+use crate::kernel::rows::{BORDER, Candidate, Face, JOINED};
+
 use super::Candidates;
 use super::carry::Carried;
 use super::committed::{Cancelled, Committed, Spent};
@@ -25,8 +28,6 @@ use super::refusals::Refusal;
 use super::select::sort;
 use super::star::Outside;
 use super::surface::Surface;
-use crate::kernel::pairs::{half_edge_corners, half_edge_ends};
-use crate::kernel::rows::{BORDER, Candidate, Face, JOINED};
 
 /// Vertices of the smallest patches at most: their rows fit a core's second cache, and with vertices along a space-filling curve a
 /// tenth of the contractions reaches out.
@@ -62,6 +63,8 @@ pub struct Committer {
     rules: Rules,
     /// Whether what is accepted is listed. Else it can be told from roles and positions alone, and the list would only be copied.
     pub is_followed: bool,
+    /// Whether refused pairs are listed.
+    pub lists_refused: bool,
     /// Vertices from which surfaces are worked on in parallel.
     least_cut: usize,
     scratch: Vec<Candidate>,
@@ -74,12 +77,20 @@ impl Committer {
     /// For a run under these rules, on a surface of so many vertices.
     pub fn new(rules: Rules, vertices: usize) -> Self {
         let least_cut = if vertices < LARGE { CUT } else { HALVED };
-        Self { rules, is_followed: false, least_cut, scratch: Vec::new(), reach: Reach::default(), commits: 0 }
+        Self {
+            rules,
+            is_followed: false,
+            lists_refused: false,
+            least_cut,
+            scratch: Vec::new(),
+            reach: Reach::default(),
+            commits: 0,
+        }
     }
 
-    /// Commits under another error limit, in the normalized frame, from here on.
-    pub fn set_max_deviation(&mut self, max_deviation: f64) {
-        self.rules.max_deviation = max_deviation;
+    /// Commits under an error limit, in the normalized frame, from here on; returns whether it is another than before.
+    pub fn set_max_deviation(&mut self, max_deviation: f64) -> bool {
+        std::mem::replace(&mut self.rules.max_deviation, max_deviation) != max_deviation
     }
 
     /// Contracts the legal ones among `candidates` until the quota is used up; `candidates` is overwritten. A pair that
@@ -108,8 +119,8 @@ impl Committer {
             joining.extend(candidates.extract_if(.., joins_parts));
         }
         let dearest = candidates.iter().map(|candidate| candidate.key).max().map_or(0.0, f32::from_bits);
-        let Self { rules, is_followed, commits: commit, .. } = *self;
-        let task = Task { rules, is_followed, of: quota.of, may_wait, dearest, commit };
+        let Self { rules, is_followed, lists_refused, commits: commit, .. } = *self;
+        let task = Task { rules, is_followed, lists_refused, of: quota.of, may_wait, dearest, commit };
         self.commits += 1;
         if quota.of == Candidates::Triangles {
             // Those of triangles ascend by face.
@@ -118,18 +129,19 @@ impl Committer {
         }
         let mut left: Option<Vec<Left>> = None;
         let sizes = patch_sizes(surface.vertex_count, self.least_cut);
-        if !sizes.is_empty() {
-            self.reach.find(&surface.faces.host()[..surface.face_count], surface.vertex_count, &sizes);
-        }
-        for (level, &size) in sizes.iter().enumerate() {
+        for (number, &size) in sizes.iter().enumerate() {
             let pile = left.as_deref().map_or(Pile::List(candidates), Pile::Left);
             // As many faces as on the inside: what fits the quota as such fits at any border.
             let fitting = quota.faces.saturating_sub(done.0.faces_removed) / quota.of.most_faces();
             if pile.len() == 0 || fitting == 0 {
                 break;
             }
+            if number == 0 {
+                self.reach.find(&surface.faces.host()[..surface.face_count], surface.vertex_count, &sizes);
+            }
+            let level = Level { number, reach: &self.reach, fitting };
             let patches = Patch::whole(surface, carried).split(size);
-            left = Some(commit_patches(patches, pile, (level, &self.reach), fitting, task, &mut done));
+            left = Some(commit_patches(patches, pile, level, task, &mut done));
         }
         if let Some(left) = left {
             candidates.clear();
@@ -149,13 +161,21 @@ impl Committer {
     }
 }
 
-/// Contracts at most `fitting` candidates of `pile` within `patches` of one size, that of a level; returns those that reach out
-/// or did not fit.
+/// A level of patches.
+#[derive(Debug, Clone, Copy)]
+struct Level<'a> {
+    number: usize,
+    reach: &'a Reach,
+    /// How many candidates it may contract.
+    fitting: usize,
+}
+
+/// Contracts candidates of `pile` within the `patches` of a level, which have one size; returns those that reach out or did not
+/// fit.
 fn commit_patches(
     patches: Vec<Patch<'_>>,
     pile: Pile<'_>,
-    (level, reach): (usize, &Reach),
-    fitting: usize,
+    level: Level<'_>,
     task: Task,
     done: &mut (Committed, Spent),
 ) -> Vec<Left> {
@@ -166,11 +186,11 @@ fn commit_patches(
         .enumerate()
         .map_init(Vec::new, |scratch, (number, patch)| {
             let clock = Instant::now();
-            let taker = Taker { patch: number, vertices: patch.vertices(), level, reach };
+            let taker = Taker { patch: number, vertices: patch.vertices(), level: level.number, reach: level.reach };
             let Share { mut own, mut left } = pile.share(&starts, &taker, faces);
             sort(&mut own, scratch, task.commit);
             let sorting = clock.elapsed();
-            let most = (fitting as u128 * own.len() as u128 / total as u128) as usize;
+            let most = (level.fitting as u128 * own.len() as u128 / total as u128) as usize;
             patch.warm_up();
             let mut work = Work::new(patch, task);
             work.attempt_within(&own, most, &mut left);
@@ -208,6 +228,7 @@ fn ends(candidate: Candidate, faces: &[Face], joins: &[[u32; 2]]) -> Option<[u32
 struct Task {
     rules: Rules,
     is_followed: bool,
+    lists_refused: bool,
     of: Candidates,
     may_wait: bool,
     dearest: f32,
@@ -220,6 +241,7 @@ struct Work<'a> {
     examiner: Examiner,
     of: Candidates,
     is_followed: bool,
+    lists_refused: bool,
     committed: Committed,
     /// Pairs without an edge.
     joins: &'a [[u32; 2]],
@@ -237,6 +259,7 @@ impl<'a> Work<'a> {
             examiner,
             of: task.of,
             is_followed: task.is_followed,
+            lists_refused: task.lists_refused,
             committed: Committed::default(),
             joins: &[],
             held: FxHashSet::default(),
@@ -308,7 +331,9 @@ impl<'a> Work<'a> {
             Verdict::Rejected(Rejection::Outdated) => self.committed.outdated += 1,
             Verdict::Rejected(rejection) => {
                 self.committed.blocked.count(rejection);
-                self.committed.refused.push(Refusal::new([u, w], rejection));
+                if self.lists_refused {
+                    self.committed.refused.push(Refusal::new([u, w], rejection));
+                }
             }
             Verdict::Accepted(accepted) => {
                 self.cancel([u, w], &accepted.cancelled);

@@ -22,7 +22,8 @@ pub struct Committed {
     pub cancelled: Vec<Cancelled>,
     /// Refusals by reason.
     pub blocked: Blocked,
-    /// The pairs that were refused, without an edge between them or with one, for what is around them.
+    /// The refused pairs, where somebody asks for them: see
+    /// [`Committer::lists_refused`](super::commit::Committer::lists_refused).
     pub refused: Vec<Refusal>,
     /// Candidates that cost far more than as the round began, and wait for the next.
     pub outdated: usize,

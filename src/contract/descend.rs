@@ -33,7 +33,7 @@ impl Run<'_> {
         let mut done = (Committed::default(), Spent::default());
         let mut next = Some(goal);
         while let Some(Goal { target, max_deviation }) = next {
-            self.committer.set_max_deviation(max_deviation);
+            self.set_error_limit(max_deviation);
             let left = faces - done.0.faces_removed;
             let follows = |targets| self.widening < FULL && self.heading(targets) < target;
             if !self.levels.targets_below(left).is_some_and(follows) {
@@ -60,6 +60,13 @@ impl Run<'_> {
             next = self.levels.goal();
         }
         done
+    }
+
+    /// Commits under an error limit from here on, in the normalized frame: under another than before, what was refused may be legal.
+    fn set_error_limit(&mut self, max_deviation: f64) {
+        if self.committer.set_max_deviation(max_deviation) {
+            self.known_refusals.clear();
+        }
     }
 
     /// Commits the cheapest of `pool`, about as many as `to_remove` faces need, and more where nearly all are refused: the
@@ -90,9 +97,12 @@ impl Run<'_> {
         let may_overshoot = self.widening >= FULL || self.prepared.border_vertices == 0;
         let quota = Quota { faces: to_remove, of: self.of, may_overshoot };
         self.tried = self.tried.max(self.candidates.len());
-        self.refusals.leave_out(&mut self.candidates, &self.host.faces.host()[..self.host.face_count]);
+        self.known_refusals.leave_out(&mut self.candidates, &self.host.faces.host()[..self.host.face_count]);
         let (carried, joins) = (&mut self.prepared.carried, self.joins.pairs());
         let before = self.recorder.as_ref().map(|_| carried.origin.clone());
+        // Where parts join, and with weights, which every round may find anew, more decides than the faces around a pair.
+        self.committer.lists_refused =
+            self.of == Candidates::Pairs && !self.options.joins() && carried.weights.is_empty();
         self.committer.is_followed =
             self.follower.is_some() || self.history.is_some() || self.recorder.is_some() || !joins.is_empty();
         let (committed, spent) =
@@ -102,7 +112,7 @@ impl Run<'_> {
         }
         // What the commits before refused was tried again, and counts once.
         done.0.forget_refused();
-        self.refusals.count_again(&mut done.0.blocked);
+        self.known_refusals.count_again(&mut done.0.blocked);
         done.0.add(committed);
         done.1.add(spent);
         self.deviation = self.deviation.max(done.0.deviation);
@@ -186,4 +196,33 @@ fn threshold(candidates: &[Candidate], count: usize) -> u32 {
     }
     let mut keys: Vec<u32> = candidates.iter().map(|candidate| candidate.key).collect();
     *keys.select_nth_unstable(count).1
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Instant;
+
+    use super::super::Options;
+    use super::super::filter::Rejection;
+    use super::super::levels::Levels;
+    use super::super::prepare::prepare;
+    use super::super::refusals::Refusal;
+    use super::*;
+    use crate::backend::Device;
+    use crate::mesh::shapes;
+    use crate::simplify::Budget;
+
+    #[test]
+    fn under_another_error_limit_nothing_is_known_to_be_refused() {
+        let (mesh, options, device) = (shapes::icosphere(2), Options::default(), Device::cpu(1).expect("a device"));
+        let prepared = prepare(&mesh, &options).expect("a valid mesh");
+        let levels = Levels::new(&[Budget::faces(100)], &mesh, prepared.frame).expect("a budget");
+        let mut run = Run::new(&mesh, prepared, &options, &device, levels, Instant::now()).expect("room");
+        run.set_error_limit(1.0);
+        run.known_refusals.keep(&[Refusal::new([0, 1], Rejection::Error)], 0, &run.host);
+        for (limit, forgets) in [(1.0, false), (2.0, true)] {
+            run.set_error_limit(limit);
+            assert_eq!(run.known_refusals.is_empty(), forgets, "{limit}");
+        }
+    }
 }

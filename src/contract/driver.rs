@@ -139,10 +139,10 @@ pub struct Run<'a> {
     pub tried: usize,
     /// How many times wider than usual the gate is.
     pub widening: f64,
-    /// How much is going to be refused again.
+    /// How many pairs the next round is expected to refuse.
     refused: Refused,
-    /// The pairs of which that is known.
-    pub refusals: Refusals,
+    /// The pairs that it would refuse for sure.
+    pub known_refusals: Refusals,
     /// Greatest estimated deviation of a contraction so far, in the normalized frame.
     pub deviation: f32,
     pub rounds: Vec<RoundRecord>,
@@ -154,7 +154,8 @@ pub struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    fn new(
+    /// At the start of a run.
+    pub fn new(
         input: &'a Mesh,
         mut prepared: Prepared,
         options: &'a Options,
@@ -194,7 +195,7 @@ impl<'a> Run<'a> {
             tried: 0,
             widening: 1.0,
             refused: Refused::default(),
-            refusals: Refusals::default(),
+            known_refusals: Refusals::default(),
             deviation: 0.0,
             rounds: Vec::new(),
             clock,
@@ -363,7 +364,7 @@ impl<'a> Run<'a> {
         self.host.kill(cancelled.iter().map(|cancelled| cancelled.face));
         self.host.compact_on_host(&mut self.prepared.carried, left.faces);
         let new_vertex = &self.host.new_vertex()[..vertices];
-        self.refusals.rename(new_vertex);
+        self.known_refusals.rename(new_vertex);
         if let Some((_, history)) = &mut self.history {
             history.follow(contractions, new_vertex);
         }
@@ -436,18 +437,15 @@ impl<'a> Run<'a> {
     /// Heads for the next level as a run that starts here would.
     fn begin_level(&mut self) {
         (self.of, self.widening, self.refused) = (self.options.candidates, 1.0, Refused::default());
-        self.refusals.clear();
+        self.known_refusals.clear();
     }
 
     /// Notes which pairs are going to be refused again.
     fn keep_refusals(&mut self, committed: &Committed) {
-        // Where parts join, and with weights, which every round may find anew, more decides than the faces around a pair.
-        let decide_faces =
-            self.of == Candidates::Pairs && !self.options.joins() && self.prepared.carried.weights.is_empty();
-        if decide_faces {
-            self.refusals.keep(&committed.refused, committed.contracted, &self.host);
+        if self.committer.lists_refused {
+            self.known_refusals.keep(&committed.refused, committed.contracted, &self.host);
         } else {
-            self.refusals.clear();
+            self.known_refusals.clear();
         }
     }
 

@@ -176,11 +176,11 @@ impl Examiner {
         let weights = patch.weights(pair);
         let costs = self.costs(patch, pair, weights);
         let flat = FLAT * costs.geometry.weight() * self.star.h.length_squared();
-        let weight = weights.map_or(1.0, |[first, second]| f64::from(first.max(second)));
-        let flat_as_begun = f64::from(cost) <= weight * flat;
-        let (x, end) = self.place(&costs, [pu.flags, pw.flags], flat, flat_as_begun);
+        let was_flat = f64::from(cost) <= flat;
+        let (x, end) = self.place(&costs, [pu.flags, pw.flags], flat, was_flat);
         let total = end.map_or_else(|| costs.with_least().value(x), |end| self.at_end(&costs, end)).max(0.0);
         // Accumulated quadrics are the ends' own: no neighbor changes their cost.
+        let weight = weights.map_or(1.0, |[first, second]| f64::from(first.max(second)));
         if self.may_wait
             && self.rules.metric == Metric::Volume
             && weight * total > self.most_waiting(cost, weight * flat)
@@ -252,12 +252,12 @@ impl Examiner {
     }
 
     /// Where the vertex of a pair goes whose ends have such flags, about its middle; and the end that it stands at, whose
-    /// attributes it keeps. Costs below `flat` are none; where there were none as the round began, an end is likely to do, and is
-    /// asked first.
-    fn place(&self, costs: &Costs, flags: [u32; 2], flat: f64, flat_as_begun: bool) -> (DVec3, Option<usize>) {
+    /// attributes it keeps. Costs below `flat` are none; where the pair `was_flat` as the round began, an end is likely to do,
+    /// and is asked first.
+    fn place(&self, costs: &Costs, flags: [u32; 2], flat: f64, was_flat: bool) -> (DVec3, Option<usize>) {
         let h = self.star.h;
         let is_free = (flags[0] | flags[1]) & LOCKED == 0 && self.sides.fixed.is_none();
-        if flat_as_begun
+        if was_flat
             && is_free
             && let Some(end) = self.flat_end(costs, flat)
         {

@@ -1,7 +1,7 @@
 //! How far the faces around every vertex reach: the first level of patches that holds them.
 //!
 //! A face that reaches out of a patch takes part in no contraction within it, and stays at its corners in the patch. So what
-//! is told as a round begins holds for all of its levels: a candidate is dealt to the first that could contract it.
+//! is told before a commit holds for all of its levels: a candidate is dealt to the first that could contract it.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
@@ -13,7 +13,7 @@ use crate::kernel::split::CHUNK;
 /// The first level of every vertex.
 #[derive(Debug, Default)]
 pub struct Reach {
-    /// Longer than there are vertices, where there were more before.
+    /// One for each vertex of the surface that they were found for.
     levels: Vec<AtomicU8>,
 }
 
@@ -51,7 +51,8 @@ impl Reach {
 /// Divides by the same number, greater than 1, again and again.
 #[derive(Debug, Clone, Copy)]
 struct Divisor {
-    /// 2⁶⁴ over it, rounded up: what that adds to a quotient is less than its last step while both numbers are of 32 bits.
+    /// 2⁶⁴ over it, rounded up: that adds less than number / 2⁶⁴ to a quotient, which is too little to reach the next one while
+    /// both numbers are below 2³².
     inverse: u64,
 }
 

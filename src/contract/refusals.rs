@@ -1,8 +1,8 @@
-//! Pairs that a round refused and the next one would: nothing around their ends has changed. They take their place among the
-//! candidates, and nobody examines them again.
+//! Pairs that a round refused and the next one would: nothing around their ends has changed. The gate counts them as before, but
+//! no commit is given them.
 //!
-//! Whether a pair is legal follows from the faces around its ends alone; and an end whose faces took part in no contraction
-//! has the same faces, in the same order, in the next round.
+//! Under the same rules and error limit a verdict follows from the faces around the ends, and from what their corners carry. A
+//! vertex beside no contraction has the same faces, in the same order, in the next round.
 
 use crate::kernel::pairs::half_edge_ends;
 use crate::kernel::rows::{Candidate, Face};
@@ -44,6 +44,12 @@ pub struct Refusals {
 }
 
 impl Refusals {
+    /// Whether none is known.
+    #[cfg(test)]
+    pub fn is_empty(&self) -> bool {
+        self.kept.is_empty()
+    }
+
     /// Forgets them: under other rules they may be legal.
     pub fn clear(&mut self) {
         self.kept.clear();
@@ -74,7 +80,7 @@ impl Refusals {
         });
     }
 
-    /// Counts those that were left out last.
+    /// Counts those that were left out last: as refused, though some would not have been examined.
     pub fn count_again(&self, blocked: &mut Blocked) {
         self.again.iter().for_each(|refusal| blocked.count(refusal.reason));
     }
@@ -82,13 +88,12 @@ impl Refusals {
     /// After a round on this surface, which is not compacted yet: keeps those, of it and of before, that nothing happened
     /// around.
     pub fn keep(&mut self, refused: &[Refusal], contracted: usize, surface: &Surface) {
-        let vertices = surface.vertex_count;
-        self.kept.extend_from_slice(refused);
-        let are_worth = self.kept.len() as f64 >= LEAST_EACH * contracted as f64;
-        if !are_worth || contracted as f64 > MOST_CONTRACTED * vertices as f64 {
+        let are_worth = (self.kept.len() + refused.len()) as f64 >= LEAST_EACH * contracted as f64;
+        if !are_worth || contracted as f64 > MOST_CONTRACTED * surface.vertex_count as f64 {
             self.clear();
             return;
         }
+        self.kept.extend_from_slice(refused);
         if contracted > 0 {
             self.find_changed(surface);
             self.kept.retain(|refusal| refusal.ends.iter().all(|&v| !self.changed[v as usize]));
@@ -127,6 +132,7 @@ mod tests {
     use super::super::prepare::prepare;
     use super::*;
     use crate::backend::Device;
+    use crate::math::Vec2;
     use crate::mesh::{Mesh, shapes};
 
     /// The verdict on every pair of a surface, lower end first.
@@ -163,6 +169,8 @@ mod tests {
         for (pair, _) in legal.into_iter().step_by(every) {
             let is_free = pair.iter().all(|&v| patch.is_free(v));
             if is_free && let Verdict::Accepted(accepted) = examiner.examine(&patch, pair, 0.0) {
+                let Examiner { sides, blend, .. } = &examiner;
+                blend.write(&mut patch, sides, &pair, accepted.end);
                 patch.contract(pair, &accepted.placed);
                 contracted += 1;
                 removed += accepted.faces_removed;
@@ -189,7 +197,14 @@ mod tests {
         // Pairs between the holes of a plane, and around rings of three.
         let mut sieve = shapes::plane(30, 20);
         sieve.faces = sieve.faces.chunks(10).flat_map(|faces| &faces[..faces.len() - 2]).copied().collect();
-        for mesh in [sieve, shapes::torus(3, 60)] {
+        // And from seam to seam of a texture in strips.
+        let mut strips = shapes::plane(30, 20);
+        let texcoords = |(f, face): (usize, &[u32; 3])| {
+            let strip = 40 * (f / 2 % 30) as u32;
+            face.map(|v| Vec2::new((v % 31 + strip) as f32, (v / 31) as f32))
+        };
+        strips.texcoords = Some(strips.faces.iter().enumerate().map(texcoords).collect());
+        for mesh in [sieve, shapes::torus(3, 60), strips] {
             let [refused, kept, changed] = contract_some(&mesh, 41);
             assert!(kept > 0 && changed > 0, "{kept} of {refused}");
             // After too many contractions nothing is looked at.
