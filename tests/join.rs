@@ -90,7 +90,7 @@ fn a_slit_closes() {
 fn shells_that_edges_cannot_reduce_join() {
     let parts = sample("assembly", Some(50_000)).expect("a sample");
     let shells = run(&parts, options(Metric::Volume, 0.0), Budget::faces(1), 2).mesh;
-    let target = shells.faces.len() / 20;
+    let target = shells.faces.len() / 10;
     let floor = survey(&shells).floor_faces;
     assert!(floor > target, "{floor} faces are as few as edges reach, {target} the target");
     let alone = run(&shells, options(Metric::Volume, 0.0), Budget::faces(target), 2);
