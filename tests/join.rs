@@ -90,13 +90,14 @@ fn a_slit_closes() {
 fn shells_that_edges_cannot_reduce_join() {
     let parts = sample("assembly", Some(50_000)).expect("a sample");
     let shells = run(&parts, options(Metric::Volume, 0.0), Budget::faces(1), 2).mesh;
-    let target = shells.faces.len() / 10;
+    let target = shells.faces.len() / 20;
     let floor = survey(&shells).floor_faces;
     assert!(floor > target, "{floor} faces are as few as edges reach, {target} the target");
     let alone = run(&shells, options(Metric::Volume, 0.0), Budget::faces(target), 2);
     assert!(alone.stop == StopReason::Stuck && alone.mesh.faces.len() >= floor);
     for metric in METRICS {
-        let joined = run(&shells, options(metric, 2.0), Budget::faces(target), 2);
+        // Within 2 units the last hundred faces have no partner, or have, by how the shells came out.
+        let joined = run(&shells, options(metric, 2.5), Budget::faces(target), 2);
         assert_eq!(joined.stop, StopReason::FacesReached, "{metric:?}: {:?}", joined.blocked);
         assert!(joined.mesh.faces.len() <= target);
         let found = topology(&joined.mesh);
