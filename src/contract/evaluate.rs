@@ -208,7 +208,7 @@ impl Costs<'_> {
                 let rows = VolumeRows::on_host(positions, faces, normals, sums, borders, params);
                 let weights = self.weights.map(|weights| weights.weights().host());
                 let costing = || {
-                    let mut block = VolumeBlock::new();
+                    let mut block = VolumeBlock::default();
                     move |pairs: &[Edge], keys: &mut [u32]| {
                         rows.keys(pairs, &mut block, keys);
                         if let Some(weights) = weights {

@@ -4,7 +4,7 @@
 //! for it; on a border there is one.
 
 use super::rows::{BORDER, Edge, Face, HUB, LOCKED};
-use super::stars::{Stars, spoke};
+use super::stars::{AROUND, Spoke, Spokes, Stars, spoke};
 use crate::backend::{Constant, Switch};
 use crate::math::places::Places;
 
@@ -41,9 +41,6 @@ impl Special {
 
 /// Faces around a vertex that a shader looks at together.
 const WINDOW: u32 = 8;
-/// Those that the host lists without a search; few vertices have more.
-const AROUND: usize = 16;
-
 /// Whether the edge of `u` and `w` is a pair that `u` lists.
 ///
 /// Edges of more than two faces, and those whose faces disagree in orientation, have both ends locked: no pair.
@@ -90,7 +87,7 @@ impl Lister {
     pub fn append(&mut self, u: u32, stars: &Stars<'_>, pairs: &mut Vec<Edge>) {
         let (ring, flags) = (stars.ring(u), stars.positions[u as usize].flags);
         if flags & (BORDER | HUB) != 0 || ring.len() > AROUND {
-            append_walking(u, stars, pairs);
+            append_special(u, stars, pairs);
             return;
         }
         let (mut listed, mut last) = ([[0; 2]; AROUND], [0; AROUND]);
@@ -117,10 +114,29 @@ impl Lister {
     }
 }
 
-/// [`Lister::append`] at a border, and where a ring is longer.
+/// [`Lister::append`] at a border, at hubs, and where a ring is longer.
 #[cold]
-fn append_walking(u: u32, stars: &Stars<'_>, pairs: &mut Vec<Edge>) {
-    pairs_at(u, stars, |pair| pairs.push(pair));
+fn append_special(u: u32, stars: &Stars<'_>, pairs: &mut Vec<Edge>) {
+    match Spokes::around(u, stars) {
+        Some(spokes) if stars.positions[u as usize].flags & HUB == 0 => append_by_spokes(u, &spokes, stars, pairs),
+        _ => pairs_at(u, stars, |pair| pairs.push(pair)),
+    }
+}
+
+/// [`pairs_at`] by what is known of the ring of `u`, which may be on a border.
+fn append_by_spokes(u: u32, spokes: &Spokes, stars: &Stars<'_>, pairs: &mut Vec<Edge>) {
+    let ring = stars.ring(u);
+    let on_border = stars.positions[u as usize].flags & BORDER != 0;
+    for &f in ring {
+        let Spoke { corner, next, last } = spoke(stars.faces[f as usize], u);
+        if lists(u, next, stars) {
+            let across = ring.get(spokes.with_last(next).trailing_zeros() as usize);
+            pairs.push(Edge { half_edge: 3 * f + corner, across: across.copied().unwrap_or(NO_FACE) });
+        }
+        if on_border && spokes.with_next(last) == 0 && lists(u, last, stars) {
+            pairs.push(Edge { half_edge: 3 * f + (corner + 2) % 3, across: NO_FACE });
+        }
+    }
 }
 
 /// The ends of a half-edge, without a branch.

@@ -75,6 +75,58 @@ pub fn spoke(face: Face, vertex: u32) -> Spoke {
     }
 }
 
+/// Faces of a ring that [`Spokes`] have room for; few vertices have more.
+pub const AROUND: usize = 16;
+
+/// The other corners of the faces of a ring, which are looked up many at a time.
+#[derive(Debug)]
+pub struct Spokes {
+    /// Of each face the corner after the vertex, and that before it; past the ring [`NO_CORNER`].
+    next: [u32; AROUND],
+    last: [u32; AROUND],
+}
+
+/// No vertex has this number.
+const NO_CORNER: u32 = u32::MAX;
+
+impl Spokes {
+    /// Of a ring of so few faces around a vertex; none of a longer one.
+    #[inline(always)]
+    pub fn around(vertex: u32, stars: &Stars<'_>) -> Option<Self> {
+        let ring = stars.ring(vertex);
+        let mut spokes = Self { next: [NO_CORNER; AROUND], last: [NO_CORNER; AROUND] };
+        if ring.len() > AROUND {
+            return None;
+        }
+        for ((next, last), &f) in spokes.next.iter_mut().zip(&mut spokes.last).zip(ring) {
+            let spoke = spoke(stars.faces[f as usize], vertex);
+            (*next, *last) = (spoke.next, spoke.last);
+        }
+        Some(spokes)
+    }
+
+    /// Which faces go on to a corner from the vertex: a bit for each place in the ring.
+    #[inline(always)]
+    pub fn with_next(&self, corner: u32) -> u32 {
+        places_of(corner, &self.next)
+    }
+
+    /// Which faces come to the vertex from a corner.
+    #[inline(always)]
+    pub fn with_last(&self, corner: u32) -> u32 {
+        places_of(corner, &self.last)
+    }
+}
+
+#[inline(always)]
+fn places_of(corner: u32, corners: &[u32; AROUND]) -> u32 {
+    let mut places = 0;
+    for (place, &other) in corners.iter().enumerate() {
+        places |= u32::from(other == corner) << place;
+    }
+    places
+}
+
 /// A vector by its length; zero where that is.
 #[inline(always)]
 pub fn unit(n: Vec3, length: f32) -> Vec3 {
@@ -97,4 +149,34 @@ pub fn faces_with(vertex: u32, around: u32, stars: &Stars<'_>) -> u32 {
         }
     }
     count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spokes_tell_which_faces_have_a_corner() {
+        // A fan of 1 to 17 faces around vertex 0, of any first corner.
+        for len in 1..=AROUND as u32 + 1 {
+            let turned = |i: u32| match i % 3 {
+                0 => Face { a: 0, b: i + 1, c: i + 2 },
+                1 => Face { a: i + 1, b: i + 2, c: 0 },
+                _ => Face { a: i + 2, b: 0, c: i + 1 },
+            };
+            let faces: Vec<Face> = (0..len).map(turned).collect();
+            let ring_faces: Vec<u32> = (0..len).collect();
+            let stars = Stars { positions: &[], faces: &faces, ring_starts: &[0, len], ring_faces: &ring_faces };
+            let Some(spokes) = Spokes::around(0, &stars) else {
+                assert_eq!(len, AROUND as u32 + 1);
+                continue;
+            };
+            for corner in 1..len + 2 {
+                let bit = |place: u32| if place < len { 1 << place } else { 0 };
+                let (next, last) = (bit(corner - 1), corner.checked_sub(2).map_or(0, bit));
+                assert_eq!([spokes.with_next(corner), spokes.with_last(corner)], [next, last], "{corner} of {len}");
+                assert_eq!((next | last).count_ones(), faces_with(corner, 0, &stars));
+            }
+        }
+    }
 }

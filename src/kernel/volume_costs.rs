@@ -155,8 +155,29 @@ const SUM_WORDS: usize = size_of::<VolumeSum>() / 4;
 /// Beyond a border.
 static NO_NORMAL: Normal = Normal { x: 0.0, y: 0.0, z: 0.0, root: 0.0 };
 
+/// The same of a pair with an end on the border, and of the border.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+struct BorderPair {
+    pair: Pair,
+    first: BorderSum,
+    second: BorderSum,
+    /// [`NO_FACE`] where the pair lies along the border.
+    across: u32,
+}
+
+/// 32-bit scalars of a [`BorderPair`], and of a row of its border.
+const BORDER_PAIR_WORDS: usize = size_of::<BorderPair>() / 4;
+const BORDER_WORDS: usize = size_of::<BorderSum>() / 4;
+
 /// Scratch of [`VolumeRows::keys`].
-pub type VolumeBlock = Columns<Pair, PAIR_WORDS>;
+#[derive(Debug, Default)]
+pub struct VolumeBlock {
+    pairs: Columns<Pair, PAIR_WORDS>,
+    border_pairs: Columns<BorderPair, BORDER_PAIR_WORDS>,
+    /// Which pairs have an end on the border; longer than there are.
+    on_border: Vec<u32>,
+}
 
 impl Pair {
     fn is_on_border(&self) -> bool {
@@ -211,28 +232,25 @@ impl<'a> VolumeRows<'a> {
 
     /// Writes the keys of `pairs`.
     pub fn keys(&self, pairs: &[Edge], block: &mut VolumeBlock, keys: &mut [u32]) {
-        for (pairs, keys) in pairs.chunks(LANES).zip(keys.chunks_mut(LANES)) {
-            lanes::compute(0, (self, pairs), self.params, block, keys);
-            if self.borders.len() > 1 {
-                for (lane, key) in keys.iter_mut().enumerate() {
-                    if block.get(lane).is_on_border() {
-                        *key = border_key(pairs[lane], self, self.params);
-                    }
-                }
+        let VolumeBlock { pairs: block, border_pairs, on_border } = block;
+        let has_border = self.borders.len() > 1;
+        if has_border {
+            on_border.resize(on_border.len().max(pairs.len() + 1), 0);
+        }
+        let mut count = 0;
+        for (first, keys) in (0..pairs.len()).step_by(LANES).zip(keys.chunks_mut(LANES)) {
+            lanes::compute(first, (self, pairs), self.params, block, keys);
+            for lane in 0..if has_border { keys.len() } else { 0 } {
+                // Written whether it is one or not: a branch would be misjudged along every border.
+                on_border[count] = (first + lane) as u32;
+                count += usize::from(block.get(lane).is_on_border());
             }
         }
-    }
-}
-
-/// The pair of the half-edge from `u` to `w` between the faces `f` and `g`: what [`Pair::gather`] puts into a lane.
-fn pair_between(f: u32, g: u32, [u, w]: [u32; 2], rows: &VolumeRows<'_>) -> Pair {
-    Pair {
-        pu: rows.positions[u as usize],
-        pw: rows.positions[w as usize],
-        sum_u: rows.sums[u as usize],
-        sum_w: rows.sums[w as usize],
-        left: rows.normals[f as usize],
-        right: if g == NO_FACE { NO_NORMAL } else { rows.normals[g as usize] },
+        for numbers in on_border[..count].chunks(LANES) {
+            let mut own = [0; LANES];
+            lanes::compute(0, (self, pairs, numbers), self.params, border_pairs, &mut own[..numbers.len()]);
+            numbers.iter().zip(own).for_each(|(&number, key)| keys[number as usize] = key);
+        }
     }
 }
 
@@ -281,14 +299,30 @@ impl Lane for Pair {
     }
 }
 
-/// The key of a pair with an end on the border.
-fn border_key(edge: Edge, rows: &VolumeRows<'_>, params: Params) -> u32 {
-    let [u, w] = half_edge_ends(edge.half_edge, rows.faces);
-    let pair = pair_between(edge.half_edge / 3, edge.across, [u, w], rows);
-    let e = sub3(pair.pw.xyz(), pair.pu.xyz());
-    let on_border = if edge.across == NO_FACE { border_term(e) } else { Sym3::default() };
-    let (first, second) = (rows.borders[u as usize], rows.borders[w as usize]);
-    ends_key(with_border(ends_of(&pair), first, second, on_border, params.border_weight), &pair, params)
+impl Lane for BorderPair {
+    /// With the numbers of the pairs that have an end on the border.
+    type Source<'a> = (&'a VolumeRows<'a>, &'a [Edge], &'a [u32]);
+    type Params = Params;
+    type Output = u32;
+
+    #[inline(always)]
+    fn gather(indices: [usize; QUAD], (rows, pairs, numbers): Self::Source<'_>, lanes: &mut Quad<'_>) {
+        let indices = indices.map(|index| numbers[index] as usize);
+        Pair::gather(indices, (rows, pairs), lanes);
+        let pairs = indices.map(|index| &pairs[index]);
+        let ends = pairs.map(|pair| half_edge_ends(pair.half_edge, rows.faces).map(|end| end as usize));
+        lanes.put::<_, BORDER_WORDS>(ends.map(|[u, _]| &rows.borders[u]));
+        lanes.put::<_, BORDER_WORDS>(ends.map(|[_, w]| &rows.borders[w]));
+        lanes.put::<_, 1>(pairs.map(|pair| &pair.across));
+    }
+
+    #[inline(always)]
+    fn compute(self, params: Params) -> u32 {
+        let Self { pair, first, second, across } = self;
+        let term = border_term(sub3(pair.pw.xyz(), pair.pu.xyz()));
+        let mutual = if across == NO_FACE { term } else { Sym3::default() };
+        ends_key(with_border(ends_of(&pair), first, second, mutual, params.border_weight), &pair, params)
+    }
 }
 
 impl Kernel for VolumeCosts<'_> {
@@ -335,7 +369,7 @@ impl Kernel for VolumeCosts<'_> {
         let pairs = &self.pairs.host()[..self.pair_count as usize];
         let keys = &mut self.keys.host_mut()[..pairs.len()];
         pairs.par_chunks(CHUNK).zip(keys.par_chunks_mut(CHUNK)).for_each_init(
-            VolumeBlock::new,
+            VolumeBlock::default,
             |block, (pairs, keys)| {
                 rows.keys(pairs, block, keys);
             },
@@ -346,6 +380,18 @@ impl Kernel for VolumeCosts<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The pair of the half-edge from `u` to `w` between the faces `f` and `g`: what [`Pair::gather`] puts into a lane.
+    fn pair_between(f: u32, g: u32, [u, w]: [u32; 2], rows: &VolumeRows<'_>) -> Pair {
+        Pair {
+            pu: rows.positions[u as usize],
+            pw: rows.positions[w as usize],
+            sum_u: rows.sums[u as usize],
+            sum_w: rows.sums[w as usize],
+            left: rows.normals[f as usize],
+            right: if g == NO_FACE { NO_NORMAL } else { rows.normals[g as usize] },
+        }
+    }
 
     /// Magnitudes from underflow to the greatest that sums leave finite, of either sign.
     fn hostile(i: u32) -> f32 {
@@ -375,7 +421,7 @@ mod tests {
         let sums: Vec<VolumeSum> = (0..4 * islands).map(sum).collect();
         let across = |i: u32| if i % 3 == 2 { (i / 3) ^ 1 } else { NO_FACE };
         let pairs: Vec<Edge> = (0..6 * islands).map(|i| Edge { half_edge: i, across: across(i) }).collect();
-        let mut block = VolumeBlock::new();
+        let mut block = VolumeBlock::default();
         for placement in 0..4 {
             let params = Params { placement, border_weight: 9.0, regularization: VOLUME_REGULARIZATION };
             let (positions, faces, normals, sums) = (&positions[..], &faces[..], &normals[..], &sums[..]);
@@ -384,13 +430,35 @@ mod tests {
             for len in [1, 2, 3, 4, 5, 6, 7, LANES] {
                 for first in (0..pairs.len() - len).step_by(len) {
                     let mut keys = vec![0; len];
-                    lanes::compute(first, source, params, &mut block, &mut keys);
+                    lanes::compute(first, source, params, &mut block.pairs, &mut keys);
                     let scalar = |&Edge { half_edge, across }: &Edge| {
                         pair_between(half_edge / 3, across, half_edge_ends(half_edge, faces), &rows).compute(params)
                     };
                     let scalar: Vec<u32> = pairs[first..first + len].iter().map(scalar).collect();
                     assert_eq!(keys, scalar, "from pair {first} on");
                 }
+            }
+            // At a border, and away from it: as many as fill blocks of either, and a part of one.
+            let border =
+                |i: u32| BorderSum { xx: hostile(3 * i).abs(), xy: hostile(i), zz: 2.0, ..BorderSum::default() };
+            let borders: Vec<BorderSum> = (0..4 * islands).map(border).collect();
+            let rows = VolumeRows { borders: &borders, ..rows };
+            for len in [1, LANES, 1_000, pairs.len()] {
+                let mut keys = vec![0; len];
+                rows.keys(&pairs[..len], &mut block, &mut keys);
+                let mut on_border = 0;
+                for (&Edge { half_edge, across }, key) in pairs.iter().zip(keys) {
+                    let [u, w] = half_edge_ends(half_edge, faces);
+                    let pair = pair_between(half_edge / 3, across, [u, w], &rows);
+                    let (first, second) = (borders[u as usize], borders[w as usize]);
+                    on_border += usize::from(pair.is_on_border());
+                    let expected = match pair.is_on_border() {
+                        true => BorderPair { pair, first, second, across }.compute(params),
+                        false => pair.compute(params),
+                    };
+                    assert_eq!(key, expected, "{half_edge}");
+                }
+                assert!(len < LANES || (on_border > len / 4 && on_border < len), "{on_border} of {len}");
             }
         }
     }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::rows::{BORDER, BorderSum, FLAGS, Face, HUB, Normal, Position, VolumeSum};
 use super::split::CHUNK;
-use super::stars::{Stars, faces_with};
+use super::stars::{Spokes, Stars, faces_with};
 use super::warm::{faces_near, warm_up};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, Switch};
 use crate::math::Vec3;
@@ -67,10 +67,15 @@ fn volume_sum(vertex: u32, stars: &Stars<'_>, normals: &[Normal]) -> VolumeSum {
 
 #[inline(always)]
 fn border_sum(vertex: u32, stars: &Stars<'_>) -> BorderSum {
+    let spokes = Spokes::around(vertex, stars);
+    let faces_with = |other: u32| match &spokes {
+        Some(spokes) => (spokes.with_next(other) | spokes.with_last(other)).count_ones(),
+        None => faces_with(other, vertex, stars),
+    };
     let mut matrix = Sym3::default();
     for &f in stars.ring(vertex) {
         for other in stars.faces[f as usize].corners() {
-            if other != vertex && faces_with(other, vertex, stars) == 1 {
+            if other != vertex && faces_with(other) == 1 {
                 let e = sub3(stars.positions[other as usize].xyz(), stars.positions[vertex as usize].xyz());
                 matrix = sym_add(matrix, border_term(e));
             }
