@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::pair_quadric::{CONSTANTS, NO_AREA};
 use super::rows::{BORDER, Face, HUB, Normal, PlaneQuadric, Position, VolumeSum};
 use super::split::CHUNK;
-use super::stars::{Stars, faces_with, unit};
+use super::stars::{Rim, Stars, unit};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::exact::{Sym3, add, cross3, dot3, mul, outer, root, sub3, sym_add, sym_scale, trace};
 
@@ -51,7 +51,8 @@ fn plane_sum(vertex: u32, stars: &Stars<'_>, normals: &[Normal], params: Params)
     let mut matrix = Sym3::default();
     let mut weight = 0.0;
     let on_border = stars.positions[vertex as usize].flags & (BORDER | HUB) == BORDER;
-    for &f in stars.ring(vertex) {
+    let rim = on_border.then(|| Rim::around(vertex, stars));
+    for (place, &f) in stars.ring(vertex).iter().enumerate() {
         let n = normals[f as usize];
         let length = mul(n.root, n.root);
         if mul(length, length) > NO_AREA {
@@ -63,10 +64,10 @@ fn plane_sum(vertex: u32, stars: &Stars<'_>, normals: &[Normal], params: Params)
                 matrix = sym_add(matrix, outer(unit(n.weighted(), n.root)));
                 weight = add(weight, 1.0);
             }
-            if on_border {
+            if let Some(rim) = &rim {
                 let face = stars.faces[f as usize];
                 for other in [face.a, face.b, face.c] {
-                    if other != vertex && faces_with(other, vertex, stars) == 1 {
+                    if other != vertex && rim.is_lone(place, other) {
                         let e = sub3(stars.positions[other as usize].xyz(), stars.positions[vertex as usize].xyz());
                         let e_sq = dot3(e, e);
                         // The plane holds the edge and the normal; |e×n/|n|| = |e| since they are perpendicular.

@@ -127,6 +127,53 @@ fn places_of(corner: u32, corners: &[u32; AROUND]) -> u32 {
     places
 }
 
+/// Which of the other corners around a vertex one face alone has: it is on a border with these.
+#[derive(Debug)]
+pub struct Rim<'a> {
+    vertex: u32,
+    stars: &'a Stars<'a>,
+    known: Option<LoneCorners>,
+}
+
+#[derive(Debug)]
+struct LoneCorners {
+    next: [u32; AROUND],
+    /// Of each face whether one alone has the corner after the vertex, and that before it: a bit for each place in the ring.
+    has_next: u32,
+    has_last: u32,
+}
+
+impl<'a> Rim<'a> {
+    /// Of a vertex.
+    #[inline(always)]
+    pub fn around(vertex: u32, stars: &'a Stars<'a>) -> Self {
+        let count = stars.ring(vertex).len();
+        let known = Spokes::around(vertex, stars).map(|Spokes { next, last }| {
+            let (mut next_uses, mut last_uses) = ([0; AROUND], [0; AROUND]);
+            for &corner in next[..count].iter().chain(&last[..count]) {
+                for place in 0..AROUND {
+                    next_uses[place] += u32::from(next[place] == corner);
+                    last_uses[place] += u32::from(last[place] == corner);
+                }
+            }
+            LoneCorners { next, has_next: places_of(1, &next_uses), has_last: places_of(1, &last_uses) }
+        });
+        Self { vertex, stars, known }
+    }
+
+    /// Whether [`faces_with`] of a corner is 1: another corner of the face at a place in the ring.
+    #[inline(always)]
+    pub fn is_lone(&self, place: usize, corner: u32) -> bool {
+        match &self.known {
+            Some(LoneCorners { next, has_next, has_last }) => {
+                let places = if next[place] == corner { has_next } else { has_last };
+                places >> place & 1 == 1
+            }
+            None => faces_with(corner, self.vertex, self.stars) == 1,
+        }
+    }
+}
+
 /// A vector by its length; zero where that is.
 #[inline(always)]
 pub fn unit(n: Vec3, length: f32) -> Vec3 {
@@ -175,8 +222,34 @@ mod tests {
                 let bit = |place: u32| if place < len { 1 << place } else { 0 };
                 let (next, last) = (bit(corner - 1), corner.checked_sub(2).map_or(0, bit));
                 assert_eq!([spokes.with_next(corner), spokes.with_last(corner)], [next, last], "{corner} of {len}");
-                assert_eq!((next | last).count_ones(), faces_with(corner, 0, &stars));
             }
         }
+    }
+
+    #[test]
+    fn a_rim_tells_which_corners_one_face_has() {
+        // Rings of 1 to 20 faces around vertex 0, at random: corners that none, one or several others have, either way around.
+        let mut told = [0; 2];
+        for seed in 0..400 {
+            let corner = |i: u32| 1 + crate::math::tie_hash(i, seed) % 12;
+            let face = |i: u32| {
+                let (b, c) = (corner(2 * i), corner(2 * i + 1));
+                [Face { a: 0, b, c: c + 12 * u32::from(b == c) }, Face { a: c + 12 * u32::from(b == c), b: 0, c: b }]
+                    [i as usize % 2]
+            };
+            let len = 1 + seed % 20;
+            let faces: Vec<Face> = (0..len).map(face).collect();
+            let ring_faces: Vec<u32> = (0..len).collect();
+            let stars = Stars { positions: &[], faces: &faces, ring_starts: &[0, len], ring_faces: &ring_faces };
+            let rim = Rim::around(0, &stars);
+            for (place, face) in faces.iter().enumerate() {
+                for other in face.corners().into_iter().filter(|&corner| corner != 0) {
+                    let is_lone = faces_with(other, 0, &stars) == 1;
+                    assert_eq!(rim.is_lone(place, other), is_lone, "{other} at {place} of {faces:?}");
+                    told[usize::from(is_lone)] += 1;
+                }
+            }
+        }
+        assert!(told.iter().all(|&count| count > 1_000), "{told:?}");
     }
 }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::rows::{BORDER, BorderSum, FLAGS, Face, HUB, Normal, Position, VolumeSum};
 use super::split::CHUNK;
-use super::stars::{Spokes, Stars, faces_with};
+use super::stars::{Rim, Stars};
 use super::warm::{faces_near, warm_up};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, Switch};
 use crate::math::Vec3;
@@ -67,15 +67,11 @@ fn volume_sum(vertex: u32, stars: &Stars<'_>, normals: &[Normal]) -> VolumeSum {
 
 #[inline(always)]
 fn border_sum(vertex: u32, stars: &Stars<'_>) -> BorderSum {
-    let spokes = Spokes::around(vertex, stars);
-    let faces_with = |other: u32| match &spokes {
-        Some(spokes) => (spokes.with_next(other) | spokes.with_last(other)).count_ones(),
-        None => faces_with(other, vertex, stars),
-    };
+    let rim = Rim::around(vertex, stars);
     let mut matrix = Sym3::default();
-    for &f in stars.ring(vertex) {
+    for (place, &f) in stars.ring(vertex).iter().enumerate() {
         for other in stars.faces[f as usize].corners() {
-            if other != vertex && faces_with(other) == 1 {
+            if other != vertex && rim.is_lone(place, other) {
                 let e = sub3(stars.positions[other as usize].xyz(), stars.positions[vertex as usize].xyz());
                 matrix = sym_add(matrix, border_term(e));
             }
@@ -118,26 +114,37 @@ impl Kernel for VolumeSums<'_> {
     fn run_cpu(&mut self) {
         let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
         let normals = self.normals.host();
-        let sums = &mut self.sums.host_mut()[..self.vertex_count as usize];
-        sums.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, sums)| {
-            let vertices = chunk * CHUNK..chunk * CHUNK + sums.len();
-            warm_up(&normals[faces_near(vertices.clone(), stars.ring_starts, stars.ring_faces, normals.len())]);
-            for (vertex, sum) in vertices.zip(sums) {
-                *sum = VolumeSum::default();
-                if stars.positions[vertex].flags & HUB == 0 {
-                    *sum = volume_sum(vertex as u32, &stars, normals);
-                }
-            }
+        let sums = self.sums.host_mut()[..self.vertex_count as usize].par_chunks_mut(CHUNK).enumerate();
+        if self.borders.len() == 1 {
+            sums.for_each(|(chunk, sums)| fill_sums(chunk * CHUNK, &stars, normals, sums));
+            return;
+        }
+        let borders = self.borders.host_mut()[..self.vertex_count as usize].par_chunks_mut(CHUNK);
+        sums.zip(borders).for_each(|((chunk, sums), borders)| {
+            fill_sums(chunk * CHUNK, &stars, normals, sums);
+            fill_borders(chunk * CHUNK, &stars, borders);
         });
-        if self.borders.len() > 1 {
-            let borders = &mut self.borders.host_mut()[..self.vertex_count as usize];
-            borders.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(vertex, border)| {
-                let vertex = vertex as u32;
-                *border = BorderSum::default();
-                if stars.positions[vertex as usize].flags & (BORDER | HUB) == BORDER {
-                    *border = border_sum(vertex, &stars);
-                }
-            });
+    }
+}
+
+/// Writes the sums of the vertices from `first` on.
+fn fill_sums(first: usize, stars: &Stars<'_>, normals: &[Normal], sums: &mut [VolumeSum]) {
+    let vertices = first..first + sums.len();
+    warm_up(&normals[faces_near(vertices.clone(), stars.ring_starts, stars.ring_faces, normals.len())]);
+    for (vertex, sum) in vertices.zip(sums) {
+        *sum = VolumeSum::default();
+        if stars.positions[vertex].flags & HUB == 0 {
+            *sum = volume_sum(vertex as u32, stars, normals);
+        }
+    }
+}
+
+/// The same of the border terms.
+fn fill_borders(first: usize, stars: &Stars<'_>, borders: &mut [BorderSum]) {
+    for (vertex, border) in (first..).zip(borders) {
+        *border = BorderSum::default();
+        if stars.positions[vertex].flags & (BORDER | HUB) == BORDER {
+            *border = border_sum(vertex as u32, stars);
         }
     }
 }
