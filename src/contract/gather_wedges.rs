@@ -64,7 +64,7 @@ struct Found {
     counts: Vec<u32>,
     origin: Vec<u32>,
     rows: Vec<f32>,
-    /// Of every corner, in the order of the rings, which of its vertex's it has.
+    /// Of every corner of the vertices that have several, in the order of the rings, which of these it has.
     of_corners: Vec<u32>,
     /// What those of the last vertex began as.
     sources: Vec<Source>,
@@ -142,11 +142,18 @@ struct Input<'a> {
 impl Input<'_> {
     /// Finds the wedges of consecutive vertices.
     fn find(&self, rings: &Rings, vertices: Range<usize>) -> Found {
-        let mut found = Found::default();
+        let count = vertices.len();
+        // Most vertices have one wedge.
+        let mut found = Found {
+            counts: Vec::with_capacity(count),
+            origin: Vec::with_capacity(count),
+            rows: Vec::with_capacity(count * self.layout.width),
+            ..Found::default()
+        };
         let mut row = vec![0.0; self.layout.width];
         self.warm_up(rings, vertices.clone());
         for vertex in vertices {
-            let first = found.origin.len();
+            let (first, corners_before) = (found.origin.len(), found.of_corners.len());
             found.sources.clear();
             for &f in rings.ring(vertex as u32) {
                 let k = corner_of(self.faces[f as usize], vertex as u32);
@@ -155,7 +162,11 @@ impl Input<'_> {
                 found.of_corners.push((wedge - first) as u32);
             }
             found.finish(self.layout, first);
-            found.counts.push((found.origin.len() - first) as u32);
+            let count = found.origin.len() - first;
+            found.counts.push(count as u32);
+            if count == 1 {
+                found.of_corners.truncate(corners_before);
+            }
         }
         found
     }
@@ -215,12 +226,13 @@ fn assemble(found: &[Found], rings: &Rings, faces: &[[u32; 3]]) -> Gathered {
         let vertices = &starts[..rings.vertex_count()];
         corners.par_iter_mut().with_min_len(CHUNK).for_each(|face| *face = face.map(|v| vertices[v as usize]));
         // Most vertices have one wedge, which all of their corners have by now.
-        let parted = starts.windows(2).enumerate().filter(|(_, ends)| ends[1] - ends[0] > 1);
-        for (vertex, start) in parted.map(|(vertex, ends)| (vertex, ends[0])) {
-            let first = rings.starts[vertex / CHUNK * CHUNK];
-            let of_corners = &found[vertex / CHUNK].of_corners[(rings.starts[vertex] - first) as usize..];
-            for (&f, wedge) in rings.ring(vertex as u32).iter().zip(of_corners) {
-                corners[f as usize][corner_of(faces[f as usize], vertex as u32)] = start + wedge;
+        for (first, found) in (0..).step_by(CHUNK).zip(found) {
+            let mut of_corners = found.of_corners.iter();
+            for (vertex, _) in (first..).zip(&found.counts).filter(|&(_, &count)| count > 1) {
+                for (&f, wedge) in rings.ring(vertex as u32).iter().zip(&mut of_corners) {
+                    let corner = corner_of(faces[f as usize], vertex as u32);
+                    corners[f as usize][corner] = starts[vertex] + wedge;
+                }
             }
         }
     }

@@ -17,6 +17,8 @@ use super::wedges::{NO_VERTEX, OWN, Wedges, find_owners, now};
 pub struct Scratch {
     /// The vertex of each wedge that has a corner.
     owners: Vec<u32>,
+    /// These, in their order; longer than there are.
+    live: Vec<u32>,
     /// Where the next wedge of each vertex goes.
     next: Vec<u32>,
     /// The wedges that are kept, in their new order.
@@ -77,25 +79,32 @@ impl Wedges {
 
     /// Finds which wedges are kept, and renumbers those of corners.
     fn find_kept(&mut self, faces: &[Face], vertices: usize) {
-        let Scratch { owners, next, kept, numbers, .. } = &mut self.scratch;
+        let Scratch { owners, live, next, kept, numbers, .. } = &mut self.scratch;
         let corners = &mut self.buffers.corners.host_mut()[..faces.len()];
         let starts = &mut self.buffers.starts.host_mut()[..=vertices];
         owners.clear();
         owners.resize(self.origin.len(), NO_VERTEX);
         // Corners are settled: what each has become is itself.
         find_owners(faces.iter().copied().zip(corners.iter().copied()), &self.roles, owners);
-        let with_corners = || (0..).zip(&*owners).filter(|(_, owner)| **owner != NO_VERTEX);
+        // Written whether it has one or not: a branch would be misjudged at a third of them.
+        live.resize(owners.len() + 1, 0);
+        let mut count = 0;
+        for (wedge, &owner) in (0..).zip(&*owners) {
+            live[count] = wedge;
+            count += usize::from(owner != NO_VERTEX);
+        }
+        let live = &live[..count];
         starts.fill(0);
-        with_corners().for_each(|(_, &owner): (u32, _)| starts[owner as usize + 1] += 1);
+        live.iter().for_each(|&wedge| starts[owners[wedge as usize] as usize + 1] += 1);
         for vertex in 0..vertices {
             starts[vertex + 1] += starts[vertex];
         }
         next.clear();
         next.extend_from_slice(starts);
-        kept.resize(starts[vertices] as usize, 0);
+        kept.resize(count, 0);
         numbers.resize(owners.len(), 0);
-        for (wedge, &owner) in with_corners() {
-            let number = &mut next[owner as usize];
+        for &wedge in live {
+            let number = &mut next[owners[wedge as usize] as usize];
             kept[*number as usize] = wedge;
             numbers[wedge as usize] = *number;
             *number += 1;

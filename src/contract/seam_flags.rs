@@ -12,7 +12,7 @@ use super::wedges::Wedges;
 use super::yielding::Yields;
 
 /// An edge as a face at one of its vertices has it: the far end, and the wedges at both.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 struct EdgeWedges {
     end: u32,
     wedges: [u32; 2],
@@ -90,7 +90,7 @@ impl<'a> SeamFinder<'a> {
     /// `uses` is overwritten.
     fn flags(&self, vertex: u32, fan: Fan, uses: &mut Vec<EdgeWedges>) -> u32 {
         let ring = self.rings.ring(vertex);
-        if ring.iter().all(|&f| self.is_whole[f as usize]) {
+        if ring.iter().fold(true, |all, &f| all & self.is_whole[f as usize]) {
             return 0;
         }
         let corner = if self.yields >= Yields::Corners { SEAM | CORNER } else { SEAM | LOCKED };
@@ -100,19 +100,20 @@ impl<'a> SeamFinder<'a> {
         if count > 2 {
             return corner;
         }
-        uses.clear();
+        uses.resize(uses.len().max(2 * ring.len() + 1), EdgeWedges::default());
+        let mut use_count = 0;
         for &f in ring {
             let (face, wedges) = (self.faces[f as usize].corners(), self.corners[f as usize].corners());
             let k = corner_of(face, vertex);
             let near = self.standing(wedges[k]);
             for far in [(k + 1) % 3, (k + 2) % 3] {
-                // An edge whose ends have one wedge each is no seam.
-                if is_parted | (self.wedges_of(face[far]).len() > 1) {
-                    uses.push(EdgeWedges { end: face[far], wedges: [near, self.standing(wedges[far])] });
-                }
+                // An edge whose ends have one wedge each is no seam. Written whether it may be one or not: a branch would be
+                // misjudged along every seam.
+                uses[use_count] = EdgeWedges { end: face[far], wedges: [near, self.standing(wedges[far])] };
+                use_count += usize::from(is_parted | (self.wedges_of(face[far]).len() > 1));
             }
         }
-        match (count_seams(uses), count) {
+        match (count_seams(&mut uses[..use_count]), count) {
             (0, 0 | 1) => 0,
             (2, 2) if fan == Fan::Closed => SEAM,
             _ => corner,
