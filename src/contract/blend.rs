@@ -9,6 +9,7 @@ use crate::spatial::triangle::closest_point;
 
 use super::chart::{Chart, NEAR, all_keep, place, rounded};
 use super::filter::Rejection;
+use super::hold::Past;
 use super::layout::{Kind, Layer, Layout, Origin};
 use super::patch::Patch;
 use super::sides::{CornerFace, ENDS, Side, Sides};
@@ -42,6 +43,10 @@ struct Groups {
 impl Groups {
     /// Groups so many sides by the first that each agrees with.
     fn find(&mut self, count: usize, mut first: impl FnMut(usize) -> Option<usize>) {
+        if count == 1 {
+            self.find_one();
+            return;
+        }
         self.leaders.clear();
         self.starts.clear();
         self.starts.resize(count + 1, 0);
@@ -57,6 +62,15 @@ impl Groups {
         self.members.extend(0..count as u32);
         // Nearly in order as they are.
         self.members.sort_by_key(|&member| self.leaders[member as usize]);
+    }
+
+    /// [`Groups::find`] of one side.
+    fn find_one(&mut self) {
+        self.leaders.resize(1, 0);
+        self.members.resize(1, 0);
+        self.starts.resize(2, 0);
+        (self.leaders[0], self.members[0]) = (0, 0);
+        self.starts.copy_from_slice(&[0, 1]);
     }
 
     /// Those that a side leads, itself first; none where another leads it.
@@ -97,8 +111,7 @@ impl Blend {
                 nearest_row(patch, wedges, sides, sides.faces_of(number), x, row);
             }
             if !sides.apart {
-                sides.write_least(number, x, row);
-                layout.layers.iter().for_each(|layer| stay_near(layout, layer, sides, number, row));
+                sides.write_least(number, x, past(layout, sides, side), row);
             }
             layout.layers.iter().for_each(|layer| restrict(layer, layer.of_mut(row)));
         }
@@ -243,16 +256,15 @@ impl Blend {
     }
 }
 
-/// Keeps the numbers of a layer that are summed within those of the side's corners: past a thin face a linear function may be
-/// anything. Those of one end alone have to reach out to the new vertex.
-fn stay_near(layout: &Layout, layer: &Layer, sides: &Sides, side: usize, row: &mut [f32]) {
-    let past = match layer.kind {
-        _ if sides.sides[side].is_alone() => PAST,
-        Kind::Texcoords if !sides.yields => NEAR as f32,
-        _ => 0.0,
-    };
-    let own = row[..layout.summed].iter_mut().enumerate().skip(layer.first).take(layer.width);
-    own.for_each(|(number, x)| *x = sides.held(side, number, *x, past));
+/// How far past those of a side's corners its numbers may be that are summed: past a thin face a linear function may be anything.
+/// Those of one end alone have to reach out to the new vertex.
+fn past<'a>(layout: &'a Layout, sides: &Sides, side: &Side) -> Past<'a> {
+    let of = &layout.are_texcoords;
+    match (side.is_alone(), sides.yields) {
+        (true, _) => Past { of, times: 0.0, plus: PAST },
+        (false, true) => Past { of, times: 0.0, plus: 0.0 },
+        (false, false) => Past { of, times: NEAR as f32, plus: 0.0 },
+    }
 }
 
 /// The row at the point of faces that is nearest to `x`, the first of equals.

@@ -98,19 +98,13 @@ struct Costs {
 
 /// The same with attributes.
 struct Attributed {
-    /// As if the numbers of the new wedges were the means of the ends'.
-    with_means: Quadric,
-    /// With those that are best at every place.
+    /// With the numbers of the new wedges that are best at every place.
     with_least: Quadric,
     /// What the new vertex is placed by.
     placing: Quadric,
 }
 
 impl Costs {
-    fn with_means(&self) -> &Quadric {
-        self.attributed.as_ref().map_or(&self.geometry, |costs| &costs.with_means)
-    }
-
     fn with_least(&self) -> &Quadric {
         self.attributed.as_ref().map_or(&self.geometry, |costs| &costs.with_least)
     }
@@ -139,10 +133,10 @@ impl Examiner {
         Self { rules, star: Star::default(), sides: Sides::default(), blend: Blend::default(), may_wait, dearest }
     }
 
-    /// What a pair that cost `cost` as the round began may cost now. Seams that yield cost what nobody knew then: such a pair
-    /// may cost what others of the round do.
-    fn most_waiting(&self, cost: f32, flat: f64) -> f64 {
-        let most = OUTDATED * f64::from(cost) + flat + self.sides.rounding();
+    /// What a pair may cost now of which `known` could be known as the round began. Seams that yield cost what nobody knew then:
+    /// such a pair may cost what others of the round do.
+    fn most_waiting(&self, known: f64) -> f64 {
+        let most = known + self.sides.rounding();
         if self.sides.yields { most.max(f64::from(self.dearest)) } else { most }
     }
 
@@ -181,10 +175,8 @@ impl Examiner {
         let total = end.map_or_else(|| costs.with_least().value(x), |end| self.at_end(&costs, end)).max(0.0);
         // Accumulated quadrics are the ends' own: no neighbor changes their cost.
         let weight = weights.map_or(1.0, |[first, second]| f64::from(first.max(second)));
-        if self.may_wait
-            && self.rules.metric == Metric::Volume
-            && weight * total > self.most_waiting(cost, weight * flat)
-        {
+        let (dear, known) = (weight * total, OUTDATED * f64::from(cost) + weight * flat);
+        if self.may_wait && self.rules.metric == Metric::Volume && dear > known && dear > self.most_waiting(known) {
             return Err(Rejection::Outdated);
         }
         // To the bit at the ends, whose difference may have been rounded.
@@ -231,24 +223,23 @@ impl Examiner {
         if patch.wedges().is_none() {
             return Costs { geometry, attributed: None };
         }
-        let mut with_means = geometry;
-        self.sides.add_to(patch, &self.star, &mut with_means);
+        let mut with_least = geometry;
+        self.sides.add_to(patch, &self.star, &mut with_least);
         if self.sides.yields && (flags[0] | flags[1]) & SEAM != 0 {
-            self.sides.add_seams(patch, pair, &mut with_means, SEAM_WEIGHT);
+            self.sides.add_seams(patch, pair, &mut with_least, SEAM_WEIGHT);
         }
-        let with_least = self.sides.with_least(&with_means);
         let mut placing = with_least;
         let decides = |rows: &WedgeRows<'_>| rows.layout.costed > 0;
         if flags[0] & flags[1] & SEAM != 0 && !self.sides.yields && patch.wedges().is_some_and(decides) {
             self.sides.add_seams(patch, pair, &mut placing, HELD_SEAM_WEIGHT);
         }
-        Costs { geometry, attributed: Some(Attributed { with_means, with_least, placing }) }
+        Costs { geometry, attributed: Some(Attributed { with_least, placing }) }
     }
 
     /// What a pair costs with the vertex, and the numbers, of an end.
     fn at_end(&self, costs: &Costs, end: usize) -> f64 {
         let h = self.star.h;
-        costs.with_means().value(if end == 0 { -h } else { h }) + self.sides.at_end(end, h)
+        costs.with_least().value(if end == 0 { -h } else { h }) + self.sides.at_end(end, h)
     }
 
     /// Where the vertex of a pair goes whose ends have such flags, about its middle; and the end that it stands at, whose

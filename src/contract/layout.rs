@@ -4,7 +4,7 @@
 //! where vertices go come first, as far as the kernels have room for them; those that are carried alone follow.
 
 use crate::kernel::attribute_spreads::MOST_COSTED;
-use crate::math::lanes::NUMBERS;
+use crate::math::lanes::{NUMBERS, Numbers};
 use crate::math::{Vec3, luv};
 use crate::mesh::frame::Frame;
 use crate::mesh::{ChannelKind, Mesh, Normals};
@@ -104,6 +104,8 @@ pub struct Layout {
     pub costed: usize,
     /// These and those after them whose means over faces cost nothing more: they fill up the last vector.
     pub summed: usize,
+    /// Of those that are summed, in whole vectors, 1 for a place in a texture and 0 for another.
+    pub are_texcoords: Vec<Numbers<f32>>,
     /// Whether there are others.
     pub has_others: bool,
     /// Numbers of a row.
@@ -200,6 +202,12 @@ impl Layout {
             }
             layout.layers.push(Layer { first: layout.width, ..layer });
             layout.width += layer.width;
+        }
+        layout.are_texcoords = vec![[0.0; NUMBERS]; layout.summed.div_ceil(NUMBERS)];
+        for layer in layout.layers.iter().filter(|layer| layer.kind == Kind::Texcoords) {
+            for number in (layer.first..layer.first + layer.width).take_while(|&number| number < layout.summed) {
+                layout.are_texcoords[number / NUMBERS][number % NUMBERS] = 1.0;
+            }
         }
         layout
     }

@@ -167,20 +167,6 @@ impl Quadric {
         self.c += c;
     }
 
-    /// The quadric less another's terms, on its own constraint.
-    pub fn minus(&self, other: &Self) -> Self {
-        let (a, b) = (self.a, other.a);
-        let a = Sym3 {
-            xx: a.xx - b.xx,
-            xy: a.xy - b.xy,
-            xz: a.xz - b.xz,
-            yy: a.yy - b.yy,
-            yz: a.yz - b.yz,
-            zz: a.zz - b.zz,
-        };
-        Self { a, b: self.b - other.b, c: self.c - other.c, ..*self }
-    }
-
     /// Gives up the volume constraint.
     pub fn free_volume(&mut self) {
         (self.n, self.d) = (DVec3::ZERO, 0.0);

@@ -13,12 +13,14 @@ use crate::kernel::rows::{BORDER, JOINED, LOCKED, SEAM};
 use crate::math::DVec3;
 use crate::mesh::adjacency::corner_of;
 
+use super::cost_lanes::CostSums;
 use super::face_terms::FaceTerms;
 use super::filter::Rejection;
+use super::hold::Past;
 use super::layout::{Kind, Layout};
 use super::patch::Patch;
 use super::placement::Quadric;
-use super::side_sums::{CostSums, OwnFaces, SideSums};
+use super::side_sums::{OwnFaces, SideSums};
 use super::star::{Star, StarFace};
 use super::wedges::{NO_WEDGE, WedgeRows};
 use super::yielding::{SideEdge, Yields};
@@ -115,8 +117,6 @@ pub struct Sides {
     pub(super) edges: Vec<SideEdge>,
     /// Where there are many, these by their ends.
     pub(super) edge_order: Vec<u32>,
-    /// The terms that the least numbers save.
-    saved: Quadric,
 }
 
 impl Sides {
@@ -157,13 +157,15 @@ impl Sides {
         let Some(rows) = patch.wedges() else { return };
         self.clear(rows.layout, middle);
         self.dying = star.numbers_of_shared();
-        for (end, faces, dies) in [(0, star.first(), false), (1, star.second(), false), (0, star.shared(), true)] {
+        let (of_second, survivors) = (star.numbers_of_second(), star.survivors());
+        let faces = star.faces().iter().enumerate();
+        self.faces.extend(faces.map(|(number, &StarFace { face, others: [v1, v2] })| {
+            let end = u8::from(of_second.contains(&number));
             let vertex = pair[usize::from(end)];
-            self.faces.extend(faces.iter().map(|&StarFace { face, others: [v1, v2] }| {
-                let corner = corner_of(patch.connectivity.faces[face as usize].corners(), vertex);
-                CornerFace { corners: [vertex, v1, v2], wedges: rows.wedges_from(face, corner), end, dies }
-            }));
-        }
+            let corner = corner_of(patch.connectivity.faces[face as usize].corners(), vertex);
+            let wedges = rows.wedges_from(face, corner);
+            CornerFace { corners: [vertex, v1, v2], wedges, end, dies: number >= survivors }
+        }));
     }
 
     /// Gathers the live faces of the corners of a triangle, which are free: all of them lie in the patch.
@@ -203,7 +205,7 @@ impl Sides {
         for f in self.dying.clone() {
             // Seen from the first end.
             let CornerFace { corners, wedges, .. } = &self.faces[f];
-            let (first, second) = (wedges[0], wedges[if corners[2] == pair[1] { 2 } else { 1 }]);
+            let (first, second) = (wedges[0], wedges[1 + usize::from(corners[2] == pair[1])]);
             if self.sides.iter().all(|side| side.wedges[..2] != [first, second]) {
                 self.push([first, second, first], rows);
             }
@@ -313,22 +315,21 @@ impl Sides {
         })
     }
 
-    /// Adds what the attributes cost to the quadric of a pair about its middle, as if the numbers of the new wedges were the
-    /// means of the ends'; what better ones save is told by [`Sides::with_least`].
+    /// Adds what the attributes cost to the quadric of a pair about its middle, with the numbers of the new wedges that are best
+    /// at every place.
     pub fn add_to(&mut self, patch: &Patch<'_>, star: &Star, quadric: &mut Quadric) {
-        self.saved = Quadric::default();
         let (Some(rows), costed, summed) = (patch.wedges(), self.costed, self.summed) else { return };
         if costed == 0 || self.apart {
             return;
         }
-        let Self { faces, sums, terms, own, own_starts, costs, saved, .. } = self;
+        let Self { faces, sums, terms, own, own_starts, costs, .. } = self;
         terms.find(&star.quads, star.h, star.survivors());
         costs.begin(costed);
         for (ends, sums) in own_starts.windows(2).zip(sums) {
             let own = OwnFaces { faces, terms, own: &own[ends[0]..ends[1]], numbers: rows.numbers() };
             sums.add_faces(own, [costed, summed], costs);
         }
-        costs.add_to(costed, quadric, saved);
+        costs.add_to(costed, quadric);
     }
 
     /// Where the corners of a face stand about the middle.
@@ -336,18 +337,13 @@ impl Sides {
         face.corners.map(|v| patch.position(v).xyz().as_dvec3() - self.middle)
     }
 
-    /// The quadric with the numbers of the new wedges that are best at every place.
-    pub fn with_least(&self, quadric: &Quadric) -> Quadric {
-        quadric.minus(&self.saved)
-    }
-
-    /// What the numbers of an end cost at its place more than the means of both ends'; `h` is half the pair.
+    /// What the numbers of an end cost at its place more than the best; `h` is half the pair.
     pub fn at_end(&self, end: usize, h: DVec3) -> f64 {
         let (x, sign) = if end == 0 { (-h, -1.0) } else { (h, 1.0) };
         let value = |(side, sums): (&Side, &SideSums)| match side.wedge(end) {
             Some(_) => sums.at_end(self.costed, x, sign),
             // A side without a wedge there has the best numbers.
-            None => sums.at_best(self.costed, x),
+            None => 0.0,
         };
         self.sides.iter().zip(&self.sums).map(value).sum()
     }
@@ -357,14 +353,9 @@ impl Sides {
         self.sums[..self.sides.len()].iter().map(|sums| sums.rounding(self.costed)).sum()
     }
 
-    /// Writes the best numbers of a side at a place into its row.
-    pub fn write_least(&self, side: usize, x: DVec3, row: &mut [f32]) {
-        self.sums[side].write_least(x, &mut row[..self.summed]);
-    }
-
-    /// A number of a side held by those of its corners, or no farther off than `past` of their range.
-    pub fn held(&self, side: usize, number: usize, x: f32, past: f32) -> f32 {
-        self.sums[side].held(number, x, past)
+    /// Writes the best numbers of a side at a place into its row, held near those of its corners.
+    pub fn write_least(&self, side: usize, x: DVec3, past: Past<'_>, row: &mut [f32]) {
+        self.sums[side].write_least(x, past, &mut row[..self.summed]);
     }
 
     /// The share of a side in the area around a pair.

@@ -124,6 +124,12 @@ impl Star {
         self.quads.locate(&self.faces[..self.len], self.numbers_of_second(), self.h, middle, patch);
     }
 
+    /// All faces, by their numbers: those with the first end alone, with the second, with both.
+    #[inline(always)]
+    pub fn faces(&self) -> &[StarFace] {
+        &self.faces[..self.len]
+    }
+
     /// The faces with the first end alone.
     #[inline(always)]
     pub fn first(&self) -> &[StarFace] {

@@ -310,16 +310,13 @@ impl<'a> WedgeRows<'a> {
         self.corners[face as usize].corners()[corner]
     }
 
-    /// Those that the corners of a face had, from one of its corners on, without a branch.
-    #[inline]
+    /// Those that the corners of a face had, from one of its corners on, without a branch: they are looked up where they lie, for
+    /// a choice among three becomes branches, of which half are misjudged.
+    #[inline(always)]
     pub fn wedges_from(&self, face: u32, corner: usize) -> [u32; 3] {
-        let Face { a, b, c } = self.corners[face as usize];
-        let from = |at_a: u32, at_b: u32, at_c: u32| match corner {
-            0 => at_a,
-            1 => at_b,
-            _ => at_c,
-        };
-        [from(a, b, c), from(b, c, a), from(c, a, b)]
+        const TURNS: [[usize; 3]; 3] = [[0, 1, 2], [1, 2, 0], [2, 0, 1]];
+        let wedges: &[u32; 3] = bytemuck::cast_ref(&self.corners[face as usize]);
+        TURNS[corner].map(|corner| wedges[corner])
     }
 
     /// What it is now.
