@@ -15,6 +15,9 @@ use super::placement::Quadric;
 /// Blocks of so many for all that decide.
 pub const BLOCKS: usize = MOST_COSTED / NUMBERS;
 
+/// What costs more than single precision can tell.
+pub const PAST_SINGLE: f64 = f32::MAX as f64;
+
 /// Numbers of a row side by side.
 pub type Lanes = Numbers<f32>;
 
@@ -84,12 +87,14 @@ impl CostSums {
         self.least[..costed.div_ceil(NUMBERS)].fill(QuadricLanes::ZERO);
     }
 
-    /// Adds to a quadric what so many numbers cost. What is past single precision counts as nothing.
+    /// Adds to a quadric what so many numbers cost. What is past single precision costs that everywhere.
     pub fn add_to(&self, costed: usize, quadric: &mut Quadric) {
         for (first, QuadricLanes { columns }) in (0..costed).step_by(NUMBERS).zip(&self.least) {
             let [xx, xy, xz, yy, yz, zz, x, y, z, c] = sums_of_first(columns, costed - first).map(f64::from);
             if [xx, xy, xz, yy, yz, zz, x, y, z, c].iter().sum::<f64>().is_finite() {
                 quadric.add_sums([xx, xy, xz, yy, yz, zz], DVec3::new(x, y, z), c);
+            } else {
+                quadric.add_sums([0.0; 6], DVec3::ZERO, PAST_SINGLE);
             }
         }
     }

@@ -4,11 +4,14 @@
 
 use super::cost_lanes::Lanes;
 
-/// How far past the numbers of corners new ones may be, of their range: a number of each times one, and another.
+/// How far past the numbers of corners new ones may be, of their range: `of` it times a factor, and more.
 #[derive(Debug, Clone, Copy)]
 pub struct Past<'a> {
+    /// One of each number that is summed.
     pub of: &'a [Lanes],
+    /// What those are multiplied by.
     pub times: f32,
+    /// What is added for every number.
     pub plus: f32,
 }
 

@@ -283,6 +283,12 @@ mod tests {
             let layout = Layout::arranged(decide.into_iter().chain(carried).collect(), false);
             (layout.costed, layout.summed, layout.width, layout.has_others)
         };
+        // Of a normal and a place in a texture the latter are told apart, also where they are in two vectors.
+        let of = Layout::arranged(decide.to_vec(), false).are_texcoords;
+        assert_eq!(of, [[0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]]);
+        let three = [decide[0], decide[0], (layer(Kind::Linear, 1), true), decide[1]];
+        let of = Layout::arranged(three.to_vec(), false).are_texcoords;
+        assert_eq!([of[0][6], of[0][7], of[1][0], of[1][1]], [0.0, 1.0, 1.0, 0.0]);
         assert_eq!(counts(&[]), (5, 5, 5, false));
         assert_eq!(counts(&[(Kind::Tangent, 4)]), (5, 8, 9, false));
         assert_eq!(counts(&[(Kind::Linear, 2), (Kind::Linear, 1), (Kind::Linear, 1)]), (5, 8, 9, true));

@@ -4,7 +4,8 @@
 //! the end. Lanes past the numbers that are summed hold anything and are never read.
 //!
 //! In single precision, as the rows are: functions of faces are summed less that of one of them, so that what agrees in all
-//! cancels out before it is squared, and sums lose no more than rows do.
+//! cancels out before it is squared, and sums lose no more than rows do. That is so unless this face is a thousand times smaller
+//! than all of them together: the larger of the first and the last is taken, of which one at least has an area on most sides.
 
 #![expect(clippy::inline_always, reason = "compiled for the instruction set of its caller")]
 
@@ -13,7 +14,7 @@ use multiversion::multiversion;
 use crate::math::DVec3;
 use crate::math::lanes::NUMBERS;
 
-use super::cost_lanes::{BLOCKS, CostSums, Lanes, QuadricLanes};
+use super::cost_lanes::{BLOCKS, CostSums, Lanes, PAST_SINGLE, QuadricLanes};
 use super::face_terms::{FaceTerm, FaceTerms};
 use super::hold::{Past, held};
 use super::sides::CornerFace;
@@ -21,6 +22,9 @@ use super::wedges::WedgeNumbers;
 
 /// At most so many numbers are summed in half of the lanes: a texture's, or a normal's.
 const FEW_LANES: usize = NUMBERS / 2;
+
+/// Faces that weigh less together have no mean: its inverse would be past single precision.
+const LEAST_WEIGHT: f64 = f32::MIN_POSITIVE as f64;
 
 /// How far a number of a row may be off where it is put together from others, of itself: some units in the last place.
 const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
@@ -42,7 +46,7 @@ impl Terms {
     /// Half the difference of the ends' numbers.
     #[inline(always)]
     fn half(&self, lane: usize) -> f32 {
-        (self.ends[1][lane] - self.ends[0][lane]) * 0.5
+        self.ends[1][lane] * 0.5 - self.ends[0][lane] * 0.5
     }
 
     /// Of a number half the difference of the ends', Σ |n| g and Σ |n| e.
@@ -115,14 +119,15 @@ impl SideSums {
     }
 
     fn inverse_weight(&self) -> f64 {
-        if self.weight > 0.0 { 1.0 / self.weight } else { 0.0 }
+        if self.weight >= LEAST_WEIGHT { 1.0 / self.weight } else { 0.0 }
     }
 
     /// What the numbers of an end cost at its place `x` more than the best; `sign` is −1 for the first.
     pub fn at_end(&self, costed: usize, x: DVec3, sign: f64) -> f64 {
         let inverse = self.inverse_weight();
         let off = |(half, g, e): (f64, DVec3, f64)| sign * half - (g.dot(x) + e) * inverse;
-        self.weight * self.numbers(costed).map(off).map(|off| off * off).sum::<f64>()
+        let cost = self.weight * self.numbers(costed).map(off).map(|off| off * off).sum::<f64>();
+        if cost.is_finite() { cost } else { PAST_SINGLE }
     }
 
     /// What the rounding of rows may cost: nothing that is linear is so to the last bit.
@@ -193,7 +198,7 @@ fn add_faces<const COUNT: usize>(
         }
     }
     // The best numbers are the weighted means of all faces': they save the square of what these are off the base.
-    let inverse = if total > 0.0 { 1.0 / total } else { 0.0 };
+    let inverse = if f64::from(total) >= LEAST_WEIGHT { 1.0 / total } else { 0.0 };
     for lane in 0..COUNT {
         let sums = [g_sum[0][lane], g_sum[1][lane], g_sum[2][lane]];
         let saved = [sums[0] * -inverse, sums[1] * -inverse, sums[2] * -inverse];
@@ -390,13 +395,21 @@ mod tests {
         }
     }
 
-    /// Numbers as far apart as rows may have them cost something finite, or nothing.
+    /// Numbers too far apart to be squared are dear, everywhere and at an end, and never none.
     #[test]
-    fn what_is_past_single_precision_is_left_out() {
+    fn what_is_past_single_precision_is_dear() {
         let mut around = Around::new(2);
         (around.rows[4], around.rows[10]) = (1e30, -1e30);
         let mut sums = around.between(2);
-        assert_eq!(around.least(&mut sums), Quadric::default());
+        let dear = around.least(&mut sums);
+        assert_eq!([DVec3::ZERO, DVec3::X].map(|x| dear.value(x)), [PAST_SINGLE; 2]);
+        for (first, second) in [(1e30, -1e30), (f32::MAX, f32::MIN)] {
+            (around.rows[0], around.rows[2]) = (first, second);
+            let mut sums = around.between(2);
+            around.least(&mut sums);
+            let cost = sums.at_end(2, DVec3::X, 1.0);
+            assert!(cost.is_finite() && cost > 1e30, "{cost:e}");
+        }
     }
 
     #[test]

@@ -41,6 +41,7 @@ impl Special {
 
 /// Faces around a vertex that a shader looks at together.
 const WINDOW: u32 = 8;
+
 /// Whether the edge of `u` and `w` is a pair that `u` lists.
 ///
 /// Edges of more than two faces, and those whose faces disagree in orientation, have both ends locked: no pair.

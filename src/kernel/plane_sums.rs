@@ -1,5 +1,6 @@
 //! The quadric of every vertex at the start: squared distances to the planes of its faces, and to planes through its border
-//! edges. Twin: `shaders/plane_sums.wgsl`, line for line.
+//! edges. Twin: `shaders/plane_sums.wgsl`, line for line, but that the host learns in one pass what each corner is asked there
+//! ([`Rim`]).
 //!
 //! About the vertex itself b and c are zero, since it lies on all these planes.
 //!

@@ -1,4 +1,4 @@
-//! The faces around a vertex. In WGSL: `shaders/shared/stars.wgsl`.
+//! The faces around a vertex. In WGSL: `shaders/shared/stars.wgsl`; [`Spokes`] and [`Rim`] are the host's alone.
 
 use super::rows::{Face, Position};
 use crate::backend::Buffer;
@@ -127,7 +127,7 @@ fn places_of(corner: u32, corners: &[u32; AROUND]) -> u32 {
     places
 }
 
-/// Which of the other corners around a vertex one face alone has: it is on a border with these.
+/// Which of the other corners around a vertex one face alone has: it is on a border with these. No face has a corner twice.
 #[derive(Debug)]
 pub struct Rim<'a> {
     vertex: u32,
@@ -137,6 +137,7 @@ pub struct Rim<'a> {
 
 #[derive(Debug)]
 struct LoneCorners {
+    /// Of each face the corner after the vertex.
     next: [u32; AROUND],
     /// Of each face whether one alone has the corner after the vertex, and that before it: a bit for each place in the ring.
     has_next: u32,

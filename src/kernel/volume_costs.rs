@@ -240,10 +240,12 @@ impl<'a> VolumeRows<'a> {
         let mut count = 0;
         for (first, keys) in (0..pairs.len()).step_by(LANES).zip(keys.chunks_mut(LANES)) {
             lanes::compute(first, (self, pairs), self.params, block, keys);
-            for lane in 0..if has_border { keys.len() } else { 0 } {
-                // Written whether it is one or not: a branch would be misjudged along every border.
-                on_border[count] = (first + lane) as u32;
-                count += usize::from(block.get(lane).is_on_border());
+            if has_border {
+                for lane in 0..keys.len() {
+                    // Written whether it is one or not: a branch would be misjudged along every border.
+                    on_border[count] = (first + lane) as u32;
+                    count += usize::from(block.get(lane).is_on_border());
+                }
             }
         }
         for numbers in on_border[..count].chunks(LANES) {

@@ -1,5 +1,5 @@
 //! What the `volume` metric needs of every vertex: sums over its star of n nᵀ/|n| and n, and the border term. Twin:
-//! `shaders/volume_sums.wgsl`, line for line.
+//! `shaders/volume_sums.wgsl`, line for line, but that the host learns in one pass what each corner is asked there ([`Rim`]).
 //!
 //! Gathers: one invocation a vertex, its ring in ascending face order, so the sums are repeatable. \[LT98\] section 4:
 //! volume and boundary terms; the sums make a pair cost O(1).
@@ -115,7 +115,7 @@ impl Kernel for VolumeSums<'_> {
         let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
         let normals = self.normals.host();
         let sums = self.sums.host_mut()[..self.vertex_count as usize].par_chunks_mut(CHUNK).enumerate();
-        if self.borders.len() == 1 {
+        if self.borders.len() <= 1 {
             sums.for_each(|(chunk, sums)| fill_sums(chunk * CHUNK, &stars, normals, sums));
             return;
         }
