@@ -87,7 +87,7 @@ impl Wedges {
         // Corners are settled: what each has become is itself.
         find_owners(faces.iter().copied().zip(corners.iter().copied()), &self.roles, owners);
         // Written whether it has one or not: a branch would be misjudged at a third of them.
-        live.resize(owners.len() + 1, 0);
+        live.resize(owners.len(), 0);
         let mut count = 0;
         for (wedge, &owner) in (0..).zip(&*owners) {
             live[count] = wedge;

@@ -100,7 +100,7 @@ impl<'a> SeamFinder<'a> {
         if count > 2 {
             return corner;
         }
-        uses.resize(uses.len().max(2 * ring.len() + 1), EdgeWedges::default());
+        uses.resize(uses.len().max(2 * ring.len()), EdgeWedges::default());
         let mut use_count = 0;
         for &f in ring {
             let (face, wedges) = (self.faces[f as usize].corners(), self.corners[f as usize].corners());

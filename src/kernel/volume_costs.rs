@@ -235,7 +235,7 @@ impl<'a> VolumeRows<'a> {
         let VolumeBlock { pairs: block, border_pairs, on_border } = block;
         let has_border = self.borders.len() > 1;
         if has_border {
-            on_border.resize(on_border.len().max(pairs.len() + 1), 0);
+            on_border.resize(on_border.len().max(pairs.len()), 0);
         }
         let mut count = 0;
         for (first, keys) in (0..pairs.len()).step_by(LANES).zip(keys.chunks_mut(LANES)) {
