@@ -2,6 +2,8 @@
 
 use rayon::join;
 
+use super::rims::rims_of;
+
 use crate::math::{DVec2, DVec3};
 use crate::mesh::Mesh;
 
@@ -49,6 +51,29 @@ impl Patch {
         let sum: f64 = weights.iter().sum();
         let weighted = self.corners.iter().zip(weights).map(|(&corner, weight)| corner * (weight / sum));
         Some(weighted.fold(DVec3::ZERO, |point, part| point + part))
+    }
+
+    /// Where the plane of the face has a place of the texture, which may lie outside.
+    pub fn beyond(&self, place: DVec2) -> DVec3 {
+        let [a, b, c] = self.uv;
+        let second = (place - a).perp_dot(c - a) / self.twice_area;
+        let third = (b - a).perp_dot(place - a) / self.twice_area;
+        let [at_a, at_b, at_c] = self.corners;
+        at_a + (at_b - at_a) * second + (at_c - at_a) * third
+    }
+
+    /// How far from a point of `other` its place in the texture is by way of an edge of this face: to a point there, and from its
+    /// own place in the texture on to that of the point, as `other` is stretched. About the shortest such way.
+    fn distance_by(&self, edge: usize, place: DVec2, point: DVec3, other: &Patch) -> f64 {
+        let next = (edge + 1) % 3;
+        let (from, along) = (self.corners[edge] - point, self.corners[next] - self.corners[edge]);
+        let ends = [edge, next].map(|corner| other.beyond(self.uv[corner]) - other.beyond(place));
+        let (away, onward) = (ends[0], ends[1] - ends[0]);
+        let length_sq = along.length_squared() + onward.length_squared();
+        let t = -(from.dot(along) + away.dot(onward)) / length_sq;
+        // Of an edge without a length any point will do.
+        let t = if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.0 };
+        (from + along * t).length() + (away + onward * t).length()
     }
 
     fn bounds(&self) -> Bounds {
@@ -103,6 +128,8 @@ struct Node {
     first: u32,
     /// The faces of a leaf; 0 for a node with children.
     count: u32,
+    /// Whether a face of it has an edge on the rim of a chart.
+    has_rim: bool,
 }
 
 /// Finds the points of a surface at a place of its texture.
@@ -114,6 +141,8 @@ pub(super) struct Atlas<'a> {
     mesh: &'a Mesh,
     nodes: Vec<Node>,
     faces: Vec<u32>,
+    /// Of each of these faces, as bits, which edges are on the rim of a chart.
+    rims: Vec<u8>,
 }
 
 impl<'a> Atlas<'a> {
@@ -127,12 +156,50 @@ impl<'a> Atlas<'a> {
         let uv = shares((whole.uv[1] - whole.uv[0]).max_element());
         let point = shares((whole.points[1] - whole.points[0]).max_element());
         let builder = Builder { mesh, scale: [uv, uv, point, point, point] };
-        let nodes = if faces.is_empty() { Vec::new() } else { builder.build(&mut faces, 0) };
-        Self { mesh, nodes, faces }
+        let mut nodes = if faces.is_empty() { Vec::new() } else { builder.build(&mut faces, 0) };
+        let rims = rims_of(mesh, &faces);
+        // Children stand behind their node.
+        for at in (0..nodes.len()).rev() {
+            let Node { first, count, .. } = nodes[at];
+            nodes[at].has_rim = match count {
+                0 => nodes[at + 1].has_rim || nodes[at + first as usize].has_rim,
+                _ => rims[first as usize..(first + count) as usize].iter().any(|&edges| edges != 0),
+            };
+        }
+        Self { mesh, nodes, faces, rims }
+    }
+
+    /// How far the nearest point at a place of the texture is from `point`, which `patch`, of another mesh, has there; `None` where
+    /// the texture is not used. Where the rim of a chart is nearer, with the texture's way from there, the place is past this rim,
+    /// and what has been found lies on another part that shows the same texels: the way by the rim counts.
+    pub fn distance(&self, place: DVec2, point: DVec3, patch: &Patch) -> Option<f64> {
+        let nearest = self.nearest(place, point)?;
+        Some(if nearest > 0.0 { self.nearest_rim(place, point, patch, nearest) } else { nearest })
+    }
+
+    /// The least of `least` and the ways by edges on rims.
+    fn nearest_rim(&self, place: DVec2, point: DVec3, patch: &Patch, mut least: f64) -> f64 {
+        let mut waiting = vec![0];
+        while let Some(at) = waiting.pop() {
+            let Node { bounds, first, count, has_rim } = self.nodes[at];
+            if !has_rim || bounds.distance_sq(point) >= least * least {
+                continue;
+            }
+            if count == 0 {
+                waiting.extend([at + first as usize, at + 1]);
+                continue;
+            }
+            for number in first as usize..(first + count) as usize {
+                let edges = (0..3).filter(|edge| self.rims[number] >> edge & 1 != 0);
+                let Some(own) = Patch::of(self.mesh, self.faces[number] as usize) else { continue };
+                least = edges.map(|edge| own.distance_by(edge, place, point, patch)).fold(least, f64::min);
+            }
+        }
+        least
     }
 
     /// How far the nearest point at a place of the texture is from `point`; `None` where the texture is not used.
-    pub fn distance(&self, place: DVec2, point: DVec3) -> Option<f64> {
+    fn nearest(&self, place: DVec2, point: DVec3) -> Option<f64> {
         let mut nearest_sq: Option<f64> = None;
         let may_hold = |at: usize, nearest_sq: Option<f64>| {
             let bounds = &self.nodes[at].bounds;
@@ -188,7 +255,7 @@ impl Builder<'_> {
     fn build(&self, faces: &mut [u32], first: usize) -> Vec<Node> {
         let count = faces.len();
         if count <= LEAF_FACES {
-            return vec![Node { bounds: self.bounds(faces), first: first as u32, count: count as u32 }];
+            return vec![Node { bounds: self.bounds(faces), first: first as u32, count: count as u32, has_rim: false }];
         }
         let (mut bounds, mut low, mut high) = (Bounds::EMPTY, [f64::INFINITY; 5], [f64::NEG_INFINITY; 5]);
         for &face in &*faces {
@@ -209,7 +276,7 @@ impl Builder<'_> {
         } else {
             (self.build(left, first), self.build(right, second))
         };
-        let mut nodes = vec![Node { bounds, first: 1 + left.len() as u32, count: 0 }];
+        let mut nodes = vec![Node { bounds, first: 1 + left.len() as u32, count: 0, has_rim: false }];
         nodes.extend(left);
         nodes.extend(right);
         nodes

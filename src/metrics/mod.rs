@@ -8,6 +8,7 @@ pub mod compare;
 pub mod deviation;
 mod proposals;
 pub mod quality;
+mod rims;
 pub mod sampling;
 mod sums;
 mod texels;

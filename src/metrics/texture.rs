@@ -208,12 +208,12 @@ impl Samples {
             let [a, b, c] = patch.uv;
             for place in [a, b, c, (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0, (a + b + c) / 3.0] {
                 if let Some(point) = patch.at(place) {
-                    samples.add(atlas.distance(place, point));
+                    samples.add(atlas.distance(place, point, &patch));
                 }
             }
             grid.for_each_texel(patch.uv, |texel, place| {
                 let Some(point) = patch.at(place) else { return };
-                let distance = atlas.distance(place, point);
+                let distance = atlas.distance(place, point, &patch);
                 samples.greatest = samples.greatest.max(distance.unwrap_or(0.0));
                 grid.note(texel, distance);
             });
