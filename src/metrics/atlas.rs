@@ -3,7 +3,6 @@
 use rayon::join;
 
 use super::rims::rims_of;
-
 use crate::math::{DVec2, DVec3};
 use crate::mesh::Mesh;
 
@@ -38,36 +37,36 @@ impl Patch {
         self.twice_area.abs() / 2.0
     }
 
+    /// What its corners weigh at a place of the texture: some are negative outside.
+    fn weights(&self, place: DVec2) -> [f64; 3] {
+        let [a, b, c] = self.uv;
+        let second = (place - a).perp_dot(c - a) / self.twice_area;
+        let third = (b - a).perp_dot(place - a) / self.twice_area;
+        [1.0 - second - third, second, third]
+    }
+
+    fn weighted(&self, weights: [f64; 3]) -> DVec3 {
+        let parts = self.corners.iter().zip(weights).map(|(&corner, weight)| corner * weight);
+        parts.fold(DVec3::ZERO, |point, part| point + part)
+    }
+
     /// The point of the face at a place of the texture; `None` outside.
     pub fn at(&self, place: DVec2) -> Option<DVec3> {
-        let [a, b, c] = self.uv;
-        let second = (place - a).perp_dot(c - a) / self.twice_area;
-        let third = (b - a).perp_dot(place - a) / self.twice_area;
-        let first = 1.0 - second - third;
-        if !(first >= -SLACK && second >= -SLACK && third >= -SLACK) {
+        let weights = self.weights(place);
+        if !weights.iter().all(|&weight| weight >= -SLACK) {
             return None;
         }
-        let weights = [first, second, third].map(|weight| weight.max(0.0));
+        let weights = weights.map(|weight| weight.max(0.0));
         let sum: f64 = weights.iter().sum();
-        let weighted = self.corners.iter().zip(weights).map(|(&corner, weight)| corner * (weight / sum));
-        Some(weighted.fold(DVec3::ZERO, |point, part| point + part))
+        Some(self.weighted(weights.map(|weight| weight / sum)))
     }
 
-    /// Where the plane of the face has a place of the texture, which may lie outside.
-    pub fn beyond(&self, place: DVec2) -> DVec3 {
-        let [a, b, c] = self.uv;
-        let second = (place - a).perp_dot(c - a) / self.twice_area;
-        let third = (b - a).perp_dot(place - a) / self.twice_area;
-        let [at_a, at_b, at_c] = self.corners;
-        at_a + (at_b - at_a) * second + (at_c - at_a) * third
-    }
-
-    /// How far from a point of `other` its place in the texture is by way of an edge of this face: to a point there, and from its
-    /// own place in the texture on to that of the point, as `other` is stretched. About the shortest such way.
-    fn distance_by(&self, edge: usize, place: DVec2, point: DVec3, other: &Patch) -> f64 {
+    /// The way from a point of `other` to an edge of this face, and from its place in the texture to that of the edge, as long as
+    /// it is on `other`: about the shortest of all by points of the edge.
+    fn distance_by(&self, edge: usize, point: DVec3, other: &Patch) -> f64 {
         let next = (edge + 1) % 3;
         let (from, along) = (self.corners[edge] - point, self.corners[next] - self.corners[edge]);
-        let ends = [edge, next].map(|corner| other.beyond(self.uv[corner]) - other.beyond(place));
+        let ends = [edge, next].map(|corner| other.weighted(other.weights(self.uv[corner])) - point);
         let (away, onward) = (ends[0], ends[1] - ends[0]);
         let length_sq = along.length_squared() + onward.length_squared();
         let t = -(from.dot(along) + away.dot(onward)) / length_sq;
@@ -174,11 +173,11 @@ impl<'a> Atlas<'a> {
     /// and what has been found lies on another part that shows the same texels: the way by the rim counts.
     pub fn distance(&self, place: DVec2, point: DVec3, patch: &Patch) -> Option<f64> {
         let nearest = self.nearest(place, point)?;
-        Some(if nearest > 0.0 { self.nearest_rim(place, point, patch, nearest) } else { nearest })
+        Some(if nearest > 0.0 { self.nearest_rim(point, patch, nearest) } else { nearest })
     }
 
     /// The least of `least` and the ways by edges on rims.
-    fn nearest_rim(&self, place: DVec2, point: DVec3, patch: &Patch, mut least: f64) -> f64 {
+    fn nearest_rim(&self, point: DVec3, patch: &Patch, mut least: f64) -> f64 {
         let mut waiting = vec![0];
         while let Some(at) = waiting.pop() {
             let Node { bounds, first, count, has_rim } = self.nodes[at];
@@ -192,7 +191,7 @@ impl<'a> Atlas<'a> {
             for number in first as usize..(first + count) as usize {
                 let edges = (0..3).filter(|edge| self.rims[number] >> edge & 1 != 0);
                 let Some(own) = Patch::of(self.mesh, self.faces[number] as usize) else { continue };
-                least = edges.map(|edge| own.distance_by(edge, place, point, patch)).fold(least, f64::min);
+                least = edges.map(|edge| own.distance_by(edge, point, patch)).fold(least, f64::min);
             }
         }
         least

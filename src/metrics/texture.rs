@@ -23,7 +23,8 @@ pub struct TextureDeviation {
     /// Over the texels that both meshes use: between their points there, the nearest two where the texture is used twice.
     pub deviation: Spread,
     /// The greatest way from a point of the first mesh to the second mesh's nearest point of the same texture coordinates;
-    /// over texels and the corners, edge midpoints and centers of faces.
+    /// over texels and the corners, edge midpoints and centers of faces. Where another part of the second mesh alone shows these, and
+    /// a rim of its charts is nearer, to the rim, and as far as the texture goes on from there.
     pub mapping_distance: f64,
     /// The share of the first mesh's texels that the second uses too. All is 0 when they have nothing in common.
     pub covered: f64,
@@ -336,6 +337,34 @@ mod tests {
         assert!(found.covered == 1.0 && found.deviation.max < 1e-9, "{found:?}");
         assert!((found.mapping_distance - 6.0).abs() < 1e-9, "{found:?}");
         assert_eq!(compare(&half, &sheet).mapping_distance, 0.0);
+    }
+
+    /// Two sheets far apart show the same texels. One loses its last row: what was there is as far as the rim and back in the
+    /// texture, not as the other sheet.
+    #[test]
+    fn what_a_part_has_lost_is_not_looked_for_on_its_twin() {
+        let twins = |lost: usize| {
+            let mut mesh = sheet();
+            let twin = moved(sheet(), DVec3::Z * 100.0);
+            let (vertices, kept) = (mesh.positions.len() as u32, mesh.faces.len() - lost);
+            mesh.positions.extend(twin.positions);
+            mesh.faces.truncate(kept);
+            mesh.faces.extend(twin.faces.iter().map(|face| face.map(|v| v + vertices)));
+            if let Some(rows) = &mut mesh.texcoords {
+                rows.truncate(kept);
+                rows.extend(twin.texcoords.iter().flatten());
+            }
+            mesh
+        };
+        let found = compare(&twins(0), &twins(16));
+        assert!((found.mapping_distance - 2.0).abs() < 1e-9 && found.covered == 1.0, "{found:?}");
+        // Both parts where they were: the other one shows the texels.
+        assert!(found.deviation.max < 1e-9, "{found:?}");
+        // A part that is gone has no rim.
+        assert!((compare(&twins(0), &twins(128)).mapping_distance - 100.0).abs() < 1e-9);
+        // Nor does a rim hide how far a texture is off that shows all of it.
+        let off = moved(twins(0), DVec3::new(0.5, 0.0, 0.0));
+        assert!((compare(&twins(0), &off).mapping_distance - 0.5).abs() < 1e-6);
     }
 
     #[test]
