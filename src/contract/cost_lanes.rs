@@ -52,12 +52,28 @@ impl<const COUNT: usize> QuadricLanes<COUNT> {
     }
 }
 
-/// The sum of the first lanes, halves of all of them at a time; others hold anything.
+/// The bits of a number in the first so many lanes, and none of the others.
+const FIRST: [[u32; NUMBERS]; NUMBERS + 1] = {
+    let mut masks = [[0; NUMBERS]; NUMBERS + 1];
+    let mut count = 0;
+    while count <= NUMBERS {
+        let mut lane = 0;
+        while lane < count {
+            masks[count][lane] = u32::MAX;
+            lane += 1;
+        }
+        count += 1;
+    }
+    masks
+};
+
+/// The sum of the first lanes, halves of all of them at a time; others hold anything. By masks: a choice for each lane becomes a
+/// branch without AVX-512.
 #[inline(always)]
 fn sum_of_first(lanes: &Lanes, count: usize) -> f32 {
-    let mut left = [0.0; NUMBERS];
+    let (mask, mut left) = (&FIRST[count.min(NUMBERS)], [0.0; NUMBERS]);
     for lane in 0..NUMBERS {
-        left[lane] = if lane < count { lanes[lane] } else { 0.0 };
+        left[lane] = f32::from_bits(lanes[lane].to_bits() & mask[lane]);
     }
     let mut half = NUMBERS / 2;
     while half > 0 {
