@@ -7,7 +7,7 @@
 use crate::math::{DVec3, Vec3};
 use crate::spatial::triangle::closest_point;
 
-use super::chart::{Chart, NEAR, all_keep, place, rounded};
+use super::chart::{Chart, all_keep, is_same_repeat, place, rounded};
 use super::filter::Rejection;
 use super::hold::Past;
 use super::layout::{Kind, Layer, Layout, Origin};
@@ -18,6 +18,8 @@ use super::wedges::WedgeRows;
 /// How far past the numbers of a side's corners those of a new vertex off its faces may be, of their range. With none the
 /// texture of a truck with half of its faces moves by three times as much; without a bound it is lost where faces are thin.
 const PAST: f32 = 2.0;
+/// The same of a side with a wedge of either end, by its range: vertices are off the surface by rounding.
+const NEAR: f32 = 1.0 / 1024.0;
 
 /// Rows of new wedges, with scratch that outlives each.
 #[derive(Debug, Default)]
@@ -199,8 +201,8 @@ impl Blend {
         }
     }
 
-    /// Moves the place in a texture of a side, and of those that it leads, to where no surviving face turns over, and a best
-    /// one back over the rim; an end's stays.
+    /// Moves the place in a texture of a side, and of those that it leads, to where no surviving face turns over, and into the
+    /// picture; an end's stays.
     fn unfold(
         &mut self,
         patch: &Patch<'_>,
@@ -220,28 +222,32 @@ impl Blend {
         let has_end = |side: u32, end: usize| sides.sides[side as usize].wedge(end).is_some();
         let stays = at_end.is_some_and(|end| members.iter().any(|&member| has_end(member, end)));
         let best = place(layer, &rows[side * width..]);
-        // Where seams yield, vertices go far off their facets, which are stretched less by a place as far past the rim.
-        let is_best = stays || sides.yields || sides.apart || layer.first >= wedges.layout.costed;
-        // On the inside of a chart a place from which no face turns over lies among them: never past the rim.
-        let may_be_best = is_best || sides.is_inside();
-        if may_be_best && sides.sides.len() == 1 && all_keep(wedges, layer, sides.faces_of(side), best)? {
+        // Where seams yield, vertices go far off their facets, and past the picture.
+        let is_free = stays || sides.yields || sides.apart || layer.first >= wedges.layout.costed;
+        // On the inside of a chart a place from which no face turns over lies among them.
+        let is_near = || {
+            let mut own = sides.sides[side].own(ENDS);
+            own.any(|wedge| is_same_repeat(place(layer, wedges.row(wedge)), best, f64::from(layer.scale)))
+        };
+        if members.len() == 1
+            && (is_free || sides.is_inside() || is_near())
+            && all_keep(wedges, layer, sides.faces_of(side), best)?
+        {
             return Ok(());
         }
         chart.gather(wedges, layer, sides.sides.len(), own_faces())?;
-        if chart.is_flat() || (may_be_best && chart.keeps(best)) {
+        if chart.is_flat() {
             return Ok(());
         }
-        if stays {
-            return Err(Rejection::Texture);
-        }
-        let back = (!is_best).then(|| rounded(chart.back(best, f64::from(layer.scale))));
-        let found = match back.filter(|&at| chart.keeps(at)) {
+        let held = if is_free { best } else { rounded(chart.within_repeats(best, f64::from(layer.scale))) };
+        let found = match Some(held).filter(|&at| chart.keeps(at)) {
             Some(at) => at,
+            None if stays => return Err(Rejection::Texture),
             None => {
                 nearest_row(patch, wedges, sides, own_faces().map(|(_, face)| face), x, nearest);
                 Some(place(layer, nearest))
                     .filter(|&at| chart.keeps(at))
-                    .or_else(|| chart.nearest(back.unwrap_or(best)))
+                    .or_else(|| chart.nearest(held))
                     .ok_or(Rejection::Texture)?
             }
         };
@@ -263,7 +269,7 @@ fn past<'a>(layout: &'a Layout, sides: &Sides, side: &Side) -> Past<'a> {
     match (side.is_alone(), sides.yields) {
         (true, _) => Past { of, times: 0.0, plus: PAST },
         (false, true) => Past { of, times: 0.0, plus: 0.0 },
-        (false, false) => Past { of, times: NEAR as f32, plus: 0.0 },
+        (false, false) => Past { of, times: NEAR, plus: 0.0 },
     }
 }
 

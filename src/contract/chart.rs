@@ -1,25 +1,20 @@
 //! The faces in a texture around a pair, and where the new vertex may be among them \[Wu12\].
 //!
 //! They cover a region of the texture, whose rim is the polygon of the far edges of those that survive. No face turns over
-//! where all of the rim is seen from the new place. On a border or a seam the polygon is open: only edges of faces count,
-//! and a place past it is one of another part of the picture. Sides that share a place may be each other's mirror images:
-//! every side keeps the sign of its own.
+//! where all of the rim is seen from the new place. On a border or a seam the polygon is open: only edges of faces count. A best
+//! place may lie past the rim there, as the new vertex may, but not past the picture. Sides that share a place may be each
+//! other's mirror images: every side keeps the sign of its own.
 
 use crate::math::DVec2;
 
 use super::filter::Rejection;
 use super::layout::Layer;
 use super::sides::CornerFace;
-use super::uv_kernel::{Kernel, nearest_on, orientation};
+use super::uv_kernel::{Kernel, orientation};
 use super::wedges::WedgeRows;
 
 /// How much of a kernel is left for a place that has to be moved into it.
 const SHRUNK: f64 = 0.95;
-/// What a place keeps of the way past the rim. With all of it parts of a helmet that share texels reach into each other's, and
-/// the texture moves three times as far; with nothing the texture is squeezed at rims and 1 % of it lost.
-const PAST_RIM: f64 = 0.5;
-/// How far past the rim a place may be before that, of the size of its faces: vertices are off the rim by rounding.
-pub const NEAR: f64 = 1.0 / 1024.0;
 
 /// A face at one of the ends.
 #[derive(Debug, Clone, Copy)]
@@ -29,14 +24,6 @@ struct ChartFace {
     uv: [DVec2; 3],
     /// Twice its area in the texture.
     area: f64,
-}
-
-impl ChartFace {
-    fn holds(&self, at: DVec2) -> bool {
-        let [a, b, c] = self.uv;
-        let is_left = [[a, b], [b, c], [c, a]].map(|[a, b]| orientation(a, b, at) * self.area >= 0.0);
-        (self.area != 0.0) & is_left[0] & is_left[1] & is_left[2]
-    }
 }
 
 /// The faces of the sides that have one place in a texture.
@@ -109,23 +96,10 @@ impl Chart {
         self.faces.iter().all(|face| face.area == 0.0)
     }
 
-    /// Where a place past the rim goes: back towards the nearest point of the faces, and into the repeats of the picture that
-    /// they lie in, of this size.
-    pub fn back(&self, at: DVec2, repeat: f64) -> DVec2 {
-        // Which of them does nobody could foretell: a branch at each would be misjudged.
-        if self.faces.iter().fold(false, |found, face| found | face.holds(at)) {
-            return at;
-        }
-        let edges = self.faces.iter().flat_map(|ChartFace { uv: [a, b, c], .. }| [[a, b], [b, c], [c, a]]);
-        let points = edges.map(|[&a, &b]| nearest_on(a, b, at));
-        let found = points.min_by(|a, b| at.distance_squared(*a).total_cmp(&at.distance_squared(*b)));
-        let Some(nearest) = found else { return at };
+    /// The place nearest to `at` in the repeats of the picture, of this size, that the faces lie in.
+    pub fn within_repeats(&self, at: DVec2, repeat: f64) -> DVec2 {
         let (low, high) = self.bounds();
-        let (past, near) = (at - nearest, NEAR * (high - low).max_element());
-        let length = past.length();
-        let kept = if length > near { (near + (length - near) * PAST_RIM) / length } else { 1.0 };
-        let (low, high) = ((low / repeat).floor() * repeat, (high / repeat).ceil() * repeat);
-        (nearest + past * kept).clamp(low, high)
+        at.clamp((low / repeat).floor() * repeat, (high / repeat).ceil() * repeat)
     }
 
     /// Whether all faces that survive keep their side with the new vertex there.
@@ -179,6 +153,11 @@ fn all_triangles_keep(faces: impl Iterator<Item = ([DVec2; 3], bool)>, at: DVec2
         [false, false] => Ok(true),
         [_, is_negative] => Ok(keep[usize::from(is_negative)]),
     }
+}
+
+/// Whether two places lie in the same repeat of the picture.
+pub fn is_same_repeat(a: DVec2, b: DVec2, repeat: f64) -> bool {
+    (a / repeat).floor() == (b / repeat).floor()
 }
 
 /// A place as rows hold it.
@@ -252,23 +231,22 @@ mod tests {
     }
 
     #[test]
-    fn places_past_the_rim_come_half_of_the_way_back() {
-        let one = chart(&[(0, [[0.0, 0.0], [0.75, 0.0], [0.0, 0.75]])]);
-        let inside = DVec2::new(0.25, 0.25);
-        assert_eq!(one.back(inside, 1.0), inside);
-        // By rounding alone past the slope, and by much.
-        let near = DVec2::splat(0.375 + 1e-4);
-        assert!((one.back(near, 1.0) - near).length() < 1e-12);
-        let far = one.back(DVec2::splat(0.575), 1.0);
-        assert!((far - DVec2::splat(0.475)).length() < 1e-3, "{far}");
-        // At 0 the picture ends.
-        let held = one.back(DVec2::new(0.25, -1e-4), 1.0);
-        assert!(held.y == 0.0 && (held.x - 0.25).abs() < 1e-12, "{held}");
+    fn places_stay_in_the_repeats_of_their_faces() {
+        let one = chart(&[(0, [[0.25, 0.25], [0.75, 0.25], [0.25, 1.75]])]);
+        for (at, held) in [([0.9, 0.1], [0.9, 0.1]), ([-0.1, 2.5], [0.0, 2.0]), ([1.5, -0.5], [1.0, 0.0])] {
+            let (at, held) = (DVec2::from(at), DVec2::from(held));
+            assert_eq!(one.within_repeats(at, 1.0), held);
+            // Where a corner lies in the same repeat nothing is held.
+            let is_same = one.faces[0].uv.iter().any(|&corner| is_same_repeat(corner, at, 1.0));
+            assert!(!is_same || at == held, "{at}");
+        }
+        assert_eq!(one.within_repeats(DVec2::splat(3.0), 4.0), DVec2::splat(3.0));
+        assert!(is_same_repeat(DVec2::splat(3.0), DVec2::splat(0.5), 4.0));
     }
 
-    /// What lets a pair on the inside of a chart go without [`Chart::back`].
+    /// What lets a pair on the inside of a chart go without [`Chart::within_repeats`].
     #[test]
-    fn where_a_closed_fan_keeps_its_faces_is_not_past_its_rim() {
+    fn where_a_closed_fan_keeps_its_faces_is_in_their_repeats() {
         let random = |i: u64| (crate::math::random(7, i) >> 40) as f64 / f64::from(1 << 24);
         let mut kept = 0;
         for case in 0..2_000 {
@@ -291,7 +269,7 @@ mod tests {
             let place = rounded(DVec2::new(own(50) - 0.5, own(51) - 0.5) * 1.5);
             // A gap of more than half a turn makes no fan.
             if fan.faces.iter().all(|face| face.area * sign > 0.0) && fan.keeps(place) {
-                assert_eq!(rounded(fan.back(place, 1e9)), place, "{corners:?}");
+                assert_eq!(fan.within_repeats(place, 1.0 / 64.0), place, "{corners:?}");
                 kept += 1;
             }
         }

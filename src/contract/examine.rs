@@ -27,9 +27,9 @@ const OUTDATED: f64 = 2.0;
 /// a tenth of its faces are 15 % farther off; with none the panes of its windows go first.
 const SEAM_WEIGHT: f64 = 1.2;
 /// The same of seams that hold, for where the vertex goes on them and not for what it costs, which nobody knew as the round
-/// began. Without it seams wander over smooth surfaces, and textures retreat from their rims; with more, or among the costs,
-/// the surface is farther off.
-const HELD_SEAM_WEIGHT: f64 = 0.25;
+/// began. Without it seams wander over smooth surfaces, and textures retreat from their rims; with a quarter a map is up to 1.7
+/// times as far off.
+const HELD_SEAM_WEIGHT: f64 = 1.0;
 /// What single precision leaves of the cost of a pair on a flat, of its weight times the squared half of its length: a slope of
 /// 1e-4, below what a kernel's sums tell from none. A pair that costs less is neither dear, nor is its place better than an end
 /// that is on the flat as well, which rounds nothing: new places off their flats made others dear, round after round.

@@ -14,7 +14,7 @@ pub fn orientation(a: DVec2, b: DVec2, c: DVec2) -> f64 {
 }
 
 /// The point nearest to `p` of the edge from `a` to `b`.
-pub fn nearest_on(a: DVec2, b: DVec2, p: DVec2) -> DVec2 {
+fn nearest_on(a: DVec2, b: DVec2, p: DVec2) -> DVec2 {
     let along = b - a;
     let t = (p - a).dot(along) / along.length_squared();
     // Not a number for an edge without length: then it is its start.
