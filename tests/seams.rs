@@ -94,7 +94,14 @@ fn creases_hold_where_they_are_not_in_the_way() {
     let [found, held] = [Seams::Yield, Seams::Hold].map(|seams| run(&cpu(2), &mesh, seams, Budget::faces(40)));
     assert!(found.mesh == held.mesh && !is_told(&found), "{:?}", found.warnings);
     assert_eq!(runs(&mesh, Budget::faces(40)), [40, 40]);
-    assert!(found.seconds.total >= found.seconds.build && found.seconds.build > held.seconds.build);
+    assert!(found.seconds.total >= found.seconds.build);
+    // Of several, the least: a busy machine may hold up any one.
+    let build = |seams| {
+        let builds = (0..9).map(|_| run(&cpu(2), &mesh, seams, Budget::faces(40)).seconds.build);
+        builds.fold(f64::INFINITY, f64::min)
+    };
+    let [both, one] = [Seams::Yield, Seams::Hold].map(build);
+    assert!(both > one, "{both} s of two runs, {one} s of one");
 }
 
 /// A texture that folds in the right half, so that no run reaches the number of faces.
