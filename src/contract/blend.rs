@@ -7,7 +7,7 @@
 use crate::math::{DVec3, Vec3};
 use crate::spatial::triangle::closest_point;
 
-use super::chart::{Chart, all_keep, is_same_repeat, place, rounded};
+use super::chart::{Chart, all_keep, is_in_repeat_of, place, rounded};
 use super::filter::Rejection;
 use super::hold::Past;
 use super::layout::{Kind, Layer, Layout, Origin};
@@ -227,7 +227,7 @@ impl Blend {
         // On the inside of a chart a place from which no face turns over lies among them.
         let is_near = || {
             let mut own = sides.sides[side].own(ENDS);
-            own.any(|wedge| is_same_repeat(place(layer, wedges.row(wedge)), best, f64::from(layer.scale)))
+            own.any(|wedge| is_in_repeat_of(place(layer, wedges.row(wedge)), best, f64::from(layer.scale)))
         };
         if members.len() == 1
             && (is_free || sides.is_inside() || is_near())

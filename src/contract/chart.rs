@@ -155,9 +155,11 @@ fn all_triangles_keep(faces: impl Iterator<Item = ([DVec2; 3], bool)>, at: DVec2
     }
 }
 
-/// Whether two places lie in the same repeat of the picture.
-pub fn is_same_repeat(a: DVec2, b: DVec2, repeat: f64) -> bool {
-    (a / repeat).floor() == (b / repeat).floor()
+/// Whether a place lies in the repeat of the picture that a corner lies in, or in its closure: in those of all faces at the corner,
+/// then, whatever these are. A corner between repeats is in none.
+pub fn is_in_repeat_of(corner: DVec2, at: DVec2, repeat: f64) -> bool {
+    let corner = corner / repeat;
+    at.cmpge(corner.floor() * repeat).all() && at.cmple(corner.ceil() * repeat).all()
 }
 
 /// A place as rows hold it.
@@ -236,12 +238,19 @@ mod tests {
         for (at, held) in [([0.9, 0.1], [0.9, 0.1]), ([-0.1, 2.5], [0.0, 2.0]), ([1.5, -0.5], [1.0, 0.0])] {
             let (at, held) = (DVec2::from(at), DVec2::from(held));
             assert_eq!(one.within_repeats(at, 1.0), held);
-            // Where a corner lies in the same repeat nothing is held.
-            let is_same = one.faces[0].uv.iter().any(|&corner| is_same_repeat(corner, at, 1.0));
-            assert!(!is_same || at == held, "{at}");
+            // Where it lies in the repeat of a corner nothing is held.
+            let is_in = one.faces[0].uv.iter().any(|&corner| is_in_repeat_of(corner, at, 1.0));
+            assert!(!is_in || at == held, "{at}");
         }
+        // On the edge of the picture as well.
+        let edge = DVec2::new(1.0, 0.5);
+        assert!(
+            !is_in_repeat_of(edge, DVec2::new(1.01, 0.5), 1.0) && !is_in_repeat_of(edge, DVec2::new(0.99, 0.5), 1.0)
+        );
+        let near = DVec2::new(0.99, 0.5);
+        assert!(is_in_repeat_of(near, edge, 1.0) && !is_in_repeat_of(near, DVec2::new(1.01, 0.5), 1.0));
         assert_eq!(one.within_repeats(DVec2::splat(3.0), 4.0), DVec2::splat(3.0));
-        assert!(is_same_repeat(DVec2::splat(3.0), DVec2::splat(0.5), 4.0));
+        assert!(is_in_repeat_of(DVec2::splat(3.0), DVec2::splat(0.5), 4.0));
     }
 
     /// What lets a pair on the inside of a chart go without [`Chart::within_repeats`].
