@@ -52,7 +52,7 @@ impl<const COUNT: usize> QuadricLanes<COUNT> {
     }
 }
 
-/// The bits of a number in the first so many lanes, and none of the others.
+/// All bits of the first so many lanes, and none of the others.
 const FIRST: [[u32; NUMBERS]; NUMBERS + 1] = {
     let mut masks = [[0; NUMBERS]; NUMBERS + 1];
     let mut count = 0;

@@ -28,7 +28,7 @@ const OUTDATED: f64 = 2.0;
 const SEAM_WEIGHT: f64 = 1.2;
 /// The same of seams that hold, for where the vertex goes on them and not for what it costs, which nobody knew as the round
 /// began. Without it seams wander over smooth surfaces, and textures retreat from their rims; with a quarter a map is up to 1.7
-/// times as far off.
+/// times as far off, and feline and pizza are 1 to 2 % nearer.
 const HELD_SEAM_WEIGHT: f64 = 1.0;
 /// What single precision leaves of the cost of a pair on a flat, of its weight times the squared half of its length: a slope of
 /// 1e-4, below what a kernel's sums tell from none. A pair that costs less is neither dear, nor is its place better than an end
