@@ -51,10 +51,12 @@ pub(crate) fn cut(
     position: impl Fn(u32) -> DVec3 + Sync,
 ) -> Option<Vec<u32>> {
     let surface = Surface { faces, rings, position: &position };
-    let complex = (0..fans.len() as u32).into_par_iter().with_min_len(PARALLEL_ROWS);
-    let complex = complex.filter(|&v| fans[v as usize] == Fan::Complex);
-    let all: Vec<Copies> =
-        complex.map_init(Scratch::default, |scratch, v| surface.copies(v, scratch)).flatten().collect();
+    // A filter before it would move the scratch for every vertex.
+    let copies = |scratch: &mut Scratch, (v, fan): (usize, &Fan)| {
+        (*fan == Fan::Complex).then(|| surface.copies(v as u32, scratch)).flatten()
+    };
+    let vertices = fans.par_iter().enumerate().with_min_len(PARALLEL_ROWS);
+    let all: Vec<Copies> = vertices.map_init(Scratch::default, copies).flatten_iter().collect();
     if all.is_empty() {
         return None;
     }

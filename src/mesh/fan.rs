@@ -33,10 +33,12 @@ pub fn fans(faces: &[[u32; 3]], rings: &Rings) -> Vec<Fan> {
 /// been.
 pub fn find_complex_again(fans: &mut [Fan], faces: &[[u32; 3]], rings: &Rings, turned: &[bool]) {
     let has_changed = |v: usize| rings.ring(v as u32).iter().any(|&f| turned[f as usize]);
-    let changed = (fans.par_iter_mut().enumerate().with_min_len(PARALLEL_ROWS))
-        .filter(|(v, fan)| **fan == Fan::Complex && has_changed(*v));
-    changed.for_each_init(Scratch::default, |scratch, (v, fan)| {
-        *fan = scratch.fan(faces, rings.ring(v as u32), v as u32);
+    // A filter before it would move the scratch for every vertex.
+    let rows = fans.par_iter_mut().enumerate().with_min_len(PARALLEL_ROWS);
+    rows.for_each_init(Scratch::default, |scratch, (v, fan)| {
+        if *fan == Fan::Complex && has_changed(v) {
+            *fan = scratch.fan(faces, rings.ring(v as u32), v as u32);
+        }
     });
 }
 
