@@ -30,7 +30,7 @@ impl Pieces {
         };
         let mut starts = vec![0; cell_count + 1];
         let mut faces = Vec::new();
-        group_into(&Stretch::any(cell_faces.len()), touched, &mut starts, |total| {
+        group_into(&Stretch::any(cell_faces.len()), touched, &mut starts, rayon::current_num_threads(), |total| {
             faces = vec![0; total];
             &mut faces
         });

@@ -122,8 +122,10 @@ impl Surface {
         let Self { positions, faces, ring_starts, ring_faces, quadrics, .. } = self;
         let faces = &faces.host()[..faces_left];
         let (starts, rings) = (&mut ring_starts.host_mut()[..=self.vertex_count], ring_faces.host_mut());
+        // One thread moves rows meanwhile.
+        let threads = (rayon::current_num_threads() - 1).max(1);
         let count_rings =
-            || group_into(&stretches, |face| faces[face].corners(), &mut *starts, |total| &mut rings[..total]);
+            || group_into(&stretches, |face| faces[face].corners(), &mut *starts, threads, |total| &mut rings[..total]);
         let move_rows = || {
             compact::keep_live_in(positions.host_mut(), new_vertex);
             if let Some(quadrics) = quadrics {

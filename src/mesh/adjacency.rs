@@ -156,6 +156,8 @@ pub fn from_corner([a, b, c]: [u32; 3], vertex: u32) -> Option<[u32; 3]> {
 
 /// Below this many keys a second thread costs more than it brings.
 const PARALLEL_KEYS: usize = 1 << 15;
+/// Faces of a stretch: of longer ones more reach across a border between bands, which both read.
+const STRETCH: usize = 1 << 9;
 /// Where nothing is known of the items every thread reads all keys, so more bands than this only add reading.
 const MOST_BANDS: usize = 8;
 
@@ -178,7 +180,7 @@ fn group_stretches<const K: usize>(
 ) -> (Vec<u32>, Vec<u32>) {
     let mut starts = vec![0; key_count + 1];
     let mut items = Vec::new();
-    group_into(stretches, keys, &mut starts, |total| {
+    group_into(stretches, keys, &mut starts, rayon::current_num_threads(), |total| {
         items = vec![0; total];
         &mut items
     });
@@ -199,10 +201,10 @@ impl Stretch {
             let ends =
                 |(low, high): (u32, u32), &[a, b, c]: &[u32; 3]| (low.min(a).min(b).min(c), high.max(a).max(b).max(c));
             let (low, high) = rows.iter().fold((u32::MAX, 0), ends);
-            let first = chunk * PARALLEL_ROWS;
+            let first = chunk * STRETCH;
             Self { items: first..first + rows.len(), keys: low as usize..high as usize + 1 }
         };
-        faces.par_chunks(PARALLEL_ROWS).enumerate().map(stretch).collect()
+        faces.par_chunks(STRETCH).enumerate().with_min_len(PARALLEL_ROWS / STRETCH).map(stretch).collect()
     }
 
     /// So many items of which nothing is known.
@@ -211,16 +213,18 @@ impl Stretch {
     }
 }
 
-/// [`group_stretches`] into `starts`, one more than keys, and what `room` has for as many as there are. A band skips stretches that have none of its keys.
+/// [`group_stretches`] by so many threads into `starts`, one more than keys, and what `room` has for as many as there are. A band
+/// skips stretches that have none of its keys.
 pub(crate) fn group_into<'r, const K: usize>(
     stretches: &[Stretch],
     keys: impl Fn(usize) -> [u32; K] + Sync,
     starts: &mut [u32],
+    threads: usize,
     room: impl FnOnce(usize) -> &'r mut [u32],
 ) {
     let key_count = starts.len() - 1;
     let item_count: usize = stretches.iter().map(|stretch| stretch.items.len()).sum();
-    let bands = if item_count * K < PARALLEL_KEYS { 1 } else { rayon::current_num_threads().clamp(1, MOST_BANDS) };
+    let bands = if item_count * K < PARALLEL_KEYS { 1 } else { threads.clamp(1, MOST_BANDS) };
     let band_len = key_count.div_ceil(bands).max(1);
     starts.fill(0);
     starts[..key_count].par_chunks_mut(band_len).enumerate().for_each(|(band, counts)| {
