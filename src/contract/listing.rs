@@ -10,11 +10,11 @@ use rayon::prelude::*;
 use crate::kernel::cost_histogram::{BUCKET_SHIFT, BUCKETS};
 use crate::kernel::pairs::Lister;
 use crate::kernel::rows::{Candidate, Edge};
-use crate::kernel::split::CHUNK;
+use crate::kernel::split::{CHUNK, rows_each};
 use crate::kernel::stars::Stars;
 
-/// Vertices of a task: their pairs and the rows of those fit a core's second cache.
-const VERTICES_EACH: usize = 1 << 11;
+/// Vertices of a task, at least and at most: the pairs of these and the rows of those fit a core's second cache.
+const VERTICES_EACH: [usize; 2] = [1 << 8, 1 << 11];
 
 /// Pairs with their keys, in the order of the kernels.
 #[derive(Debug, Default)]
@@ -33,7 +33,8 @@ impl Listing {
         costing: impl Fn() -> K + Sync + Send,
         warm_up: impl Fn(Range<usize>) + Sync + Send,
     ) -> Vec<u32> {
-        self.tasks.resize_with(vertices.div_ceil(VERTICES_EACH), Vec::new);
+        let each = rows_each(vertices, VERTICES_EACH);
+        self.tasks.resize_with(vertices.div_ceil(each), Vec::new);
         let worker = || Worker {
             lister: Lister::default(),
             keys_of: costing(),
@@ -42,7 +43,7 @@ impl Listing {
             histogram: no_pairs(),
         };
         let workers = self.tasks.par_iter_mut().enumerate().fold(worker, |mut worker, (task, listed)| {
-            let own = task * VERTICES_EACH..vertices.min((task + 1) * VERTICES_EACH);
+            let own = task * each..vertices.min((task + 1) * each);
             warm_up(own.clone());
             worker.list(own.start as u32..own.end as u32, stars, listed);
             worker

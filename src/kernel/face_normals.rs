@@ -7,11 +7,14 @@ use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::rows::{Face, Normal, Position};
-use super::split::CHUNK;
+use super::split::{CHUNK, rows_each};
 use crate::backend::{Access, Binding, Buffer, Kernel};
 use crate::math::Vec3;
 use crate::math::exact::{LEAST_FACTOR, cross3, divide, dot3, flush3, root, scale3, sub3};
 use crate::math::lanes::{self, Columns, LANES, Lane, QUAD, Quad};
+
+/// Faces of a task of the host, at least and at most.
+const FACES_EACH: [usize; 2] = [1 << 10, CHUNK];
 
 /// One invocation a face.
 pub struct FaceNormals<'a> {
@@ -86,7 +89,7 @@ impl Kernel for FaceNormals<'_> {
     fn run_cpu(&mut self) {
         let source = (self.positions.host(), self.faces.host());
         let blocks = self.normals.host_mut()[..self.face_count as usize].par_chunks_mut(LANES).enumerate();
-        blocks.with_min_len(CHUNK / LANES).for_each_init(
+        blocks.with_min_len(rows_each(self.face_count as usize, FACES_EACH) / LANES).for_each_init(
             Columns::<Corners, CORNER_WORDS>::new,
             |block, (i, normals)| {
                 lanes::compute(i * LANES, source, (), block, normals);

@@ -3,6 +3,14 @@
 /// Indices a thread takes at a time.
 pub const CHUNK: usize = 1 << 12;
 
+/// Tasks that few rows are split into: more than threads, so that the last ones end at about the same time.
+const TASKS: usize = 16;
+
+/// Rows of a task, where there are so many in all: fewer for few rows, but no fewer than `least`, and `most` for many.
+pub fn rows_each(rows: usize, [least, most]: [usize; 2]) -> usize {
+    rows.div_ceil(TASKS).clamp(least, most)
+}
+
 /// Does both: side by side where there are many rows, for waking a thread takes as long as thousands of them.
 pub fn join<A: Send, B: Send>(rows: usize, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
     if rows >= CHUNK { rayon::join(a, b) } else { (a(), b()) }

@@ -7,12 +7,15 @@
 use rayon::prelude::*;
 
 use super::rows::{BORDER, BorderSum, FLAGS, Face, HUB, Normal, Position, VolumeSum};
-use super::split::CHUNK;
+use super::split::{CHUNK, rows_each};
 use super::stars::{Rim, Stars};
 use super::warm::{faces_near, warm_up};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, Switch};
 use crate::math::Vec3;
 use crate::math::exact::{LEAST_FACTOR, Sym3, add3, dot3, flush3, outer, sub3, sym_add, sym_sub};
+
+/// Vertices of a task of the host, at least and at most.
+const VERTICES_EACH: [usize; 2] = [1 << 9, CHUNK];
 
 /// One invocation a vertex.
 pub struct VolumeSums<'a> {
@@ -114,15 +117,17 @@ impl Kernel for VolumeSums<'_> {
     fn run_cpu(&mut self) {
         let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
         let normals = self.normals.host();
-        let sums = self.sums.host_mut()[..self.vertex_count as usize].par_chunks_mut(CHUNK).enumerate();
+        let vertices = ..self.vertex_count as usize;
+        let each = rows_each(vertices.end, VERTICES_EACH);
+        let sums = self.sums.host_mut()[vertices].par_chunks_mut(each).enumerate();
         if self.borders.len() <= 1 {
-            sums.for_each(|(chunk, sums)| fill_sums(chunk * CHUNK, &stars, normals, sums));
+            sums.for_each(|(chunk, sums)| fill_sums(chunk * each, &stars, normals, sums));
             return;
         }
-        let borders = self.borders.host_mut()[..self.vertex_count as usize].par_chunks_mut(CHUNK);
+        let borders = self.borders.host_mut()[vertices].par_chunks_mut(each);
         sums.zip(borders).for_each(|((chunk, sums), borders)| {
-            fill_sums(chunk * CHUNK, &stars, normals, sums);
-            fill_borders(chunk * CHUNK, &stars, borders);
+            fill_sums(chunk * each, &stars, normals, sums);
+            fill_borders(chunk * each, &stars, borders);
         });
     }
 }
