@@ -8,6 +8,7 @@
 //! - A kernel writes only through the buffers it holds by `&mut`, and no element twice in one dispatch.
 //! - An error leaves the host's data untouched, so that the CPU can finish what a GPU began.
 
+mod awake;
 mod buffer;
 mod device;
 mod gpu;
@@ -26,6 +27,7 @@ use bytemuck::Pod;
 
 use crate::error::Error;
 
+pub use awake::Awake;
 pub use buffer::{Access, Binding, Buffer, Member, Row};
 pub(crate) use device::Threads;
 pub use device::{Device, GpuOptions, Selector};

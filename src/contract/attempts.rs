@@ -19,6 +19,7 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
     let mut made: Vec<Option<Outcome>> = vec![None; job.budgets.len()];
     let mut next = Some(Yields::Nothing);
     while let Some(least) = next {
+        job.awake.rouse();
         let clock = Instant::now();
         let budgets: Vec<Budget> = left.iter().map(|&index| job.budgets[index]).collect();
         let job = Job { budgets: &budgets, ..job };

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::backend::{Device, Queue, fallback};
+use crate::backend::{Awake, Device, Queue, fallback};
 use crate::error::Result;
 use crate::kernel::rows::{Candidate, HUB, LOCKED, SEAM};
 use crate::mesh::Mesh;
@@ -52,6 +52,8 @@ pub struct Job<'a> {
     pub device: &'a Device,
     /// When it began. What it has tried before counts as building.
     pub clock: Instant,
+    /// The pool's other threads, to be roused before they have work.
+    pub awake: &'a Awake,
     /// The estimated deviation, in the normalized frame, past which nobody wants the outcomes that are not there yet.
     pub worst_deviation: f64,
 }
@@ -63,7 +65,7 @@ pub fn run(
     prepared: Prepared,
     mut progress: Option<&mut OnProgress<'_>>,
 ) -> Result<Vec<Option<Outcome>>> {
-    let Job { mesh, options, budgets, device, clock, worst_deviation } = job;
+    let Job { mesh, options, budgets, device, clock, awake, worst_deviation } = job;
     let levels = Levels::new(budgets, mesh, prepared.frame)?;
     let recorder = options.log.then(|| Recorder::new(mesh, &prepared));
     let mut run = Run { recorder, ..Run::new(mesh, prepared, options, device, levels, clock)? };
@@ -73,6 +75,7 @@ pub fn run(
         let reached = run.levels.take_reached(run.host.face_count);
         run.make(reached, StopReason::FacesReached);
         let Some(goal) = run.levels.goal() else { break };
+        awake.rouse();
         let (pairs, committed) = run.round(goal)?;
         if f64::from(run.deviation) > worst_deviation {
             break;

@@ -76,7 +76,7 @@ mod yielding;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::backend::Device;
+use crate::backend::{Awake, Device};
 use crate::error::{Error, Result};
 use crate::kernel::pair_quadric::{ANYWHERE, AT_ENDS, AT_THREE, ON_SEGMENT};
 use crate::mesh::limits::{MAX_FLIP_RAD, check_max_flip};
@@ -353,7 +353,8 @@ pub fn run(
     options.weighting.check(mesh.positions.len())?;
     options.held(mesh)?;
     device.install(|| {
-        let job = Job { mesh, options, budgets, device, clock: Instant::now(), worst_deviation: f64::INFINITY };
+        let (clock, awake) = (Instant::now(), &Awake::new());
+        let job = Job { mesh, options, budgets, device, clock, awake, worst_deviation: f64::INFINITY };
         let mut outcomes = attempts::run(job, progress)?;
         if options.attributes.recomputes(mesh) {
             outcomes.iter_mut().for_each(|outcome| outcome.mesh.normals = Some(vertex_normals(&outcome.mesh)));
