@@ -8,6 +8,7 @@
 //! - No vertex is an end of two contractions of a round.
 //! - The quota is never passed, except by one face where it says so.
 
+use std::cmp::Reverse;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
@@ -181,9 +182,9 @@ fn commit_patches(
 ) -> Vec<Left> {
     let Some(Connectivity { faces, .. }) = patches.first().map(|patch| patch.connectivity) else { return Vec::new() };
     let (starts, total) = (pile.cut(faces, patches[0].len(), patches.len()), pile.len());
-    let results: Vec<_> = patches
+    let candidates = |patch: usize| starts.get(patch + 1).map_or(0, |end| end - starts[patch]);
+    let mut results: Vec<_> = in_equal_halves(patches, candidates)
         .into_par_iter()
-        .enumerate()
         .map_init(Vec::new, |scratch, (number, patch)| {
             let clock = Instant::now();
             let taker = Taker { patch: number, vertices: patch.vertices(), level: level.number, reach: level.reach };
@@ -195,16 +196,30 @@ fn commit_patches(
             let mut work = Work::new(patch, task);
             work.attempt_within(&own, most, &mut left);
             let spent = Spent { sorting, examining: work.examining(), total: clock.elapsed() };
-            (work.committed, spent, left)
+            (number, (work.committed, spent, left))
         })
         .collect();
-    done.0.contractions.reserve(results.iter().map(|(committed, ..)| committed.contractions.len()).sum());
-    let all = results.into_iter().map(|(committed, spent, left)| {
+    results.sort_unstable_by_key(|&(number, _)| number);
+    done.0.contractions.reserve(results.iter().map(|(_, (committed, ..))| committed.contractions.len()).sum());
+    let all = results.into_iter().map(|(_, (committed, spent, left))| {
         done.0.add(committed);
         done.1.add(spent);
         left
     });
     all.collect()
+}
+
+/// `tasks` with their numbers, in an order in which both halves have about as much to do, and the last of either the least: what
+/// two threads begin with, and what one that is done takes from the other.
+fn in_equal_halves<T>(tasks: Vec<T>, work: impl Fn(usize) -> usize) -> Vec<(usize, T)> {
+    let mut numbered: Vec<(usize, T)> = tasks.into_iter().enumerate().collect();
+    numbered.sort_by_key(|&(number, _)| Reverse(work(number)));
+    let (mut first, mut second) = (Vec::with_capacity(numbered.len()), Vec::new());
+    for (place, task) in numbered.into_iter().enumerate() {
+        if matches!(place % 4, 0 | 3) { first.push(task) } else { second.push(task) }
+    }
+    first.append(&mut second);
+    first
 }
 
 /// How many vertices the patches of each level have on a surface of so many, if it is cut. The halves come last, so that little is
@@ -425,6 +440,14 @@ impl<'a> Work<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn halves_have_as_much_to_do() {
+        let work = [5, 90, 20, 60, 70, 10, 80, 40, 15];
+        let dealt = in_equal_halves(work.to_vec(), |number| work[number]);
+        assert!(dealt.iter().all(|&(number, task)| work[number] == task));
+        assert_eq!(dealt.iter().map(|&(_, task)| task).collect::<Vec<_>>(), [90, 60, 40, 10, 5, 80, 70, 20, 15]);
+    }
 
     #[test]
     fn patches_are_many_and_halves_come_last() {

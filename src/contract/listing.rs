@@ -75,20 +75,29 @@ impl Listing {
         self.tasks.iter().map(Vec::len).sum()
     }
 
-    /// Appends the pairs with keys below `threshold`; only these are left.
-    pub fn gate(&mut self, threshold: u32, candidates: &mut Vec<Candidate>) {
-        self.tasks.par_iter_mut().for_each(|listed| {
+    /// Appends the pairs with keys below `threshold`.
+    pub fn gate(&self, threshold: u32, candidates: &mut Vec<Candidate>) {
+        let passes = |pair: &Candidate| pair.key < threshold;
+        let passing = |listed: &Vec<Candidate>| listed.iter().filter(|pair| passes(pair)).count();
+        let counts: Vec<usize> = self.tasks.par_iter().map(passing).collect();
+        let before = candidates.len();
+        candidates.resize(before + counts.iter().sum::<usize>(), Candidate::default());
+        let mut rest = &mut candidates[before..];
+        let mut rows = Vec::with_capacity(counts.len());
+        for count in counts {
+            let row;
+            (row, rest) = rest.split_at_mut(count);
+            rows.push(row);
+        }
+        self.tasks.par_iter().zip(rows).for_each(|(listed, row)| {
             // Every pair is written, until the next takes its place: a branch would be misjudged.
-            let mut left = 0;
-            for i in 0..listed.len() {
-                let pair = listed[i];
-                listed[left] = pair;
-                left += usize::from(pair.key < threshold);
+            let mut found = 0;
+            for pair in listed {
+                let Some(place) = row.get_mut(found) else { break };
+                *place = *pair;
+                found += usize::from(passes(pair));
             }
-            listed.truncate(left);
         });
-        candidates.reserve(self.len());
-        self.tasks.iter().for_each(|listed| candidates.extend_from_slice(listed));
     }
 }
 

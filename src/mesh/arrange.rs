@@ -6,6 +6,7 @@
 //! of the output, so that tasks share nothing and stay in their cache.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use rayon::prelude::*;
 
@@ -82,15 +83,10 @@ impl Arranged {
             }
             _ => None,
         };
-        let mut renamed = vec![0; mesh.positions.len()];
         if let Some(lowest) = &lowest {
             vertex_source.retain(|&v| lowest[v as usize] == v);
         }
-        (0..).zip(&vertex_source).for_each(|(new, &old)| renamed[old as usize] = new);
-        if let Some(lowest) = &lowest {
-            // The lowest comes first: it has its new name.
-            (0..lowest.len()).for_each(|v| renamed[v] = renamed[lowest[v] as usize]);
-        }
+        let renamed = names(&vertex_source, lowest.as_deref(), mesh.positions.len());
 
         let SortedFaces { mut faces, sources: mut face_source, duplicates } =
             sort_faces(&mesh.faces, &renamed, vertex_source.len());
@@ -166,6 +162,22 @@ impl Arranged {
             *face = face.map(|v| renamed[v as usize]);
         });
     }
+}
+
+/// What each of so many vertices is called, where the one called `n` is `sources[n]`, and each like the lowest joined with it.
+fn names(sources: &[u32], lowest: Option<&[u32]>, count: usize) -> Vec<u32> {
+    let names: Vec<AtomicU32> = (0..count).map(|_| AtomicU32::default()).collect();
+    let name = |vertex: u32| &names[vertex as usize];
+    sources.par_iter().zip(0..sources.len() as u32).with_min_len(PARALLEL_ROWS).for_each(|(&source, new)| {
+        name(source).store(new, Relaxed);
+    });
+    if let Some(lowest) = lowest {
+        // The lowest has its name already, and keeps it.
+        names.par_iter().zip(lowest).with_min_len(PARALLEL_ROWS).for_each(|(own, &lowest)| {
+            own.store(name(lowest).load(Relaxed), Relaxed);
+        });
+    }
+    names.into_iter().map(AtomicU32::into_inner).collect()
 }
 
 /// Drops the rows of these ascending indices.

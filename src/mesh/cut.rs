@@ -18,7 +18,7 @@ use crate::math::DVec3;
 use super::PARALLEL_ROWS;
 use super::adjacency::{EdgeUse, Rings};
 use super::disjoint::DisjointSets;
-use super::fan::{self, Fan};
+use super::fan::{self, Fan, VERTICES_EACH};
 
 /// Steps that flatness is compared in: what rounding makes of one angle is no difference.
 const STEPS: f64 = 1024.0;
@@ -55,7 +55,7 @@ pub(crate) fn cut(
     let copies = |scratch: &mut Scratch, (v, fan): (usize, &Fan)| {
         (*fan == Fan::Complex).then(|| surface.copies(v as u32, scratch)).flatten()
     };
-    let vertices = fans.par_iter().enumerate().with_min_len(PARALLEL_ROWS);
+    let vertices = fans.par_iter().enumerate().with_min_len(VERTICES_EACH);
     let all: Vec<Copies> = vertices.map_init(Scratch::default, copies).flatten_iter().collect();
     if all.is_empty() {
         return None;
@@ -85,7 +85,7 @@ pub(crate) fn cut(
         // All faces at an edge of one fan go to one copy of its far end.
         simple => simple,
     };
-    *fans = (0..was.len() as u32).into_par_iter().with_min_len(PARALLEL_ROWS).map_init(Scratch::default, fan).collect();
+    *fans = (0..was.len() as u32).into_par_iter().with_min_len(VERTICES_EACH).map_init(Scratch::default, fan).collect();
     Some(was)
 }
 

@@ -4,7 +4,6 @@ use rayon::prelude::*;
 
 use crate::math::places::Places;
 
-use super::PARALLEL_ROWS;
 use super::adjacency::{Rings, from_corner};
 use super::topology::has_repeated_corner;
 
@@ -20,11 +19,14 @@ pub enum Fan {
     Complex,
 }
 
+/// Vertices of a task at least: those where a surface touches itself take many times as long, and stand side by side.
+pub const VERTICES_EACH: usize = 1 << 8;
+
 /// The fan of every vertex.
 pub fn fans(faces: &[[u32; 3]], rings: &Rings) -> Vec<Fan> {
     (0..rings.vertex_count() as u32)
         .into_par_iter()
-        .with_min_len(PARALLEL_ROWS)
+        .with_min_len(VERTICES_EACH)
         .map_init(Scratch::default, |scratch, v| scratch.fan(faces, rings.ring(v), v))
         .collect()
 }
@@ -34,7 +36,7 @@ pub fn fans(faces: &[[u32; 3]], rings: &Rings) -> Vec<Fan> {
 pub fn find_complex_again(fans: &mut [Fan], faces: &[[u32; 3]], rings: &Rings, turned: &[bool]) {
     let has_changed = |v: usize| rings.ring(v as u32).iter().any(|&f| turned[f as usize]);
     // A filter before it would move the scratch for every vertex.
-    let rows = fans.par_iter_mut().enumerate().with_min_len(PARALLEL_ROWS);
+    let rows = fans.par_iter_mut().enumerate().with_min_len(VERTICES_EACH);
     rows.for_each_init(Scratch::default, |scratch, (v, fan)| {
         if *fan == Fan::Complex && has_changed(v) {
             *fan = scratch.fan(faces, rings.ring(v as u32), v as u32);

@@ -2,9 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::PARALLEL_ROWS;
 use super::adjacency::{EdgeUse, Rings};
-use super::fan::{Fan, fans, find_complex_again};
+use super::fan::{Fan, VERTICES_EACH, fans, find_complex_again};
 use super::regions::Regions;
 
 /// Which faces to turn over so that every two faces on a manifold edge run along it in opposite directions.
@@ -37,7 +36,7 @@ fn disagreeing(faces: &[[u32; 3]], rings: &Rings, suspect: impl Fn(u32) -> bool 
         found.extend(disagree.map(|uses| [uses[0].face(), uses[1].face()]));
         (found, scratch)
     };
-    let suspects = (0..rings.vertex_count() as u32).into_par_iter().with_min_len(PARALLEL_ROWS).filter(|&v| suspect(v));
+    let suspects = (0..rings.vertex_count() as u32).into_par_iter().with_min_len(VERTICES_EACH).filter(|&v| suspect(v));
     let found = suspects.fold(|| (Vec::new(), Vec::new()), on_edges_from).map(|(found, _)| found);
     found.reduce(Vec::new, |mut all, found| {
         all.extend(found);
