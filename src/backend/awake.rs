@@ -116,8 +116,14 @@ mod tests {
             assert_eq!(rayon::join(|| 1, || 2), (1, 2));
             assert!(come_to_look(&watch, 0, thread::yield_now));
             drop(awake);
-            watch.look(0);
-            assert!(watch.is_over.load(Ordering::Relaxed) && come_to_look(&watch, 0, || ()));
+            let look = |_| {
+                let since = Instant::now();
+                watch.look(0);
+                since.elapsed()
+            };
+            // A machine that is busy may hold up any of them.
+            assert!((0..9).map(look).min() < Some(PATIENCE));
+            assert!(come_to_look(&watch, 0, thread::yield_now));
         });
     }
 
