@@ -12,6 +12,7 @@ use super::blend::Blend;
 use super::filter::{Rejection, ShapeLimits, closed_link_condition, link_condition, shapes_hold};
 use super::patch::{Patch, Placed};
 use super::placement::Quadric;
+use super::seam_filter::seams_let;
 use super::sides::Sides;
 use super::star::Star;
 use super::wedges::WedgeRows;
@@ -145,7 +146,7 @@ impl Examiner {
         let [pu, pw] = pair.map(|v| patch.position(v).xyz().as_dvec3());
         let h = (pw - pu) * 0.5;
         let middle = pu + h;
-        if self.star.gather(pair, middle, h, patch).is_err() {
+        if self.star.gather(pair, h, patch).is_err() {
             return Verdict::Outside;
         }
         match self.judge(patch, pair, middle, cost) {
@@ -164,8 +165,10 @@ impl Examiner {
         } else if pu.flags & pw.flags & LOCKED != 0 {
             return Err(Rejection::Link);
         }
+        seams_let(patch, pair, &self.star)?;
         self.sides.gather_pair(patch, pair, &self.star, middle);
         self.sides.find(patch, pair)?;
+        self.star.locate(middle, patch);
 
         let weights = patch.weights(pair);
         let costs = self.costs(patch, pair, weights);

@@ -221,7 +221,7 @@ mod tests {
                 if !(patch.is_free(u) && patch.is_free(w)) {
                     continue;
                 }
-                star.gather([u, w], DVec3::ZERO, DVec3::X, &patch).expect("the patch is the whole surface");
+                star.gather([u, w], DVec3::X, &patch).expect("the patch is the whole surface");
                 let flags = [u, w].map(|v| patch.position(v).flags);
                 assert_eq!(flags.map(|flags| flags & (BORDER | LOCKED)), [0, 0]);
                 let condition = closed_link_condition(&star, w);

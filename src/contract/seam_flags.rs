@@ -122,7 +122,7 @@ impl<'a> SeamFinder<'a> {
 }
 
 /// The wedge that stands for each: the first of its vertex that differs from it in no more than what yields.
-fn standing(wedges: &Wedges, materials: &[u32], starts: &[u32]) -> Vec<u32> {
+pub fn standing(wedges: &Wedges, materials: &[u32], starts: &[u32]) -> Vec<u32> {
     let first_of = |begin: u32, wedge: u32| {
         let agrees = |&other: &u32| {
             let same_material = materials.get(other as usize) == materials.get(wedge as usize);

@@ -20,10 +20,11 @@ use super::hold::Past;
 use super::layout::{Kind, Layout};
 use super::patch::Patch;
 use super::placement::Quadric;
+use super::side_edges::SideEdges;
 use super::side_sums::{OwnFaces, SideSums};
 use super::star::{Star, StarFace};
 use super::wedges::{NO_WEDGE, WedgeRows};
-use super::yielding::{SideEdge, Yields};
+use super::yielding::Yields;
 
 /// Most ends of a contraction.
 pub const ENDS: usize = 3;
@@ -113,10 +114,8 @@ pub struct Sides {
     /// The number of the side of a wedge alone, by its end, where there are more than a few.
     pub(super) alone: FxHashMap<(u8, u32), u32>,
     costs: CostSums,
-    /// The edges that may be seams; longer than there are.
-    pub(super) edges: Vec<SideEdge>,
-    /// Where there are many, these by their ends.
-    pub(super) edge_order: Vec<u32>,
+    /// The edges that may be seams.
+    pub(super) edges: SideEdges,
 }
 
 impl Sides {
@@ -188,10 +187,10 @@ impl Sides {
         }
     }
 
-    /// Finds the sides of a pair.
+    /// Finds the sides of a pair that [no seam holds](super::seam_filter::seams_let).
     ///
     /// # Errors
-    /// [`Rejection::Seam`] where a seam would tear, or two come together.
+    /// [`Rejection::Seam`] where both ends have to stay where they are.
     pub fn find(&mut self, patch: &Patch<'_>, pair: [u32; 2]) -> Result<(), Rejection> {
         let Some(rows) = patch.wedges() else { return Ok(()) };
         self.find_sides(patch, rows, pair)?;
@@ -222,15 +221,7 @@ impl Sides {
         }
         self.is_inside = (flags[0] | flags[1]) & (SEAM | BORDER | LOCKED | JOINED) == 0;
         if rows.layout.yields != Yields::Nothing {
-            return self.find_yielding(rows, pair, flags);
-        }
-        let is_same = |(face, k): (&CornerFace, usize), (other, l): (&CornerFace, usize)| {
-            rows.now(face.wedges[k]) == rows.now(other.wedges[l])
-        };
-        let closes = |face: &CornerFace| self.closes(face, pair, is_same);
-        let tears = || self.sides.len() < 2 || self.faces[self.dying.clone()].iter().any(closes);
-        if on_seam == [true, true] && tears() {
-            return Err(Rejection::Seam);
+            return self.find_yielding(rows, flags);
         }
         // Along a seam the wedges of either end are two, but where it ends.
         let meets = |end: usize| self.sides.len() == 2 && self.sides[0].wedges[end] == self.sides[1].wedges[end];
@@ -295,24 +286,6 @@ impl Sides {
         self.told = 1;
         self.deal();
         Ok(())
-    }
-
-    /// Whether the edges of a face that dies, from both ends to its third corner, are seams: its side has no other face there.
-    /// `is_same` tells of corners of two faces at a vertex whether a seam parts them.
-    pub fn closes(
-        &self,
-        face: &CornerFace,
-        pair: [u32; 2],
-        is_same: impl Fn((&CornerFace, usize), (&CornerFace, usize)) -> bool,
-    ) -> bool {
-        let Some(k) = (0..3).find(|&k| !pair.contains(&face.corners[k])) else { return true };
-        let tip = face.corners[k];
-        pair.iter().all(|&end| {
-            let at = |face: &CornerFace, v: u32| face.corners.iter().position(|&w| w == v).unwrap_or(0);
-            let agrees = |other: &CornerFace, v: u32| is_same((face, at(face, v)), (other, at(other, v)));
-            let mut others = self.faces.iter().filter(|other| !other.dies && other.corners.contains(&end));
-            others.any(|other| other.corners.contains(&tip) && !(agrees(other, end) && agrees(other, tip)))
-        })
     }
 
     /// Adds what the attributes cost to the quadric of a pair about its middle, with the numbers of the new wedges that are best
@@ -399,7 +372,7 @@ mod tests {
             let pair = [face.a, face.b];
             let [u, w] = pair.map(|v| patch.position(v).xyz().as_dvec3());
             let middle = (u + w) * 0.5;
-            star.gather(pair, middle, (w - u) * 0.5, &patch).expect("the patch is the whole surface");
+            star.gather(pair, (w - u) * 0.5, &patch).expect("the patch is the whole surface");
             sides.gather_pair(&patch, pair, &star, middle);
             if sides.find(&patch, pair).is_ok() {
                 assert_eq!(sides.is_inside(), pair.iter().all(|&v| is_inside(v)), "{pair:?}");

@@ -88,13 +88,12 @@ impl Star {
         self.len = self.faces.len();
     }
 
-    /// Gathers the star of the pair `u`, `w` about `middle`, which is `h` before `w`. Both took part in no contraction of
-    /// this round, so their rings are those of its start.
+    /// Gathers the star of the pair `u`, `w`, which is twice `h` long; where its faces lie has yet to be told, by
+    /// [`locate`](Self::locate). Both took part in no contraction of this round, so their rings are those of its start.
     ///
-    /// First the corners, then where they lie: which faces are shared nobody could foretell, and a branch on what is read
-    /// last would be misjudged when most has begun. Each face is written wherever it may belong, and counted where it does.
+    /// Which faces are shared nobody could foretell. Each is written wherever it may belong, and counted where it does.
     #[inline]
-    pub fn gather(&mut self, [u, w]: [u32; 2], middle: DVec3, h: DVec3, patch: &Patch<'_>) -> Result<(), Outside> {
+    pub fn gather(&mut self, [u, w]: [u32; 2], h: DVec3, patch: &Patch<'_>) -> Result<(), Outside> {
         self.h = h;
         let (of_u, of_w) = (patch.connectivity.ring(u), patch.connectivity.ring(w));
         let (mut first, mut second, mut shared) = (0, 0, 0);
@@ -115,12 +114,11 @@ impl Star {
         let (alone, of_both) = faces.split_at_mut(first + second);
         of_both.iter_mut().zip(&of_shared[..shared]).for_each(|(face, &shared)| *face = shared);
         (self.alone, self.len) = ([first, second], alone.len() + shared);
-        self.locate(middle, patch);
         Ok(())
     }
 
-    /// Finds where the faces stand about `middle`.
-    fn locate(&mut self, middle: DVec3, patch: &Patch<'_>) {
+    /// Finds where the faces stand about `middle`, that of the pair.
+    pub fn locate(&mut self, middle: DVec3, patch: &Patch<'_>) {
         self.quads.locate(&self.faces[..self.len], self.numbers_of_second(), self.h, middle, patch);
     }
 
@@ -290,7 +288,8 @@ mod tests {
                 }
                 let [pu, pw] = [u, w].map(|v| patch.position(v).xyz().as_dvec3());
                 let (h, middle) = ((pw - pu) * 0.5, (pu + pw) * 0.5);
-                star.gather([u, w], middle, h, patch).expect("the patch is the whole surface");
+                star.gather([u, w], h, patch).expect("the patch is the whole surface");
+                star.locate(middle, patch);
                 let located = |number: usize| {
                     let points = [0, 1].map(|corner| star.quads.point(number, corner));
                     (star.face(number), points, star.quads.normal(number))

@@ -342,6 +342,11 @@ impl<'a> WedgeRows<'a> {
         self.materials.get(a as usize) == self.materials.get(b as usize)
     }
 
+    /// Whether there are materials that matter to the seams that yield.
+    pub fn has_materials(&self) -> bool {
+        !self.materials.is_empty()
+    }
+
     /// Whether two wedges differ in no more than shading.
     pub fn agree_but_in_shading(&self, a: u32, b: u32) -> bool {
         a == b || (self.same_material(a, b) && self.layout.agree_but_in_shading(self.row(a), self.row(b)))

@@ -23,6 +23,12 @@ impl Places {
         self.table[number as usize % SIZE] = place;
     }
 
+    /// Whether one number takes the other's place.
+    #[inline(always)]
+    pub fn are_alike(first: u32, second: u32) -> bool {
+        ((first ^ second) as usize).is_multiple_of(SIZE)
+    }
+
     /// Where `number` stands, if it was put there and no other like it after.
     #[inline(always)]
     pub fn of(&self, number: u32) -> usize {
@@ -41,5 +47,7 @@ mod tests {
         assert!((0..9).all(|place| places.of(1_000_000 + 3 * place as u32) == place));
         places.put(1_000_003 + 5 * SIZE as u32, 77);
         assert_eq!((places.of(1_000_000), places.of(1_000_003)), (0, 77));
+        let are_alike = |number: u32| Places::are_alike(number, 1_000_003 + 5 * SIZE as u32);
+        assert!(are_alike(1_000_003) && !are_alike(1_000_000));
     }
 }

@@ -1,0 +1,157 @@
+//! Which pairs seams refuse, told from the faces that vanish and those beside them: where most vertices are on seams, most pairs are
+//! refused here in every round, before anything else is gathered.
+
+use crate::kernel::rows::SEAM;
+use crate::mesh::adjacency::corner_of;
+
+use super::filter::Rejection;
+use super::patch::Patch;
+use super::star::{Star, StarFace};
+use super::wedges::WedgeRows;
+use super::yielding::Yields;
+
+/// A face from one of its corners: that vertex and those after it, as they are now, and the wedges there.
+struct Seen {
+    vertices: [u32; 3],
+    wedges: [u32; 3],
+}
+
+impl Seen {
+    #[inline(always)]
+    fn new(
+        &StarFace { face, others: [next, last] }: &StarFace,
+        end: u32,
+        patch: &Patch<'_>,
+        rows: &WedgeRows<'_>,
+    ) -> Self {
+        let corner = corner_of(patch.connectivity.faces[face as usize].corners(), end);
+        Self { vertices: [end, next, last], wedges: rows.wedges_from(face, corner) }
+    }
+
+    /// Its wedge at another of its vertices.
+    #[inline(always)]
+    fn wedge_at(&self, vertex: u32) -> u32 {
+        self.wedges[1 + usize::from(self.vertices[2] == vertex)]
+    }
+}
+
+/// Whether seams let a pair whose ends are both on one contract: it has to run along one, and no part may lose its last face.
+///
+/// # Errors
+/// [`Rejection::Seam`] for a pair that they hold.
+pub fn seams_let(patch: &Patch<'_>, pair: [u32; 2], star: &Star) -> Result<(), Rejection> {
+    let Some(rows) = patch.wedges() else { return Ok(()) };
+    let [first, second] = pair.map(|v| patch.position(v).flags);
+    if first & second & SEAM == 0 {
+        return Ok(());
+    }
+    let vanishing = Vanishing { patch, rows, pair, star };
+    let is_held = match rows.layout.yields {
+        Yields::Nothing => vanishing.runs_across(|a, b| a == b) || vanishing.is_last(|a, b| rows.now(a) == rows.now(b)),
+        Yields::Creases | Yields::Corners => {
+            let agree = |a: u32, b: u32| rows.agree_but_in_shading(a, b);
+            vanishing.runs_across(agree) || vanishing.is_last(agree)
+        }
+        Yields::Seams => false,
+    };
+    let loses_material = || rows.has_materials() && vanishing.is_last(|a, b| rows.same_material(a, b));
+    if is_held || loses_material() { Err(Rejection::Seam) } else { Ok(()) }
+}
+
+/// The faces that vanish with a pair.
+struct Vanishing<'a> {
+    patch: &'a Patch<'a>,
+    rows: &'a WedgeRows<'a>,
+    pair: [u32; 2],
+    star: &'a Star,
+}
+
+impl Vanishing<'_> {
+    fn all(&self) -> impl Iterator<Item = Seen> {
+        self.star.shared().iter().map(|face| Seen::new(face, self.pair[0], self.patch, self.rows))
+    }
+
+    /// Whether the faces on both sides of the pair agree in the wedges of its ends.
+    fn runs_across(&self, agree: impl Fn(u32, u32) -> bool) -> bool {
+        let mut sides = self.all().map(|face| [face.wedges[0], face.wedge_at(self.pair[1])]);
+        sides.next().is_some_and(|one| sides.all(|other| agree(one[0], other[0]) && agree(one[1], other[1])))
+    }
+
+    /// Whether the edges of one of them from both ends to its third corner are seams, by which wedges `agree`: its side has no
+    /// other face there.
+    fn is_last(&self, agree: impl Fn(u32, u32) -> bool) -> bool {
+        let [u, w] = self.pair;
+        let beside = [(u, self.star.first()), (w, self.star.second())];
+        self.all().zip(self.star.shared()).any(|(own, face)| {
+            let tip = Star::opposite(face, w);
+            let at_tip = own.wedge_at(tip);
+            let at_ends = [own.wedges[0], own.wedge_at(w)];
+            beside.iter().zip(at_ends).all(|(&(end, faces), at_end)| {
+                faces.iter().filter(|other| other.has(tip)).any(|other| {
+                    let other = Seen::new(other, end, self.patch, self.rows);
+                    !(agree(at_end, other.wedges[0]) && agree(at_tip, other.wedge_at(tip)))
+                })
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Options;
+    use super::super::prepare::begin;
+    use super::super::surface::Surface;
+    use super::*;
+    use crate::backend::Device;
+    use crate::math::{DVec3, Vec2, tie_hash};
+    use crate::mesh::{Mesh, shapes};
+
+    /// A plane of 10 × 10 squares in charts of a few faces, and the chart of each.
+    fn charted(seed: u32) -> (Mesh, Vec<u32>) {
+        let mut mesh = shapes::plane(10, 10);
+        let chart: Vec<u32> = (0..mesh.faces.len() as u32).map(|f| tie_hash(f / 3, seed) % 3).collect();
+        let at = |(face, chart): (&[u32; 3], &u32)| {
+            face.map(|v| Vec2::new((v % 11) as f32 + 20.0 * *chart as f32, (v / 11) as f32))
+        };
+        mesh.texcoords = Some(mesh.faces.iter().zip(&chart).map(at).collect());
+        (mesh, chart)
+    }
+
+    /// Whether faces told by their charts let an edge contract: it lies along a seam, and no side loses its last face there.
+    fn let_by_charts(faces: &[[u32; 3]], chart: &[u32], pair: [u32; 2]) -> bool {
+        let on = |ends: [u32; 2]| (0..faces.len()).filter(move |&f| ends.iter().all(|v| faces[f].contains(v)));
+        let is_seam = |ends: [u32; 2], f: usize| on(ends).any(|other| chart[other] != chart[f]);
+        let is_last = |f: usize| {
+            let tip = faces[f].into_iter().find(|v| !pair.contains(v)).expect("a face has three corners");
+            pair.iter().all(|&end| is_seam([end, tip], f))
+        };
+        on(pair).any(|f| is_seam(pair, f)) && !on(pair).any(is_last)
+    }
+
+    #[test]
+    fn pairs_are_let_along_seams_that_bound_more_than_a_face() {
+        let device = Device::cpu(1).expect("a device");
+        let mut told = [0; 2];
+        for (seed, yields) in (0..8).flat_map(|seed| [Yields::Nothing, Yields::Corners].map(|yields| (seed, yields))) {
+            let (mesh, chart) = charted(seed);
+            let mut prepared = begin(&mesh, &Options::default()).expect("a valid mesh");
+            let seams = prepared.seam_flags(&mesh, yields, &Options::default());
+            prepared.flag_seams(&mesh, &seams, yields);
+            let face_origin = prepared.carried.face_origin.clone();
+            let chart: Vec<u32> = face_origin.iter().map(|&f| chart[f as usize]).collect();
+            let start = prepared.take_start();
+            let mut surface = Surface::new(&mut device.cpu_queue(), start, true).expect("room");
+            let patch = Patch::whole(&mut surface, &mut prepared.carried);
+            let faces: Vec<[u32; 3]> = patch.connectivity.faces.iter().map(|face| face.corners()).collect();
+            let on_seam = |&[u, w]: &[u32; 2]| patch.position(u).flags & patch.position(w).flags & SEAM != 0;
+            for pair in faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).filter(on_seam) {
+                let mut star = Star::default();
+                star.gather(pair, DVec3::X, &patch).expect("the patch is the whole surface");
+                let expected = let_by_charts(&faces, &chart, pair);
+                assert_eq!(seams_let(&patch, pair, &star).is_ok(), expected, "{pair:?} of {seed}, {yields:?}");
+                told[usize::from(expected)] += 1;
+            }
+        }
+        assert!(told.iter().all(|&count| count > 200), "{told:?}");
+    }
+}
