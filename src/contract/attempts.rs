@@ -33,16 +33,16 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
         };
         let spent = clock.elapsed().as_secs_f64();
         let was_cancelled = outcomes.iter().any(|outcome| outcome.stop == StopReason::Cancelled);
-        for (&index, outcome) in left.iter().zip(outcomes) {
+        let mut held = Vec::new();
+        for ((&index, budget), outcome) in left.iter().zip(&budgets).zip(outcomes) {
+            // By this run, whatever those before came to: where its seams hold nothing, those that yield more do not help.
+            held.extend(is_held(&outcome, budget, job.mesh.faces.len()).then_some(index));
             made[index] = Some(match made[index].take() {
                 Some(before) => fewer(before, outcome, spent),
                 None => outcome,
             });
         }
-        left = (left.iter().zip(&budgets))
-            .filter(|&(&index, budget)| made[index].as_ref().is_some_and(|outcome| is_held(outcome, budget)))
-            .map(|(&index, _)| index)
-            .collect();
+        left = held;
         if left.is_empty() || was_cancelled {
             break;
         }
@@ -119,10 +119,16 @@ fn may_yield(options: &Options) -> bool {
     seams == Seams::Yield && !(lock_seams || of_input || options.log || options.joins())
 }
 
-/// Whether seams keep an outcome from the number of faces asked for.
-fn is_held(outcome: &Outcome, budget: &Budget) -> bool {
-    let by_seams = outcome.blocked.seam + outcome.blocked.texture > 0;
-    outcome.stop == StopReason::Stuck && by_seams && budget.counts_faces()
+/// The least share of the faces too many that pairs which seams refuse have to be, for another run in which more of them yield: none
+/// was seen to come to fewer faces by more than there were such pairs.
+const WORTH: f64 = 0.03;
+
+/// Whether seams keep an outcome, of a mesh of so many faces, from the number asked for.
+fn is_held(outcome: &Outcome, budget: &Budget, faces: usize) -> bool {
+    let by_seams = outcome.blocked.seam + outcome.blocked.texture;
+    let too_many = outcome.mesh.faces.len().saturating_sub(budget.target_faces(faces).unwrap_or(0));
+    let are_worth = by_seams > 0 && by_seams as f64 >= WORTH * too_many as f64;
+    outcome.stop == StopReason::Stuck && are_worth && budget.counts_faces()
 }
 
 #[cfg(test)]
@@ -131,6 +137,7 @@ mod tests {
     use crate::backend::{Awake, Device};
     use crate::math::Vec2;
     use crate::mesh::{Mesh, shapes};
+    use crate::simplify::Blocked;
 
     /// A plane of 20 × 20 squares whose texture is a wall of bricks, each a chart of four squares, but for halves at the ends of
     /// every second row: 110 in all, and three meet at most corners.
@@ -142,6 +149,24 @@ mod tests {
         };
         mesh.texcoords = Some(mesh.faces.iter().enumerate().map(at).collect());
         mesh
+    }
+
+    #[test]
+    fn seams_hold_what_they_refuse_more_than_a_little_of() {
+        let (mesh, device) = (shapes::plane(20, 20), Device::cpu(1).expect("a device"));
+        let made = super::super::run(&mesh, &Options::default(), &[Budget::faces(100)], &device, None);
+        let outcome = made.expect("a valid mesh").pop().expect("one budget");
+        let held = |stop: StopReason, seam: u64, texture: u64| {
+            let blocked = Blocked { seam, texture, flip: 900, ..Blocked::default() };
+            is_held(&Outcome { stop, blocked, ..outcome.clone() }, &Budget::faces(1), 800)
+        };
+        assert_eq!(outcome.mesh.faces.len(), 100);
+        // 99 too many.
+        assert_eq!(
+            [[0, 0], [2, 0], [3, 0], [1, 2]].map(|[seam, texture]| held(StopReason::Stuck, seam, texture)),
+            [false, false, true, true]
+        );
+        assert!(!held(StopReason::FacesReached, 50, 50));
     }
 
     #[test]
