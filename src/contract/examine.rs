@@ -155,6 +155,7 @@ impl Examiner {
         }
     }
 
+    #[inline(always)]
     fn judge(&mut self, patch: &Patch<'_>, pair: [u32; 2], middle: DVec3, cost: f32) -> Result<Accepted, Rejection> {
         let (pu, pw) = (patch.position(pair[0]), patch.position(pair[1]));
         let joins = (pu.flags | pw.flags) & JOINED != 0 || self.star.shared().is_empty();

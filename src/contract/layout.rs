@@ -281,6 +281,23 @@ mod tests {
     use crate::mesh::shapes;
 
     #[test]
+    fn shading_is_not_asked_where_rows_agree_but_in_it() {
+        let layer =
+            |kind, width| (Layer { origin: Origin::Normals, kind, first: 0, width, scale: 1.0 }, kind == Kind::Normal);
+        let layout =
+            Layout::arranged(vec![layer(Kind::Color, 4), layer(Kind::Normal, 3), layer(Kind::Tangent, 4)], false);
+        let row = [0.5_f32; 11];
+        // The normal first, for it decides.
+        let agree = (0..11).map(|number| {
+            let mut other = row;
+            other[number] = 0.25;
+            layout.agree_but_in_shading(&row, &other)
+        });
+        let expected = [[true; 3].as_slice(), &[false; 4], &[true; 4]].concat();
+        assert!(agree.eq(expected) && layout.agree_but_in_shading(&row, &row));
+    }
+
+    #[test]
     fn what_is_carried_fills_up_the_last_vector() {
         let layer = |kind, width| Layer { origin: Origin::Normals, kind, first: 0, width, scale: 1.0 };
         let decide = [(layer(Kind::Normal, 3), true), (layer(Kind::Texcoords, 2), true)];

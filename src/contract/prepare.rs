@@ -71,12 +71,6 @@ impl Prepared {
         self.faces.len().saturating_sub(2 * free)
     }
 
-    /// About the fewest faces that a run leaves in which such seams yield, by their charts; 0 where all do.
-    pub fn least_faces_of_charts(&self, mesh: &Mesh, yields: Yields) -> usize {
-        let wedges = self.carried.wedges.as_ref().filter(|_| yields < Yields::Seams);
-        wedges.map_or(0, |wedges| wedges.least_faces_of_charts(mesh, yields))
-    }
-
     /// Flags the vertices on seams, of which such yield; for good.
     pub fn flag_seams(&mut self, mesh: &Mesh, seams: &[u32], yields: Yields) {
         self.fans = Vec::new();

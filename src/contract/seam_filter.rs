@@ -10,13 +10,13 @@ use super::star::{Star, StarFace};
 use super::wedges::WedgeRows;
 use super::yielding::Yields;
 
-/// A face from one of its corners: that vertex and those after it, as they are now, and the wedges there.
-struct Seen {
+/// The wedges of a face from one of its corners on, and the vertices that they are at now.
+struct FaceWedges {
     vertices: [u32; 3],
     wedges: [u32; 3],
 }
 
-impl Seen {
+impl FaceWedges {
     #[inline(always)]
     fn new(
         &StarFace { face, others: [next, last] }: &StarFace,
@@ -35,7 +35,8 @@ impl Seen {
     }
 }
 
-/// Whether seams let a pair whose ends are both on one contract: it has to run along one, and no part may lose its last face.
+/// Whether seams let a pair whose ends are both on one contract. Unless all yield it has to run along one, and no part may lose its
+/// last face; a region of a material may not in any case.
 ///
 /// # Errors
 /// [`Rejection::Seam`] for a pair that they hold.
@@ -48,14 +49,14 @@ pub fn seams_let(patch: &Patch<'_>, pair: [u32; 2], star: &Star) -> Result<(), R
     let vanishing = Vanishing { patch, rows, pair, star };
     let is_held = match rows.layout.yields {
         Yields::Nothing => vanishing.runs_across(|a, b| a == b) || vanishing.is_last(|a, b| rows.now(a) == rows.now(b)),
+        // Which agree have the same material.
         Yields::Creases | Yields::Corners => {
             let agree = |a: u32, b: u32| rows.agree_but_in_shading(a, b);
             vanishing.runs_across(agree) || vanishing.is_last(agree)
         }
-        Yields::Seams => false,
+        Yields::Seams => rows.asks_for_materials() && vanishing.is_last(|a, b| rows.same_material(a, b)),
     };
-    let loses_material = || rows.has_materials() && vanishing.is_last(|a, b| rows.same_material(a, b));
-    if is_held || loses_material() { Err(Rejection::Seam) } else { Ok(()) }
+    if is_held { Err(Rejection::Seam) } else { Ok(()) }
 }
 
 /// The faces that vanish with a pair.
@@ -67,8 +68,8 @@ struct Vanishing<'a> {
 }
 
 impl Vanishing<'_> {
-    fn all(&self) -> impl Iterator<Item = Seen> {
-        self.star.shared().iter().map(|face| Seen::new(face, self.pair[0], self.patch, self.rows))
+    fn all(&self) -> impl Iterator<Item = FaceWedges> {
+        self.star.shared().iter().map(|face| FaceWedges::new(face, self.pair[0], self.patch, self.rows))
     }
 
     /// Whether the faces on both sides of the pair agree in the wedges of its ends.
@@ -88,7 +89,7 @@ impl Vanishing<'_> {
             let at_ends = [own.wedges[0], own.wedge_at(w)];
             beside.iter().zip(at_ends).all(|(&(end, faces), at_end)| {
                 faces.iter().filter(|other| other.has(tip)).any(|other| {
-                    let other = Seen::new(other, end, self.patch, self.rows);
+                    let other = FaceWedges::new(other, end, self.patch, self.rows);
                     !(agree(at_end, other.wedges[0]) && agree(at_tip, other.wedge_at(tip)))
                 })
             })
@@ -104,9 +105,9 @@ mod tests {
     use super::*;
     use crate::backend::Device;
     use crate::math::{DVec3, Vec2, tie_hash};
-    use crate::mesh::{Mesh, shapes};
+    use crate::mesh::{Materials, Mesh, shapes};
 
-    /// A plane of 10 × 10 squares in charts of a few faces, and the chart of each.
+    /// A plane of 10 × 10 squares in charts of a few faces, each of a material of its own, and the chart of each face.
     fn charted(seed: u32) -> (Mesh, Vec<u32>) {
         let mut mesh = shapes::plane(10, 10);
         let chart: Vec<u32> = (0..mesh.faces.len() as u32).map(|f| tie_hash(f / 3, seed) % 3).collect();
@@ -114,25 +115,29 @@ mod tests {
             face.map(|v| Vec2::new((v % 11) as f32 + 20.0 * *chart as f32, (v / 11) as f32))
         };
         mesh.texcoords = Some(mesh.faces.iter().zip(&chart).map(at).collect());
+        mesh.materials = Some(Materials { of_face: chart.clone(), names: vec![String::new(); 3] });
         (mesh, chart)
     }
 
-    /// Whether faces told by their charts let an edge contract: it lies along a seam, and no side loses its last face there.
-    fn let_by_charts(faces: &[[u32; 3]], chart: &[u32], pair: [u32; 2]) -> bool {
+    /// Whether faces told by their charts let an edge contract: it lies along a seam or may lie across, and no side loses its last face
+    /// there.
+    fn let_by_charts(faces: &[[u32; 3]], chart: &[u32], pair: [u32; 2], may_lie_across: bool) -> bool {
         let on = |ends: [u32; 2]| (0..faces.len()).filter(move |&f| ends.iter().all(|v| faces[f].contains(v)));
         let is_seam = |ends: [u32; 2], f: usize| on(ends).any(|other| chart[other] != chart[f]);
         let is_last = |f: usize| {
             let tip = faces[f].into_iter().find(|v| !pair.contains(v)).expect("a face has three corners");
             pair.iter().all(|&end| is_seam([end, tip], f))
         };
-        on(pair).any(|f| is_seam(pair, f)) && !on(pair).any(is_last)
+        (may_lie_across || on(pair).any(|f| is_seam(pair, f))) && !on(pair).any(is_last)
     }
 
     #[test]
     fn pairs_are_let_along_seams_that_bound_more_than_a_face() {
         let device = Device::cpu(1).expect("a device");
         let mut told = [0; 2];
-        for (seed, yields) in (0..8).flat_map(|seed| [Yields::Nothing, Yields::Corners].map(|yields| (seed, yields))) {
+        for (seed, yields) in
+            (0..8).flat_map(|seed| [Yields::Nothing, Yields::Corners, Yields::Seams].map(|yields| (seed, yields)))
+        {
             let (mesh, chart) = charted(seed);
             let mut prepared = begin(&mesh, &Options::default()).expect("a valid mesh");
             let seams = prepared.seam_flags(&mesh, yields, &Options::default());
@@ -147,7 +152,7 @@ mod tests {
             for pair in faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).filter(on_seam) {
                 let mut star = Star::default();
                 star.gather(pair, DVec3::X, &patch).expect("the patch is the whole surface");
-                let expected = let_by_charts(&faces, &chart, pair);
+                let expected = let_by_charts(&faces, &chart, pair, yields == Yields::Seams);
                 assert_eq!(seams_let(&patch, pair, &star).is_ok(), expected, "{pair:?} of {seed}, {yields:?}");
                 told[usize::from(expected)] += 1;
             }

@@ -73,7 +73,10 @@ impl<'a> SeamFinder<'a> {
             faces.par_iter().with_min_len(CHUNK).map(|face| face.corners().into_iter().all(is_one)).collect();
         let standing = match yields {
             Yields::Nothing => Vec::new(),
-            _ => standing(wedges, &wedges.materials_for(mesh, yields), starts),
+            _ => {
+                let agree = |a: &[f32], b: &[f32]| wedges.layout.agree_but_in_shading(a, b);
+                standing(wedges, &wedges.materials_for(mesh, yields), starts, agree)
+            }
         };
         Self { faces, rings, corners, starts, standing, is_whole, yields }
     }
@@ -121,12 +124,18 @@ impl<'a> SeamFinder<'a> {
     }
 }
 
-/// The wedge that stands for each: the first of its vertex that differs from it in no more than what yields.
-pub fn standing(wedges: &Wedges, materials: &[u32], starts: &[u32]) -> Vec<u32> {
+/// The wedge that stands for each: the first of its vertex that has its material, of these if there are any, and a row that `agree`s.
+pub fn standing(
+    wedges: &Wedges,
+    materials: &[u32],
+    starts: &[u32],
+    agree: impl Fn(&[f32], &[f32]) -> bool + Sync + Send,
+) -> Vec<u32> {
+    let agree = &agree;
     let first_of = |begin: u32, wedge: u32| {
         let agrees = |&other: &u32| {
             let same_material = materials.get(other as usize) == materials.get(wedge as usize);
-            same_material && wedges.layout.agree_but_in_shading(wedges.row(other), wedges.row(wedge))
+            same_material && agree(wedges.row(other), wedges.row(wedge))
         };
         (begin..wedge).find(agrees).unwrap_or(wedge)
     };

@@ -190,7 +190,7 @@ impl Sides {
     /// Finds the sides of a pair that [no seam holds](super::seam_filter::seams_let).
     ///
     /// # Errors
-    /// [`Rejection::Seam`] where both ends have to stay where they are.
+    /// [`Rejection::Seam`] where both ends have to stay where they are, or vanishing faces disagree in more than two sides.
     pub fn find(&mut self, patch: &Patch<'_>, pair: [u32; 2]) -> Result<(), Rejection> {
         let Some(rows) = patch.wedges() else { return Ok(()) };
         self.find_sides(patch, rows, pair)?;

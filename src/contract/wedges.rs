@@ -342,8 +342,8 @@ impl<'a> WedgeRows<'a> {
         self.materials.get(a as usize) == self.materials.get(b as usize)
     }
 
-    /// Whether there are materials that matter to the seams that yield.
-    pub fn has_materials(&self) -> bool {
+    /// Whether there are materials, which then matter to the seams that yield.
+    pub fn asks_for_materials(&self) -> bool {
         !self.materials.is_empty()
     }
 
