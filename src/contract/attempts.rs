@@ -34,10 +34,11 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
         let spent = clock.elapsed().as_secs_f64();
         let was_cancelled = outcomes.iter().any(|outcome| outcome.stop == StopReason::Cancelled);
         let faces = job.mesh.faces.len();
-        let more_may_help = |(outcome, budget): (&Outcome, &Budget)| may_help(outcome, budget, faces);
-        let may_help: Vec<bool> = outcomes.iter().zip(&budgets).map(more_may_help).collect();
+        // By this run, not by the best: where its seams hold nothing, others that yield do not help.
+        let is_held = |((_, outcome), budget): &((&usize, &Outcome), &Budget)| may_help(outcome, budget, faces);
+        let held = left.iter().zip(&outcomes).zip(&budgets).filter(is_held).map(|((&index, _), _)| index).collect();
         left.iter().zip(outcomes).for_each(|(&index, outcome)| keep(&mut made[index], outcome, spent));
-        left = left.into_iter().zip(may_help).filter_map(|(index, may_help)| may_help.then_some(index)).collect();
+        left = held;
         if left.is_empty() || was_cancelled {
             break;
         }
@@ -87,7 +88,7 @@ impl Attempt {
             let next = more(&prepared, yields);
             // Charts keep faces that no flag tells of. Where parts keep as many anyway, all seams would yield for nothing.
             let charts_hold = || {
-                let least = prepared.carried.wedges.as_ref().map(|wedges| wedges.least_faces(mesh));
+                let least = prepared.carried.wedges.as_ref().map(|wedges| wedges.least_faces_of_parts(mesh));
                 least.is_some_and(|[of_charts, of_materials]| of_charts > first && of_materials <= first)
             };
             let holds = || held > first || (yields == Yields::Corners && charts_hold());

@@ -13,17 +13,17 @@ const KEPT_EACH: u32 = 2;
 
 impl Wedges {
     /// About the fewest faces that parts leave: where all seams hold but creases, and where none does but between materials.
-    pub fn least_faces(&self, mesh: &Mesh) -> [usize; 2] {
+    pub fn least_faces_of_parts(&self, mesh: &Mesh) -> [usize; 2] {
         let (_, starts) = self.connectivity();
         let materials = self.materials_for(mesh, Yields::Corners);
         let of_charts = standing(self, &materials, starts, |a, b| self.layout.agree_but_in_shading(a, b));
         let of_materials = standing(self, &materials, starts, |_, _| true);
-        [of_charts, of_materials].map(|standing| self.least_faces_of_parts(&standing))
+        [of_charts, of_materials].map(|standing| self.kept_by_parts(&standing))
     }
 
     /// About the fewest faces of parts that are one where wedges are, each stood for by one of its vertex. Parts that meet in a wedge
     /// count as one: that is fewer faces, not more.
-    fn least_faces_of_parts(&self, standing: &[u32]) -> usize {
+    fn kept_by_parts(&self, standing: &[u32]) -> usize {
         let (corners, _) = self.connectivity();
         let mut parts = DisjointSets::new(standing.len());
         for face in corners {
@@ -54,7 +54,7 @@ mod tests {
         let of_face = (0..mesh.faces.len()).map(material).collect();
         mesh.materials = Some(Materials { of_face, names: vec![String::new(); 32] });
         let prepared = prepare(&mesh, &Options::default()).expect("a valid mesh");
-        prepared.carried.wedges.expect("a texture").least_faces(&mesh)
+        prepared.carried.wedges.expect("a texture").least_faces_of_parts(&mesh)
     }
 
     #[test]

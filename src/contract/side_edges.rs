@@ -1,4 +1,4 @@
-//! The seams at a pair, whose distances the vertex of a pair is placed by.
+//! The seams at a pair, by the distances to which its vertex is placed.
 
 use crate::kernel::rows::SEAM;
 use crate::math::places::Places;
