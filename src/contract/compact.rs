@@ -1,4 +1,4 @@
-//! What a round leaves, on the host: the bytes that the kernels of [`Surface::compact`](super::surface::Surface::compact)
+//! What a round leaves, on the host: the bytes that the kernels of [`Apply::run`](super::apply::Apply::run)
 //! leave on a GPU, in fewer passes.
 //!
 //! The host counts rings anew from the faces, which a GPU cannot do in a fixed order; it merges them instead.

@@ -104,7 +104,7 @@ impl Surface {
         self.new_vertex.host()
     }
 
-    /// [`Surface::compact`] on the host, with what goes along.
+    /// Compacts what a round leaves on the host, with what goes along.
     pub fn compact_on_host(&mut self, carried: &mut Carried, faces_left: usize) {
         let (old_count, vertices) = (self.vertex_count, ..self.vertex_count);
         if let Some(wedges) = &mut carried.wedges {

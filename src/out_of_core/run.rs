@@ -44,7 +44,7 @@ pub struct Run<'a> {
 /// Simplifies the mesh of `input`; the calling thread belongs to the device's pool.
 ///
 /// # Errors
-/// Those of [`super::simplify`].
+/// Those of [`super::simplify()`].
 pub fn run(
     input: &Stream,
     method: &contract::Options,
