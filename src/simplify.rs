@@ -260,12 +260,12 @@ pub struct Outcome {
     pub stop: StopReason,
     /// What blocked further reduction, counted in the last round.
     pub blocked: Blocked,
-    /// Largest estimated deviation of a contraction, in model units: the root of the area-weighted mean squared
-    /// distance of the new vertex to the planes of the input it stands for. With the `volume` metric, where a vertex may
-    /// slide along the surface away from planes it once stood for, at most the sum of its steps off the surface. Of
-    /// clustering the same of a representative and the faces that touch its cell. An estimate, not a bound. Of vertex
-    /// removal no less than the distance of any vertex of the input to the result. Of partition the greatest distance of a
-    /// vertex from its region's plane, or of one on a border from the segment in its place. Flips that follow do not change it.
+    /// Largest estimated deviation of a contraction, in model units: with the `volume` metric the sum of the steps that led
+    /// to the new vertex, each the root of the area-weighted mean squared distance to the planes of the faces around the
+    /// pair; with `plane` the root of that to the planes of the input which the new vertex stands for. Of clustering the
+    /// latter, of a representative and the faces that touch its cell. An estimate, not a bound. Of vertex removal no less
+    /// than the distance of any vertex of the input to the result. Of partition the greatest distance of a vertex from its
+    /// region's plane, or of one on a border from the segment in its place. Flips that follow do not change it.
     pub error_estimate: f64,
     /// Of clustering the side of a cell in model units; the diagonal, √3 times as long, bounds how far a vertex of the
     /// input is from its representative.

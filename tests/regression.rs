@@ -96,11 +96,11 @@ fn contractions_grown_dear_since_they_were_costed_are_made() {
     assert!(rms < 1e-8, "{rms:e} diagonals at half of the faces");
 }
 
-/// The estimate comes from plane quadrics. With `Volume`, whose placements they do not guide, single vertices get one of a
-/// hundred times the deviation, and error budgets stop far too early; with `Plane` it is about right. Half of the faces lie in
-/// flats, where nothing deviates.
+/// Where the estimate of `Volume` came from plane quadrics, which do not guide its placements, single vertices that slid along a
+/// flat had one of a hundred times the deviation, and error budgets stopped far too early. Half of the faces lie in flats, where
+/// nothing deviates.
 #[test]
-fn the_estimate_of_the_volume_metric_jumps_at_sharp_edges() {
+fn the_estimate_of_the_volume_metric_does_not_jump_at_sharp_edges() {
     let assembly = sample("assembly", Some(20_000)).expect("a sample");
     let estimates = [0.5, 0.25, 0.1].map(|share| {
         let outcome = contract(&assembly, &options(Metric::Volume), Budget::keep(share));
@@ -108,7 +108,10 @@ fn the_estimate_of_the_volume_metric_jumps_at_sharp_edges() {
         (outcome.error_estimate / assembly.diagonal(), measured.forward_max.max(measured.backward_max))
     });
     assert!(estimates[0].0 < 1e-6, "{estimates:?}");
-    assert!(estimates[1..].iter().all(|(estimate, measured)| *estimate < 10.0 * measured), "{estimates:?}");
+    assert!(
+        estimates[1..].iter().all(|(estimate, measured)| (0.25..4.0).contains(&(estimate / measured))),
+        "{estimates:?}"
+    );
 }
 
 /// Coordinates that the frame cannot bring into single precision (an unused vertex lies 1e200 boxes away, and the weight of

@@ -13,8 +13,8 @@ pub struct Carried {
     pub origin: Vec<u32>,
     /// Attributes, where there are any that are kept.
     pub wedges: Option<Wedges>,
-    /// How far a vertex may have drifted off the surface, step by step, in the normalized frame; empty where the
-    /// accumulated quadrics tell.
+    /// How far a vertex may have drifted off the surface, step by step, in the normalized frame; empty where accumulated
+    /// quadrics tell.
     pub drift: Vec<f32>,
     /// What a vertex counts; empty where all count the same, or the quadrics hold it already.
     pub weights: Vec<f32>,
@@ -66,11 +66,15 @@ impl CarriedRows<'_> {
         Some([*self.weights.get(first)?, *self.weights.get(second)?])
     }
 
-    /// Notes in `keep` that it stands at `t` of the way between the ends; its drift is given.
-    pub fn contract(&mut self, keep: usize, [first, second]: [usize; 2], t: f32, drift: f32) {
-        if let Some(row) = self.drift.get_mut(keep) {
+    /// Notes that a vertex has drifted so far.
+    pub fn set_drift(&mut self, vertex: usize, drift: f32) {
+        if let Some(row) = self.drift.get_mut(vertex) {
             *row = drift;
         }
+    }
+
+    /// Notes in `keep` that it stands at `t` of the way between the ends.
+    pub fn contract(&mut self, keep: usize, [first, second]: [usize; 2], t: f32) {
         if let Some([first, second]) = self.weights([first, second]) {
             self.weights[keep] = first.max(second);
         }
@@ -112,10 +116,11 @@ mod tests {
             weights: Vec::new(),
             face_origin: Vec::new(),
         };
-        carried.rows().contract(0, [0, 1], 0.25, 0.5);
+        carried.rows().contract(0, [0, 1], 0.25);
         assert_eq!(carried.origin[0], 7 | MOVED_FROM);
+        carried.rows().set_drift(0, 0.5);
         assert_eq!(carried.rows().drift(0, 1), 0.5);
-        carried.rows().contract(0, [0, 2], 1.0, 0.5);
+        carried.rows().contract(0, [0, 2], 1.0);
         assert_eq!(carried.origin[0], 9);
         carried.compact(&[0, 1, 1, 2]);
         assert_eq!(carried.origin, [9, 9]);

@@ -12,7 +12,7 @@ use super::apply::Left;
 use super::carry::Carried;
 use super::commit::Committer;
 use super::committed::Committed;
-use super::evaluate::{Evaluation, Round};
+use super::evaluate::{Evaluation, Round, plane_sums};
 use super::examine::Rules;
 use super::follower::Follower;
 use super::gate::{Gate, Refused};
@@ -171,7 +171,7 @@ impl<'a> Run<'a> {
         let fits = options.fit > 0 && options.placement == Placement::Optimal;
         let history = fits.then(|| (start.clone(), History::default()));
         let storage = Storage::new(options, &start.positions, prepared.frame)?;
-        let host = Surface::new(&mut host_queue, start, true)?;
+        let host = Surface::new(&mut host_queue, start, options.metric == Metric::Plane)?;
         let triangles = Triangles::new(&host_queue, &host, options)?;
         let wedges = prepared.carried.wedges.as_ref();
         let evaluation = Evaluation::new(device.cpu_queue(), &host, options, prepared.border_vertices > 0, wedges)?;
@@ -259,11 +259,11 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Fills the host's quadrics, and weighs and stores them where the metric accumulates them.
+    /// Fills the host's quadrics where the metric accumulates them, weighs and stores them.
     fn start_quadrics(&mut self, storage: Option<Storage>) -> Result<()> {
         let Self { options, prepared, host, host_queue, .. } = self;
         let clock = Instant::now();
-        let normals = self.evaluation.start(host, options, self.follower.is_none())?;
+        let normals = plane_sums(host_queue, host, options)?;
         let summing = clock.elapsed().as_secs_f64();
         let weights = &mut prepared.carried.weights;
         start_weights(host_queue, host, options, prepared.border_vertices > 0, weights)?;

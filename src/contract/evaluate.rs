@@ -34,8 +34,6 @@ pub struct Evaluation {
     weights: Option<RoundWeights>,
     listing: Listing,
     is_first: bool,
-    /// Whether the sums are those of the surface as it is.
-    is_summed: bool,
 }
 
 /// What the `volume` metric sums.
@@ -83,32 +81,7 @@ impl Evaluation {
             queue,
             listing: Listing::default(),
             is_first: true,
-            is_summed: false,
         })
-    }
-
-    /// Fills the quadrics of a surface at its start, from what its first round needs as well, if the host evaluates that; returns
-    /// the normals of its faces where they are left over.
-    pub fn start(
-        &mut self,
-        surface: &mut Surface,
-        options: &Options,
-        is_evaluating: bool,
-    ) -> Result<Option<Buffer<Normal>>> {
-        if self.volume.is_none() {
-            return plane_sums(&mut self.queue, surface, options);
-        }
-        self.sum(surface)?;
-        if let Some(Volume { normals, sums, .. }) = &self.volume
-            && let Some(mut kernel) = plane_sums_of(surface, normals, options)
-        {
-            kernel.run_with(sums);
-        }
-        self.is_summed = is_evaluating;
-        if !is_evaluating {
-            self.release()?;
-        }
-        Ok(None)
     }
 
     /// Appends the round's candidates in the order of the pairs, at last those without an edge; returns how many pairs there
@@ -156,9 +129,7 @@ impl Evaluation {
 
     /// Sums what the metric needs of the surface as it is.
     fn find_sums(&mut self, surface: &Surface, wedges: Option<&Wedges>) -> Result<()> {
-        if !std::mem::take(&mut self.is_summed) {
-            self.sum(surface)?;
-        }
+        self.sum(surface)?;
         if let (Some(Volume { normals, sums, .. }), Some(spreads), Some(wedges)) =
             (&mut self.volume, &mut self.spreads, wedges)
         {
@@ -244,36 +215,22 @@ impl Costs<'_> {
 
 /// Fills a surface's quadrics, if it has any, from its faces; returns the normals of these.
 pub fn plane_sums(queue: &mut Queue, surface: &mut Surface, options: &Options) -> Result<Option<Buffer<Normal>>> {
-    if surface.quadrics.is_none() {
-        return Ok(None);
-    }
-    let mut normals = queue.buffer(surface.face_count)?;
-    let Surface { positions, faces, face_count, .. } = &*surface;
+    let Surface { positions, faces, ring_starts, ring_faces, quadrics, vertex_count, face_count, .. } = surface;
+    let Some(quadrics) = quadrics else { return Ok(None) };
+    let mut normals = queue.buffer(*face_count)?;
     queue.run(FaceNormals { positions, faces, face_count: *face_count as u32, normals: &mut normals })?;
-    if let Some(kernel) = plane_sums_of(surface, &normals, options) {
-        queue.run(kernel)?;
-    }
-    Ok(Some(normals))
-}
-
-/// The kernel that fills a surface's quadrics, if it has any.
-fn plane_sums_of<'a>(
-    surface: &'a mut Surface,
-    normals: &'a Buffer<Normal>,
-    options: &Options,
-) -> Option<PlaneSums<'a>> {
-    let Surface { positions, faces, ring_starts, ring_faces, quadrics, vertex_count, .. } = surface;
-    Some(PlaneSums {
+    queue.run(PlaneSums {
         positions,
         faces,
         ring_starts,
         ring_faces,
-        normals,
+        normals: &normals,
         vertex_count: *vertex_count as u32,
         border_weight: options.border_weight,
         by_area: options.quadrics.planes.by_area(),
-        quadrics: quadrics.as_mut()?,
-    })
+        quadrics,
+    })?;
+    Ok(Some(normals))
 }
 
 /// Replaces a buffer that cannot hold `len` rows; what it held is lost.
@@ -282,36 +239,4 @@ pub fn grow<T: Row>(queue: &Queue, buffer: &mut Buffer<T>, len: usize) -> Result
         *buffer = queue.buffer(len)?;
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::prepare::prepare;
-    use super::*;
-    use crate::backend::Device;
-    use crate::mesh::shapes;
-
-    #[test]
-    fn quadrics_at_the_start_are_those_of_planes() {
-        // Without a border, with one, and with vertices on it that are no others' neighbors.
-        for (mesh, has_border) in
-            [(shapes::icosphere(3), false), (shapes::plane(9, 7), true), (shapes::plane(1, 1), true)]
-        {
-            let (options, device) = (Options::default(), Device::cpu(1).expect("a device"));
-            let start = prepare(&mesh, &options).expect("a valid mesh").take_start();
-            let mut queue = device.cpu_queue();
-            let mut surface = Surface::new(&mut queue, start, true).expect("room");
-            plane_sums(&mut queue, &mut surface, &options).expect("room");
-            let rows = |surface: &Surface| surface.quadrics.as_ref().map(|quadrics| quadrics.host().to_vec());
-            let expected = rows(&surface).expect("quadrics");
-            let mut evaluation =
-                Evaluation::new(device.cpu_queue(), &surface, &options, has_border, None).expect("room");
-            assert!(evaluation.start(&mut surface, &options, true).expect("room").is_none());
-            assert!(evaluation.is_summed);
-            for (found, expected) in rows(&surface).expect("quadrics").into_iter().zip(expected) {
-                assert_eq!(PlaneQuadric { weight: 0.0, ..found }, PlaneQuadric { weight: 0.0, ..expected });
-                assert!((found.weight / expected.weight - 1.0).abs() < 1e-6, "{found:?} {expected:?}");
-            }
-        }
-    }
 }

@@ -2,7 +2,7 @@
 
 use crate::kernel::contract_quadrics::contracted;
 use crate::kernel::plane_costs::PLANE_REGULARIZATION;
-use crate::kernel::rows::{BORDER, JOINED, LOCKED, PlaneQuadric, SEAM};
+use crate::kernel::rows::{BORDER, JOINED, LOCKED, SEAM};
 use crate::kernel::volume_costs::{BORDER_FACTOR, VOLUME_REGULARIZATION};
 use crate::kernel::weigh_quadrics::weighed;
 use crate::math::DVec3;
@@ -10,7 +10,7 @@ use crate::mesh::limits::min_cos;
 
 use super::blend::Blend;
 use super::filter::{Rejection, ShapeLimits, closed_link_condition, link_condition, shapes_hold};
-use super::patch::{Patch, Placed};
+use super::patch::{Accumulated, Patch, Placed};
 use super::placement::Quadric;
 use super::seam_filter::seams_let;
 use super::sides::Sides;
@@ -192,15 +192,14 @@ impl Examiner {
         let cancelled = if joins { self.star.cancel(middle, patch) } else { Vec::new() };
         shapes_hold(&self.star, at.as_dvec3() - middle, self.rules.limits)?;
 
-        let accumulated = contracted(*patch.quadric(pair[0]), *patch.quadric(pair[1]), pu.xyz(), pw.xyz(), at);
-        let drift = match self.rules.metric {
-            Metric::Plane => f32::INFINITY,
-            Metric::Volume => {
-                let value = costs.geometry.value(x).max(0.0);
-                patch.drift(pair[0], pair[1]) + (value / costs.geometry.weight()).sqrt() as f32
+        let accumulated = match self.rules.metric {
+            Metric::Plane => {
+                let [first, second] = pair.map(|v| *patch.quadric(v));
+                Accumulated::Planes(contracted(first, second, pu.xyz(), pw.xyz(), at))
             }
+            Metric::Volume => Accumulated::Drift(patch.drift(pair[0], pair[1]) + off_planes(&costs.geometry, x)),
         };
-        let deviation = deviation(&accumulated).min(drift);
+        let deviation = accumulated.deviation();
         if f64::from(deviation) > self.rules.max_deviation {
             return Err(Rejection::Error);
         }
@@ -214,7 +213,7 @@ impl Examiner {
         };
         let flags =
             if self.star.shared().is_empty() { JOINED } else { 0 } | if self.sides.tears { SEAM | LOCKED } else { 0 };
-        let placed = Placed { x: at, t, quadric: accumulated, drift, flags };
+        let placed = Placed { x: at, t, accumulated, flags };
         let faces_removed = self.star.shared().len() + cancelled.len();
         Ok(Accepted { placed, deviation, faces_removed, cancelled, end })
     }
@@ -223,7 +222,7 @@ impl Examiner {
     fn costs(&mut self, patch: &Patch<'_>, pair: [u32; 2], weights: Option<[f32; 2]>) -> Costs {
         let flags = pair.map(|v| patch.position(v).flags);
         let on_border = (flags[0] | flags[1]) & BORDER != 0;
-        let geometry = self.quadric(pair, on_border, pair.map(|v| patch.quadric(v)), weights);
+        let geometry = self.quadric(patch, pair, on_border, weights);
         if patch.wedges().is_none() {
             return Costs { geometry, attributed: None };
         }
@@ -285,19 +284,14 @@ impl Examiner {
 
     /// The pair's quadric about its midpoint, on the current state. Weights of the round change where the least of
     /// accumulated quadrics is, and nothing of the star's.
-    fn quadric(
-        &self,
-        pair: [u32; 2],
-        on_border: bool,
-        [first, second]: [&PlaneQuadric; 2],
-        weights: Option<[f32; 2]>,
-    ) -> Quadric {
+    fn quadric(&self, patch: &Patch<'_>, pair: [u32; 2], on_border: bool, weights: Option<[f32; 2]>) -> Quadric {
         match self.rules.metric {
             Metric::Plane => {
                 let mut quadric = Quadric::default();
+                let [first, second] = pair.map(|v| *patch.quadric(v));
                 let [first, second] = match weights {
-                    Some([by_first, by_second]) => [weighed(*first, by_first), weighed(*second, by_second)],
-                    None => [*first, *second],
+                    Some([by_first, by_second]) => [weighed(first, by_first), weighed(second, by_second)],
+                    None => [first, second],
                 };
                 quadric.add_plane_quadric(&first, -self.star.h);
                 quadric.add_plane_quadric(&second, self.star.h);
@@ -316,7 +310,7 @@ impl Examiner {
     }
 }
 
-/// The root of the weighted mean squared distance of a quadric's own vertex to its planes.
-pub fn deviation(quadric: &PlaneQuadric) -> f32 {
-    if quadric.weight > 0.0 { (quadric.c.max(0.0) / quadric.weight).sqrt() } else { 0.0 }
+/// The root of the mean squared distance of `x` to the planes of a pair's quadric.
+fn off_planes(quadric: &Quadric, x: DVec3) -> f32 {
+    (quadric.value(x).max(0.0) / quadric.weight()).sqrt() as f32
 }

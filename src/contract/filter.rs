@@ -199,12 +199,11 @@ fn lanes_below(count: usize) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::super::Options;
-    use super::super::patch::{Patch, Placed};
+    use super::super::patch::{Accumulated, Patch, Placed};
     use super::super::prepare::prepare;
     use super::super::surface::Surface;
     use super::*;
     use crate::backend::Device;
-    use crate::kernel::rows::PlaneQuadric;
     use crate::mesh::{Mesh, shapes};
 
     /// Compares both link conditions at every pair of a closed surface, of which every third legal one is contracted; tells how
@@ -228,8 +227,8 @@ mod tests {
                 assert_eq!(condition, link_condition(&star, w, flags), "{u} to {w}");
                 counts[usize::from(condition.is_err())] += 1;
                 if condition.is_ok() && counts[0] % 3 == 0 {
-                    let (x, quadric) = (patch.position(u).xyz(), PlaneQuadric::default());
-                    patch.contract([u, w], &Placed { x, t: 0.0, quadric, drift: 0.0, flags: 0 });
+                    let (x, accumulated) = (patch.position(u).xyz(), Accumulated::Drift(0.0));
+                    patch.contract([u, w], &Placed { x, t: 0.0, accumulated, flags: 0 });
                 }
             }
         }

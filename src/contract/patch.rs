@@ -42,9 +42,32 @@ pub struct Patch<'a> {
     pub connectivity: Connectivity<'a>,
     first: u32,
     positions: &'a mut [Position],
+    /// None where no planes are accumulated.
     quadrics: &'a mut [PlaneQuadric],
     roles: &'a mut [u32],
     carried: CarriedRows<'a>,
+}
+
+/// What tells how far the vertex of a contraction has come off the surface of the start.
+#[derive(Debug, Clone, Copy)]
+pub enum Accumulated {
+    /// Of the metric `plane`: the planes that it stands for, about it.
+    Planes(PlaneQuadric),
+    /// Of the metric `volume`: the sum of its steps off the surface, each the root of the mean squared distance to the
+    /// planes of the faces that there were, in the normalized frame. Planes that it once stood for tell less, since it may
+    /// slide along a flat away from them.
+    Drift(f32),
+}
+
+impl Accumulated {
+    /// The estimated deviation, in the normalized frame.
+    pub fn deviation(&self) -> f32 {
+        match self {
+            Self::Planes(PlaneQuadric { c, weight, .. }) if *weight > 0.0 => (c.max(0.0) / weight).sqrt(),
+            Self::Planes(_) => 0.0,
+            Self::Drift(drift) => *drift,
+        }
+    }
 }
 
 /// What a contraction writes.
@@ -53,8 +76,7 @@ pub struct Placed {
     pub x: Vec3,
     /// Where x lies between the ends, for what vertices carry.
     pub t: f32,
-    pub quadric: PlaneQuadric,
-    pub drift: f32,
+    pub accumulated: Accumulated,
     /// Flags of the new vertex beside those of the ends.
     pub flags: u32,
 }
@@ -93,7 +115,7 @@ impl<'a> Patch<'a> {
     fn split_at(self, size: usize) -> (Self, Self) {
         let Self { connectivity, first, positions, quadrics, roles, carried } = self;
         let (positions, other_positions) = positions.split_at_mut(size);
-        let (quadrics, other_quadrics) = quadrics.split_at_mut(size);
+        let (quadrics, other_quadrics) = quadrics.split_at_mut(size.min(quadrics.len()));
         let (roles, other_roles) = roles.split_at_mut(size);
         let (carried, other_carried) = carried.split_at(size);
         let others = Self {
@@ -172,7 +194,7 @@ impl<'a> Patch<'a> {
         self.positions[self.local(vertex)]
     }
 
-    /// The accumulated quadric of a vertex of the patch.
+    /// The accumulated quadric of a vertex of the patch, where the metric accumulates planes.
     #[inline(always)]
     pub fn quadric(&self, vertex: u32) -> &PlaneQuadric {
         &self.quadrics[self.local(vertex)]
@@ -205,11 +227,11 @@ impl<'a> Patch<'a> {
         let Vec3 { x, y, z } = placed.x;
         let (kept, vanished) = (self.local(keep), self.local(gone));
         self.positions[kept] = Position { x, y, z, flags };
-        if let Some(quadric) = self.quadrics.get_mut(kept) {
-            *quadric = placed.quadric;
+        self.carried.contract(kept, [self.local(u), self.local(w)], placed.t);
+        match placed.accumulated {
+            Accumulated::Planes(quadric) => self.quadrics[kept] = quadric,
+            Accumulated::Drift(drift) => self.carried.set_drift(kept, drift),
         }
-        let ends = [self.local(u), self.local(w)];
-        self.carried.contract(kept, ends, placed.t, placed.drift);
         self.roles[kept] = KEEPS | gone;
         self.roles[vanished] = GONE | keep;
         Contraction { keep, gone, x, y, z, flags }

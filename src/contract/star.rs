@@ -249,12 +249,12 @@ fn room<T: Clone + Default>(rows: &mut Vec<T>, count: usize) -> &mut [T] {
 #[cfg(test)]
 mod tests {
     use super::super::Options;
+    use super::super::patch::Accumulated;
     use super::super::patch::Placed;
     use super::super::prepare::prepare;
     use super::super::surface::Surface;
     use super::*;
     use crate::backend::Device;
-    use crate::kernel::rows::PlaneQuadric;
     use crate::math::wide::WIDE;
     use crate::mesh::shapes;
 
@@ -324,13 +324,8 @@ mod tests {
                 let face = patch.connectivity.faces[patch.connectivity.ring(u)[0] as usize];
                 let w = spoke(face, u).next;
                 if patch.is_free(u) && patch.is_free(w) {
-                    let placed = Placed {
-                        x: patch.position(u).xyz(),
-                        t: 0.0,
-                        quadric: PlaneQuadric::default(),
-                        drift: 0.0,
-                        flags: 0,
-                    };
+                    let placed =
+                        Placed { x: patch.position(u).xyz(), t: 0.0, accumulated: Accumulated::Drift(0.0), flags: 0 };
                     patch.contract([u, w], &placed);
                 }
             }

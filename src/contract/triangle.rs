@@ -17,9 +17,9 @@ use crate::math::{DVec3, Vec3};
 use crate::spatial::triangle::closest_point;
 
 use super::Placement;
-use super::examine::{Examiner, deviation};
+use super::examine::Examiner;
 use super::filter::{Rejection, faces_hold, link_condition};
-use super::patch::{Patch, Placed};
+use super::patch::{Accumulated, Patch, Placed};
 use super::placement::Quadric;
 use super::star::{Outside, Star, StarFace, seen};
 
@@ -157,7 +157,8 @@ impl Examiner {
         let rows = ends.map(|v| *patch.quadric(v));
         let between = contracted(rows[0], rows[x], positions[0], positions[x], at);
         let all = contracted(between, rows[y], at, positions[y], at);
-        let deviation = deviation(&all);
+        let [between, all] = [between, all].map(Accumulated::Planes);
+        let deviation = all.deviation();
         if f64::from(deviation) > self.rules.max_deviation {
             return Err(Rejection::Error);
         }
@@ -166,8 +167,8 @@ impl Examiner {
         self.blend.place(patch, &self.sides, moved, corner)?;
         let (corners, ends) = (ends, [ends[0], ends[x], ends[y]]);
         let [first, second] = shares(at, [positions[0], positions[x], positions[y]]);
-        let placed = [(first, between), (second, all)];
-        let placed = placed.map(|(t, quadric)| Placed { x: at, t, quadric, drift: f32::INFINITY, flags: 0 });
+        let placed =
+            [(first, between), (second, all)].map(|(t, accumulated)| Placed { x: at, t, accumulated, flags: 0 });
         Ok(AcceptedTriangle { ends, placed, corners, end: corner, faces_removed, deviation })
     }
 }

@@ -11,11 +11,11 @@
 use rayon::prelude::*;
 
 use super::pair_quadric::{CONSTANTS, NO_AREA};
-use super::rows::{BORDER, Face, HUB, Normal, PlaneQuadric, Position, VolumeSum};
+use super::rows::{BORDER, Face, HUB, Normal, PlaneQuadric, Position};
 use super::split::CHUNK;
 use super::stars::{Rim, Stars, unit};
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
-use crate::math::exact::{Sym3, add, cross3, dot3, mul, outer, root, sub3, sym_add, sym_scale, trace};
+use crate::math::exact::{Sym3, add, cross3, dot3, mul, outer, root, sub3, sym_add, sym_scale};
 
 /// One invocation a vertex.
 pub struct PlaneSums<'a> {
@@ -86,14 +86,8 @@ fn plane_sum(vertex: u32, stars: &Stars<'_>, normals: &[Normal], params: Params)
             }
         }
     }
-    PlaneQuadric { weight, ..about_vertex(matrix) }
-}
-
-/// The quadric of planes that hold the vertex which it is about.
-#[inline(always)]
-fn about_vertex(matrix: Sym3) -> PlaneQuadric {
     let Sym3 { xx, xy, xz, yy, yz, zz } = matrix;
-    PlaneQuadric { xx, xy, xz, yy, yz, zz, ..PlaneQuadric::default() }
+    PlaneQuadric { xx, xy, xz, yy, yz, zz, weight, ..PlaneQuadric::default() }
 }
 
 impl Kernel for PlaneSums<'_> {
@@ -124,34 +118,13 @@ impl Kernel for PlaneSums<'_> {
     }
 
     fn run_cpu(&mut self) {
-        self.fill(|_| None);
-    }
-}
-
-impl PlaneSums<'_> {
-    /// Does what the kernel does on the host where planes count by area and the sums of the metric `volume` are known: away from
-    /// borders and hubs a quadric is half of these, and counts its trace. Only what faces without area add to it is left in.
-    pub fn run_with(&mut self, sums: &Buffer<VolumeSum>) {
-        let (sums, positions) = (sums.host(), self.positions);
-        self.fill(|vertex| {
-            let is_inside = positions.host()[vertex].flags & (BORDER | HUB) == 0;
-            is_inside.then(|| {
-                let matrix = sym_scale(sums[vertex].matrix(), 0.5);
-                PlaneQuadric { weight: trace(matrix), ..about_vertex(matrix) }
-            })
-        });
-    }
-
-    /// Writes every quadric, as `known` or as the sum over its star.
-    fn fill(&mut self, known: impl Fn(usize) -> Option<PlaneQuadric> + Sync) {
         let params = self.params();
         let stars = Stars::on_host(self.positions, self.faces, self.ring_starts, self.ring_faces);
         let normals = self.normals.host();
         let quadrics = &mut self.quadrics.host_mut()[..self.vertex_count as usize];
         quadrics.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, quadrics)| {
-            let vertices = chunk * CHUNK..chunk * CHUNK + quadrics.len();
-            for (vertex, quadric) in vertices.zip(quadrics) {
-                *quadric = known(vertex).unwrap_or_else(|| plane_sum(vertex as u32, &stars, normals, params));
+            for (vertex, quadric) in (chunk * CHUNK..).zip(quadrics) {
+                *quadric = plane_sum(vertex as u32, &stars, normals, params);
             }
         });
     }
