@@ -186,21 +186,26 @@ impl<P: Fn(u32) -> DVec3> Surface<'_, P> {
     /// Whether two faces at a vertex lie on each other: nothing but they themselves shows where they end, and no quadric does.
     fn is_folded(&self, vertex: u32, scratch: &mut Scratch) -> bool {
         self.rings.edges_at(self.faces, vertex, &mut scratch.uses).any(|uses| {
-            let far = uses[0].far();
-            let away = |used: &EdgeUse| self.wing(used.face(), [vertex, far]).away;
-            matches!(uses, [a, b] if away(a).dot(away(b)) > FOLDED)
+            let &[a, b] = uses else { return false };
+            let [a, b] = [a, b].map(|used| self.away(used.face(), [vertex, used.far()]));
+            // Most faces bend by less than a right angle, which lengths are not needed for.
+            a.dot(b) > 0.0 && a.normalize_or_zero().dot(b.normalize_or_zero()) > FOLDED
         })
     }
 
     /// A face seen along an edge of it.
-    fn wing(&self, face: u32, [a, b]: [u32; 2]) -> Wing {
-        let along = (self.position)(b) - (self.position)(a);
+    fn wing(&self, face: u32, edge: [u32; 2]) -> Wing {
+        let [p, q, r] = self.faces[face as usize].map(&self.position);
+        Wing { away: self.away(face, edge).normalize_or_zero(), normal: (q - p).cross(r - p).normalize_or_zero() }
+    }
+
+    /// The way from an edge of a face to its third corner, square to the edge.
+    fn away(&self, face: u32, [a, b]: [u32; 2]) -> DVec3 {
         let corners = self.faces[face as usize];
-        let [p, q, r] = corners.map(&self.position);
-        let tip = corners.into_iter().find(|&v| v != a && v != b).map_or(p, &self.position);
-        let to_tip = tip - (self.position)(a);
-        let away = to_tip - along * (to_tip.dot(along) / along.length_squared());
-        Wing { away: away.normalize_or_zero(), normal: (q - p).cross(r - p).normalize_or_zero() }
+        let tip = corners.into_iter().find(|&v| v != a && v != b).unwrap_or(corners[0]);
+        let [at_a, at_b, tip] = [a, b, tip].map(&self.position);
+        let (along, to_tip) = (at_b - at_a, tip - at_a);
+        to_tip - along * (to_tip.dot(along) / along.length_squared())
     }
 }
 
