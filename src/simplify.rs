@@ -260,10 +260,10 @@ pub struct Outcome {
     pub stop: StopReason,
     /// What blocked further reduction, counted in the last round.
     pub blocked: Blocked,
-    /// Largest estimated deviation of a contraction, in model units: with the `volume` metric the sum of the steps that led
-    /// to the new vertex, each the root of the area-weighted mean squared distance to the planes of the faces around the
-    /// pair; with `plane` the root of that to the planes of the input which the new vertex stands for. Of clustering the
-    /// latter, of a representative and the faces that touch its cell. An estimate, not a bound. Of vertex removal no less
+    /// Largest estimated deviation of a contraction, in model units: with the `volume` metric the greater sum of steps of
+    /// both ends and its own, the root of the area-weighted mean squared distance to the planes of the faces around the
+    /// pair, and to border edges there; with `plane` the root of that to the planes of the input which the new vertex
+    /// stands for. Of clustering the latter, of a representative and the faces that touch its cell. An estimate, not a bound. Of vertex removal no less
     /// than the distance of any vertex of the input to the result. Of partition the greatest distance of a vertex from its
     /// region's plane, or of one on a border from the segment in its place. Flips that follow do not change it.
     pub error_estimate: f64,

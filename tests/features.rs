@@ -423,7 +423,7 @@ fn heavy_vertices_stay() {
     }
 }
 
-/// Zeros take a region away first, and cost nothing in the estimate.
+/// Zeros take a region away first.
 #[test]
 fn weightless_regions_go_first() {
     let mesh = bumpy(sphere(4), 0.2);

@@ -55,10 +55,9 @@ pub struct CarriedRows<'a> {
 }
 
 impl CarriedRows<'_> {
-    /// The greater drift of two vertices.
+    /// The greater drift of two vertices, where they drift.
     pub fn drift(&self, first: usize, second: usize) -> f32 {
-        let of = |v: usize| self.drift.get(v).copied().unwrap_or(0.0);
-        of(first).max(of(second))
+        self.drift[first].max(self.drift[second])
     }
 
     /// The weights of two vertices, where they have any.
@@ -68,9 +67,7 @@ impl CarriedRows<'_> {
 
     /// Notes that a vertex has drifted so far.
     pub fn set_drift(&mut self, vertex: usize, drift: f32) {
-        if let Some(row) = self.drift.get_mut(vertex) {
-            *row = drift;
-        }
+        self.drift[vertex] = drift;
     }
 
     /// Notes in `keep` that it stands at `t` of the way between the ends.
@@ -99,7 +96,7 @@ impl<'a> CarriedRows<'a> {
 }
 
 /// Splits rows that may not be there.
-fn split<T>(rows: &mut [T], size: usize) -> (&mut [T], &mut [T]) {
+pub fn split<T>(rows: &mut [T], size: usize) -> (&mut [T], &mut [T]) {
     rows.split_at_mut(size.min(rows.len()))
 }
 
@@ -118,11 +115,26 @@ mod tests {
         };
         carried.rows().contract(0, [0, 1], 0.25);
         assert_eq!(carried.origin[0], 7 | MOVED_FROM);
-        carried.rows().set_drift(0, 0.5);
-        assert_eq!(carried.rows().drift(0, 1), 0.5);
         carried.rows().contract(0, [0, 2], 1.0);
         assert_eq!(carried.origin[0], 9);
         carried.compact(&[0, 1, 1, 2]);
         assert_eq!(carried.origin, [9, 9]);
+    }
+
+    #[test]
+    fn drifts_stay_with_their_vertices() {
+        let mut carried = Carried {
+            origin: vec![7, 8, 9],
+            wedges: None,
+            drift: vec![0.0; 3],
+            weights: Vec::new(),
+            face_origin: Vec::new(),
+        };
+        let mut rows = carried.rows();
+        rows.set_drift(2, 0.5);
+        rows.set_drift(0, 0.25);
+        assert_eq!([rows.drift(0, 1), rows.drift(1, 2), rows.drift(2, 0)], [0.25, 0.5, 0.5]);
+        carried.compact(&[0, 1, 1, 2]);
+        assert_eq!(carried.drift, [0.25, 0.5]);
     }
 }

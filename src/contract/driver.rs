@@ -31,8 +31,8 @@ use super::{Candidates, Metric, Options, Placement};
 
 /// Live faces below which a GPU hands over to the CPU: a round there costs more than its work.
 const HANDOVER_FACES: usize = 20_000;
-/// The share of the faces below which software does, which runs on the CPU's cores and never gains: a second round there
-/// passes 1.5 times the CPU's time.
+/// The share of the faces below which software does, which runs on the CPU's cores and never gains: with one round there a run
+/// takes 1.5 to 1.9 times as long as on the CPU.
 const SOFTWARE_HANDOVER: f64 = 0.75;
 /// Faces from which a GPU that was taken by itself is used: below, its kernels are not even loaded when the CPU is done.
 const AUTO_FACES: usize = 100_000;
@@ -259,7 +259,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Fills the host's quadrics where the metric accumulates them, weighs and stores them.
+    /// Finds the weights of the start; fills the host's quadrics where the metric accumulates them, weighs and stores them.
     fn start_quadrics(&mut self, storage: Option<Storage>) -> Result<()> {
         let Self { options, prepared, host, host_queue, .. } = self;
         let clock = Instant::now();

@@ -129,17 +129,6 @@ impl Evaluation {
 
     /// Sums what the metric needs of the surface as it is.
     fn find_sums(&mut self, surface: &Surface, wedges: Option<&Wedges>) -> Result<()> {
-        self.sum(surface)?;
-        if let (Some(Volume { normals, sums, .. }), Some(spreads), Some(wedges)) =
-            (&mut self.volume, &mut self.spreads, wedges)
-        {
-            spreads.add_to(&mut self.queue, surface, &wedges.buffers, normals, sums)?;
-        }
-        Ok(())
-    }
-
-    /// The same without attributes.
-    fn sum(&mut self, surface: &Surface) -> Result<()> {
         let Surface { positions, faces, ring_starts, ring_faces, .. } = surface;
         let (queue, Some(Volume { normals, sums, borders })) = (&mut self.queue, &mut self.volume) else {
             return Ok(());
@@ -148,7 +137,11 @@ impl Evaluation {
         grow(queue, sums, surface.vertex_count)?;
         let (vertex_count, face_count) = (surface.vertex_count as u32, surface.face_count as u32);
         queue.run(FaceNormals { positions, faces, face_count, normals })?;
-        queue.run(VolumeSums { positions, faces, ring_starts, ring_faces, normals, vertex_count, sums, borders })
+        queue.run(VolumeSums { positions, faces, ring_starts, ring_faces, normals, vertex_count, sums, borders })?;
+        if let (Some(spreads), Some(wedges)) = (&mut self.spreads, wedges) {
+            spreads.add_to(queue, surface, &wedges.buffers, normals, sums)?;
+        }
+        Ok(())
     }
 }
 

@@ -310,7 +310,42 @@ impl Examiner {
     }
 }
 
-/// The root of the mean squared distance of `x` to the planes of a pair's quadric.
+/// The root of the weighted mean squared distance of `x` to what a pair's quadric stands for: planes, and border edges.
 fn off_planes(quadric: &Quadric, x: DVec3) -> f32 {
     (quadric.value(x).max(0.0) / quadric.weight()).sqrt() as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::prepare::prepare;
+    use super::super::surface::Surface;
+    use super::*;
+    use crate::backend::Device;
+    use crate::mesh::shapes;
+
+    #[test]
+    fn the_step_of_a_pair_is_added_to_the_greater_drift_of_its_ends() {
+        let options = Options::default();
+        let mut prepared = prepare(&shapes::icosphere(2), &options).expect("a valid mesh");
+        let (start, device) = (prepared.take_start(), Device::cpu(1).expect("a device"));
+        let mut surface = Surface::new(&mut device.cpu_queue(), start, false).expect("room");
+        let [u, w, _] = surface.faces.host()[0].corners();
+        let mut deviation_after = |drifts: [f32; 2]| {
+            prepared.carried.drift[u as usize] = drifts[0];
+            prepared.carried.drift[w as usize] = drifts[1];
+            let patch = Patch::whole(&mut surface, &mut prepared.carried);
+            let mut examiner = Examiner::new(Rules::new(&options, f64::INFINITY), false, 0.0);
+            match examiner.examine(&patch, [u, w], 0.0) {
+                Verdict::Accepted(Accepted { placed, deviation, .. }) => {
+                    assert_eq!(placed.accumulated.deviation(), deviation);
+                    deviation
+                }
+                refused => panic!("{refused:?}"),
+            }
+        };
+        let step = deviation_after([0.0, 0.0]);
+        // Edges are about 1 long in the frame, and this sphere bends by a seventh of that over two.
+        assert!((1e-3..0.2).contains(&step), "{step}");
+        assert_eq!([[1.0, 0.0], [0.5, 2.0]].map(&mut deviation_after), [1.0 + step, 2.0 + step]);
+    }
 }

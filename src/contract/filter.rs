@@ -212,7 +212,7 @@ mod tests {
         let mut prepared = prepare(mesh, &Options::default()).expect("a valid mesh");
         let device = Device::cpu(1).expect("a device");
         let start = prepared.take_start();
-        let mut surface = Surface::new(&mut device.cpu_queue(), start, true).expect("room");
+        let mut surface = Surface::new(&mut device.cpu_queue(), start, false).expect("room");
         let mut patch = Patch::whole(&mut surface, &mut prepared.carried);
         let (mut star, mut counts) = (Star::default(), [0, 0]);
         for corners in patch.connectivity.faces.iter().map(|face| face.corners()) {

@@ -15,7 +15,7 @@ use crate::kernel::rows::{Contraction, Face, PlaneQuadric, Position};
 use crate::kernel::warm::{faces_near, warm_up};
 use crate::math::Vec3;
 
-use super::carry::{Carried, CarriedRows};
+use super::carry::{Carried, CarriedRows, split};
 use super::surface::Surface;
 use super::wedges::WedgeRows;
 
@@ -42,7 +42,7 @@ pub struct Patch<'a> {
     pub connectivity: Connectivity<'a>,
     first: u32,
     positions: &'a mut [Position],
-    /// None where no planes are accumulated.
+    /// Empty where no planes are accumulated.
     quadrics: &'a mut [PlaneQuadric],
     roles: &'a mut [u32],
     carried: CarriedRows<'a>,
@@ -53,9 +53,9 @@ pub struct Patch<'a> {
 pub enum Accumulated {
     /// Of the metric `plane`: the planes that it stands for, about it.
     Planes(PlaneQuadric),
-    /// Of the metric `volume`: the sum of its steps off the surface, each the root of the mean squared distance to the
-    /// planes of the faces that there were, in the normalized frame. Planes that it once stood for tell less, since it may
-    /// slide along a flat away from them.
+    /// Of the metric `volume`: the greater sum of steps of both ends and the last one, in the normalized frame. A step is the
+    /// root of the weighted mean squared distance to the planes of the faces around the pair, and to border edges there.
+    /// Planes that a vertex once stood for tell less, since it may slide along a flat away from them.
     Drift(f32),
 }
 
@@ -115,7 +115,7 @@ impl<'a> Patch<'a> {
     fn split_at(self, size: usize) -> (Self, Self) {
         let Self { connectivity, first, positions, quadrics, roles, carried } = self;
         let (positions, other_positions) = positions.split_at_mut(size);
-        let (quadrics, other_quadrics) = quadrics.split_at_mut(size.min(quadrics.len()));
+        let (quadrics, other_quadrics) = split(quadrics, size);
         let (roles, other_roles) = roles.split_at_mut(size);
         let (carried, other_carried) = carried.split_at(size);
         let others = Self {
@@ -235,5 +235,17 @@ impl<'a> Patch<'a> {
         self.roles[kept] = KEEPS | gone;
         self.roles[vanished] = GONE | keep;
         Contraction { keep, gone, x, y, z, flags }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_deviation_is_the_root_of_a_mean_square_or_a_sum_of_steps() {
+        let planes = |c, weight| Accumulated::Planes(PlaneQuadric { c, weight, ..PlaneQuadric::default() });
+        let all = [planes(8.0, 2.0), planes(-1e-9, 2.0), planes(0.0, 0.0), Accumulated::Drift(0.3)];
+        assert_eq!(all.map(|accumulated| accumulated.deviation()), [2.0, 0.0, 0.0, 0.3]);
     }
 }

@@ -153,7 +153,7 @@ mod tests {
         let mut prepared = prepare(mesh, &Options::default()).expect("a valid mesh");
         let device = Device::cpu(1).expect("a device");
         let start = prepared.take_start();
-        let mut surface = Surface::new(&mut device.cpu_queue(), start, true).expect("room");
+        let mut surface = Surface::new(&mut device.cpu_queue(), start, false).expect("room");
         let carried = &mut prepared.carried;
         let (mut refused, mut legal) = (Vec::new(), Vec::new());
         for (pair, verdict) in verdicts(&mut surface, carried) {

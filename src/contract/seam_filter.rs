@@ -165,7 +165,7 @@ mod tests {
             prepared.flag_seams(&mesh, &seams, yields);
             let chart: Vec<u32> = prepared.carried.face_origin.iter().map(|&f| chart[f as usize]).collect();
             let start = prepared.take_start();
-            let mut surface = Surface::new(&mut device.cpu_queue(), start, true).expect("room");
+            let mut surface = Surface::new(&mut device.cpu_queue(), start, false).expect("room");
             let mut add = |which: usize, [held, allowed]: [usize; 2]| {
                 told[which][0] += held;
                 told[which][1] += allowed;

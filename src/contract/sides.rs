@@ -362,7 +362,7 @@ mod tests {
         let mut prepared = prepare(&mesh, &Options::default()).expect("a valid mesh");
         let device = Device::cpu(1).expect("a device");
         let start = prepared.take_start();
-        let mut surface = Surface::new(&mut device.cpu_queue(), start, true).expect("room");
+        let mut surface = Surface::new(&mut device.cpu_queue(), start, false).expect("room");
         let origin = prepared.carried.origin.clone();
         let patch = Patch::whole(&mut surface, &mut prepared.carried);
         let is_off = |v: u32| place(origin[v as usize]).iter().all(|&x| x > 0 && x < width);

@@ -23,7 +23,7 @@ pub struct Surface {
     pub faces: Buffer<Face>,
     pub ring_starts: Buffer<u32>,
     pub ring_faces: Buffer<u32>,
-    /// Accumulated plane quadrics, where something needs them.
+    /// Accumulated plane quadrics, of the metric `plane`.
     pub quadrics: Option<Buffer<PlaneQuadric>>,
     pub vertex_count: usize,
     pub face_count: usize,

@@ -296,18 +296,39 @@ mod tests {
 
     #[test]
     fn sheets_back_to_back_go_on_as_flat_as_they_are() {
-        let sheet = doubled_sheet(4);
+        [1.0, 1e-3, 1e3].into_iter().for_each(check_sheets);
+    }
+
+    /// Of a doubled sheet of such squares.
+    fn check_sheets(side: f64) {
+        let mut sheet = doubled_sheet(4);
+        sheet.positions.iter_mut().for_each(|p| *p *= side);
         let (apart, Cut { was, fans, .. }) = cut_mesh(&sheet).expect("it touches itself");
         assert_eq!((topology(&apart).components, topology(&apart).border_edges, was.len()), (1, 0, 25 + 9));
         // Every vertex inside became one of the front and one of the back. Where these end on each other nothing moves.
         for (v, &before) in was.iter().enumerate() {
             let p = apart.positions[v];
-            let is_inside = [p.x, p.y].iter().all(|&x| 0.0 < x && x < 4.0);
+            let is_inside = [p.x, p.y].iter().all(|&x| 0.0 < x && x < 4.0 * side);
             assert_eq!(was.iter().filter(|&&other| other == before).count(), if is_inside { 2 } else { 1 });
             let ring: Vec<_> = apart.faces.iter().filter(|face| face.contains(&(v as u32))).collect();
             let is_alone = ring.len() == 2;
             assert_eq!(fans[v] == Fan::Complex, !is_inside && !is_alone, "{p}");
         }
+    }
+
+    #[test]
+    fn sharp_edges_are_no_folds() {
+        // A tetrahedron and its image in one of its corners, with edges of 70°.
+        let mut mesh = shapes::tetrahedron();
+        mesh.positions.iter_mut().for_each(|p| *p *= 1e3);
+        let corner = mesh.positions[0];
+        let image: Vec<DVec3> = mesh.positions[1..].iter().map(|&p| 2.0 * corner - p).collect();
+        let number = |v: u32| if v == 0 { 0 } else { v + 3 };
+        let faces: Vec<[u32; 3]> = mesh.faces.iter().map(|&[a, b, c]| [a, c, b].map(number)).collect();
+        mesh.positions.extend(image);
+        mesh.faces.extend(faces);
+        let (apart, Cut { fans, .. }) = cut_mesh(&mesh).expect("it touches itself");
+        assert_eq!((topology(&apart).components, fans), (2, vec![Fan::Closed; 8]));
     }
 
     #[test]

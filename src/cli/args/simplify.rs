@@ -78,7 +78,7 @@ pub struct Target {
     /// Estimated deviation allowed, of the diagonal
     ///
     /// Stops before the estimated deviation passes this fraction of the bounding box's diagonal. The estimate adds
-    /// up how far each contraction leaves the faces around it, no bound; with --metric plane it is the root of a mean
+    /// up how far each contraction leaves the faces around it, no bound; with the metric plane it is the root of a mean
     /// squared distance to planes of the original. With --method cluster it bounds how far a vertex moves, with vsa,
     /// superface and coplanar how far it is from its region's plane and a border from what takes its place.
     #[arg(short, long, value_name = "R|P%", value_parser = values::fraction)]
