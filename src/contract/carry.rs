@@ -104,15 +104,20 @@ pub fn split<T>(rows: &mut [T], size: usize) -> (&mut [T], &mut [T]) {
 mod tests {
     use super::*;
 
-    #[test]
-    fn origins_survive_only_at_the_ends() {
-        let mut carried = Carried {
+    /// What three vertices carry at the start.
+    fn three_vertices() -> Carried {
+        Carried {
             origin: vec![7, 8, 9],
             wedges: None,
             drift: vec![0.0; 3],
             weights: Vec::new(),
             face_origin: Vec::new(),
-        };
+        }
+    }
+
+    #[test]
+    fn origins_survive_only_at_the_ends() {
+        let mut carried = three_vertices();
         carried.rows().contract(0, [0, 1], 0.25);
         assert_eq!(carried.origin[0], 7 | MOVED_FROM);
         carried.rows().contract(0, [0, 2], 1.0);
@@ -123,13 +128,7 @@ mod tests {
 
     #[test]
     fn drifts_stay_with_their_vertices() {
-        let mut carried = Carried {
-            origin: vec![7, 8, 9],
-            wedges: None,
-            drift: vec![0.0; 3],
-            weights: Vec::new(),
-            face_origin: Vec::new(),
-        };
+        let mut carried = three_vertices();
         let mut rows = carried.rows();
         rows.set_drift(2, 0.5);
         rows.set_drift(0, 0.25);
