@@ -1,5 +1,6 @@
 //! What the attributes add to the sums of every vertex: how far their gradients over its faces spread. Twin:
-//! `shaders/attribute_spreads.wgsl`, number by number: the same operations in the same order, eight numbers side by side here.
+//! `shaders/attribute_spreads.wgsl`, number by number: the same operations in the same order, eight numbers side by side here
+//! and four there.
 //!
 //! # Reference
 //! \[HO99\]: the faces of a wedge agree in its numbers at its place v, and with the gradients g and their mean ḡ differ at x
