@@ -16,7 +16,7 @@ pub const TRIALS: [Trial; 2] = [
 
 /// How many numbers a wedge has: of small rounds also the most, for the bindings of small pages are few.
 fn costed_of(round: &Round) -> &'static [usize] {
-    if round.faces.len() < 500 { &[2, 16] } else { &[2] }
+    if round.faces.len() < 500 { &[2, 7, 16] } else { &[2] }
 }
 
 /// The wedges of a round.
