@@ -39,6 +39,8 @@ pub struct GpuOptions {
     pub exactness: Option<Exactness>,
     /// What rows are loaded by; `None` takes what suits the adapter. One that cannot load pairs loads words.
     pub packing: Option<Packing>,
+    /// Whether rows may be held in textures, where the adapter can store there; `None` where that is faster, on software.
+    pub texels: Option<bool>,
     /// Whether to time every kernel, for [`Device::kernel_times`]; not every adapter can.
     pub time_kernels: bool,
     /// Whether a copy of a surface follows the host's by replaying its contractions, or is sent anew; `None` sends it to

@@ -8,6 +8,7 @@ use super::gpu_buffer::{GpuBuffer, Meter, stride};
 use super::gpu_clock::{Clock, KernelTime};
 use super::gpu_faults::{Faults, guard, lock, wait};
 use super::gpu_pipeline::Pipeline;
+use super::gpu_texels::{self, Texels};
 use super::module::{Dialect, Exactness, Packing, PageShape, Signature};
 use super::{GpuOptions, Selector, Switch};
 use crate::error::{Error, Result};
@@ -29,6 +30,8 @@ pub struct Gpu {
     meter: Meter,
     page_rows: u32,
     dialect: Dialect,
+    /// Whether rows may be texels.
+    has_texels: bool,
     /// Where kernels are timed.
     clock: Option<Clock>,
     pipelines: Mutex<HashMap<PipelineKey, Arc<Pipeline>>>,
@@ -47,10 +50,13 @@ impl Gpu {
         let has = |features| adapter.features().contains(features);
         let is_timed = options.time_kernels && has(Clock::FEATURES);
         let packs_pairs = options.packing.map_or(is_software, |packing| packing == Packing::Pairs) && has(PAIRS);
+        let has_texels = options.texels.unwrap_or(is_software) && gpu_texels::are_usable(&adapter);
         let needed = |is_needed, features| if is_needed { features } else { wgpu::Features::empty() };
         let request = adapter.request_device(&wgpu::DeviceDescriptor {
             label: None,
-            required_features: needed(is_timed, Clock::FEATURES) | needed(packs_pairs, PAIRS),
+            required_features: needed(is_timed, Clock::FEATURES)
+                | needed(packs_pairs, PAIRS)
+                | needed(has_texels, gpu_texels::FEATURES),
             required_limits: limits.clone(),
             experimental_features: wgpu::ExperimentalFeatures::disabled(),
             memory_hints: wgpu::MemoryHints::Performance,
@@ -74,6 +80,7 @@ impl Gpu {
             meter: Meter::new(options.memory_limit),
             page_rows: options.page_rows.unwrap_or(u32::MAX).max(1),
             dialect,
+            has_texels,
             pipelines: Mutex::default(),
         })
     }
@@ -168,6 +175,19 @@ impl Gpu {
         self.limits.max_storage_buffers_per_shader_stage.min(buffers)
     }
 
+    /// The texels of a buffer; none where the adapter has no use or no room for them.
+    pub(super) fn texels<'a>(&self, buffer: &'a GpuBuffer) -> Option<&'a Texels> {
+        let (pages, stride) = (buffer.pages(), buffer.stride());
+        let most_lines = u64::from(self.limits.max_texture_dimension_2d);
+        if !self.has_texels || pages.iter().any(|page| gpu_texels::lines(page.size(), stride) > most_lines) {
+            return None;
+        }
+        buffer.texels(|| {
+            let lease = self.meter.lease(buffer.bytes()).ok()?;
+            self.guard("cannot allocate texels", || Texels::new(&self.device, pages, stride, lease)).ok()
+        })
+    }
+
     /// The binary logarithm of the most rows that one binding holds.
     fn page_shift(&self, stride: u64) -> u32 {
         let bytes = self.limits.max_storage_buffer_binding_size.min(self.limits.max_buffer_size);
@@ -198,6 +218,8 @@ fn limits(own: &wgpu::Limits) -> wgpu::Limits {
             .max_buffers_and_acceleration_structures_per_shader_stage,
         max_compute_workgroup_storage_size: own.max_compute_workgroup_storage_size,
         max_compute_workgroups_per_dimension: own.max_compute_workgroups_per_dimension,
+        max_storage_textures_per_shader_stage: own.max_storage_textures_per_shader_stage,
+        max_texture_dimension_2d: own.max_texture_dimension_2d,
         min_uniform_buffer_offset_alignment: own.min_uniform_buffer_offset_alignment,
         ..wgpu::Limits::downlevel_defaults()
     }

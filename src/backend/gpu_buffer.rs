@@ -1,20 +1,35 @@
 //! A buffer on a GPU: one or more pages, each small enough to bind.
 
 use std::ops::Range;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 
+use super::gpu_texels::Texels;
 use super::module::PageShape;
 use crate::error::{Error, Result};
 
-/// Rows in pages of equal length, a power of two of rows; the last page is as long as its rows.
+/// Rows in pages of equal length, a power of two of rows; the last page is as long as its rows. They are in buffers, in texels,
+/// or in both: what was not written last is brought up to date before it is read.
 #[derive(Debug)]
 pub struct GpuBuffer {
     pages: Vec<wgpu::Buffer>,
     shift: u32,
     row_bytes: usize,
     stride: u64,
+    /// Made when first needed; none where there is no room.
+    texels: OnceLock<Option<Texels>>,
+    /// Whether what each form holds, once what is recorded has run, are the rows. At first both are zeros.
+    are_current: [AtomicBool; 2],
     _lease: Lease,
+}
+
+/// What rows are held in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// Storage buffers.
+    Buffers,
+    /// Textures.
+    Texels,
 }
 
 impl GpuBuffer {
@@ -32,7 +47,8 @@ impl GpuBuffer {
                 mapped_at_creation: false,
             })
         });
-        Self { pages: pages.collect(), shift, row_bytes, stride, _lease: lease }
+        let (texels, are_current) = (OnceLock::new(), [true, true].map(AtomicBool::new));
+        Self { pages: pages.collect(), shift, row_bytes, stride, texels, are_current, _lease: lease }
     }
 
     /// The pages in the order of their rows.
@@ -42,7 +58,37 @@ impl GpuBuffer {
 
     /// How a shader finds a row.
     pub fn shape(&self) -> PageShape {
-        PageShape { count: self.pages.len() as u32, shift: self.shift }
+        PageShape { count: self.pages.len() as u32, shift: self.shift, are_texels: false }
+    }
+
+    /// Its texels, which `make` makes on first use if there is room.
+    pub fn texels(&self, make: impl FnOnce() -> Option<Texels>) -> Option<&Texels> {
+        self.texels.get_or_init(make).as_ref()
+    }
+
+    /// Its texels, if they were made.
+    pub fn made_texels(&self) -> Option<&Texels> {
+        self.texels.get()?.as_ref()
+    }
+
+    /// Bytes of all pages.
+    pub fn bytes(&self) -> u64 {
+        self.pages.iter().map(wgpu::Buffer::size).sum()
+    }
+
+    /// Whether a form holds the rows.
+    pub fn is_current(&self, form: Form) -> bool {
+        self.are_current[form as usize].load(Ordering::Relaxed)
+    }
+
+    /// Notes that a form was brought up to date from the other.
+    pub fn was_copied_to(&self, form: Form) {
+        self.are_current[form as usize].store(true, Ordering::Relaxed);
+    }
+
+    /// Notes that a form, which was current, is written, and the other is not.
+    pub fn was_written_in(&self, form: Form) {
+        self.are_current[1 - form as usize].store(false, Ordering::Relaxed);
     }
 
     /// Bytes a row on the host.
@@ -58,14 +104,14 @@ impl GpuBuffer {
     /// These rows in stretches of at most `most_bytes` that each lie in one page.
     pub fn pieces(&self, rows: Range<usize>, most_bytes: u64) -> impl Iterator<Item = Piece<'_>> {
         let (first, past, most) = (rows.start as u64, rows.end as u64, (most_bytes / self.stride).max(1));
-        self.pages.iter().zip(0u64..).flat_map(move |(page, index)| {
-            let page_first = index << self.shift;
+        self.pages.iter().enumerate().flat_map(move |(index, page)| {
+            let page_first = (index as u64) << self.shift;
             let start = first.max(page_first);
             let end = past.min(page_first + (1 << self.shift));
             (start..end).step_by(most as usize).map(move |at| {
                 let end = end.min(at.saturating_add(most));
                 let rows = (at - first) as usize..(end - first) as usize;
-                Piece { page, offset: (at - page_first) * self.stride, bytes: (end - at) * self.stride, rows }
+                Piece { page, index, offset: (at - page_first) * self.stride, bytes: (end - at) * self.stride, rows }
             })
         })
     }
@@ -82,6 +128,8 @@ pub const fn stride(row_bytes: usize) -> u64 {
 pub struct Piece<'a> {
     /// The page.
     pub page: &'a wgpu::Buffer,
+    /// Which one that is.
+    pub index: usize,
     /// The first byte's place in the page.
     pub offset: u64,
     /// Bytes in the page.

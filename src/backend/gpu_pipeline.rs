@@ -4,9 +4,13 @@ use std::num::NonZeroU64;
 
 use super::Access;
 use super::gpu::Gpu;
-use super::gpu_buffer::GpuBuffer;
+use super::gpu_buffer::{GpuBuffer, stride};
+use super::gpu_texels::{Texels, format};
 use super::module::{PageShape, Signature};
 use crate::error::{Error, Result};
+
+/// A buffer as a kernel binds it: its texels, or its pages.
+pub type Bound<'a> = (&'a GpuBuffer, Option<&'a Texels>);
 
 /// A compiled kernel, for one way of cutting its buffers into pages.
 #[derive(Debug)]
@@ -25,7 +29,8 @@ impl Pipeline {
     /// # Errors
     /// [`Error::Limit`] when the pages are more than the adapter can bind, [`Error::Device`] when it refuses the module.
     pub fn new(gpu: &Gpu, signature: &Signature<'_>, pages: &[PageShape]) -> Result<Self> {
-        let (needed, limit) = (pages.iter().map(|page| page.count).sum::<u32>(), gpu.max_pages());
+        let in_buffers = pages.iter().filter(|page| !page.are_texels);
+        let (needed, limit) = (in_buffers.map(|page| page.count).sum::<u32>(), gpu.max_pages());
         if needed > limit {
             return Err(Error::Limit(format!(
                 "the mesh is too large for this adapter: '{}' needs {needed} storage buffers, {} binds {limit}",
@@ -63,9 +68,12 @@ impl Pipeline {
     }
 
     /// Binds a uniform block in `uniforms` (at a dynamic offset) and these buffers.
-    pub fn bind(&self, device: &wgpu::Device, uniforms: &wgpu::Buffer, buffers: &[&GpuBuffer]) -> wgpu::BindGroup {
+    pub fn bind(&self, device: &wgpu::Device, uniforms: &wgpu::Buffer, buffers: &[Bound<'_>]) -> wgpu::BindGroup {
         let block = wgpu::BufferBinding { buffer: uniforms, offset: 0, size: Some(self.uniform_bytes) };
-        let pages = buffers.iter().flat_map(|buffer| buffer.pages()).map(wgpu::Buffer::as_entire_binding);
+        let pages = buffers.iter().flat_map(|(buffer, texels)| match texels {
+            Some(texels) => texels.pages().iter().map(|page| wgpu::BindingResource::TextureView(page.view())).collect(),
+            None => buffer.pages().iter().map(wgpu::Buffer::as_entire_binding).collect::<Vec<_>>(),
+        });
         let resources = std::iter::once(wgpu::BindingResource::Buffer(block)).chain(pages);
         let entries: Vec<_> =
             resources.zip(0..).map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource }).collect();
@@ -85,12 +93,22 @@ fn entries(
     };
     let storage = signature.bindings.iter().zip(pages).flat_map(|(binding, shape)| {
         let read_only = binding.access == Access::Read;
-        let ty = wgpu::BufferBindingType::Storage { read_only };
-        (0..shape.count).map(move |_| wgpu::BindingType::Buffer {
-            ty,
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        })
+        let ty = match shape.are_texels {
+            true => wgpu::BindingType::StorageTexture {
+                access: match read_only {
+                    true => wgpu::StorageTextureAccess::ReadOnly,
+                    false => wgpu::StorageTextureAccess::ReadWrite,
+                },
+                format: format(stride(binding.stride)),
+                view_dimension: wgpu::TextureViewDimension::D2,
+            },
+            false => wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Storage { read_only },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+        };
+        (0..shape.count).map(move |_| ty)
     });
     let types = std::iter::once(uniform).chain(storage);
     types

@@ -5,12 +5,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::gpu::Gpu;
-use super::gpu_buffer::{GpuBuffer, Piece};
+use super::gpu_buffer::{Form, GpuBuffer, Piece};
 use super::gpu_clock::{Clock, Readings};
-use super::gpu_pipeline::Pipeline;
+use super::gpu_pipeline::{Bound, Pipeline};
 use super::gpu_readback::Readback;
+use super::gpu_texels::{TEXEL_BYTES, TexelPage, Texels, Way};
 use super::gpu_upload::Upload;
-use super::module::{Signature, uniform_block};
+use super::module::{PageShape, Signature, uniform_block};
+use super::{Access, Binding};
 use crate::error::{Error, Result};
 
 /// Bytes of uniform blocks in one submission: room for 256 dispatches or more.
@@ -22,6 +24,9 @@ const MAX_INVOCATIONS: u64 = 1 << 26;
 
 /// Bytes read at a time. Larger pieces are no faster and hold more memory.
 const PIECE_BYTES: u64 = 8 << 20;
+
+/// Rows to an invocation at most of a kernel that gains by texels: of one that reads a few, copying takes longer than it saves.
+const MOST_ROWS: u64 = 64;
 
 /// Bytes prefetched at most.
 const AHEAD_BYTES: u64 = 64 << 20;
@@ -46,8 +51,22 @@ pub struct Recorder {
 
 #[derive(Debug)]
 enum Command {
-    Dispatch { pipeline: Arc<Pipeline>, bind_group: wgpu::BindGroup, block_offset: u32, grid: [u32; 2] },
-    Clear { page: wgpu::Buffer, bytes: u64 },
+    Dispatch {
+        pipeline: Arc<Pipeline>,
+        bind_group: wgpu::BindGroup,
+        block_offset: u32,
+        grid: [u32; 2],
+    },
+    Clear {
+        page: wgpu::Buffer,
+        bytes: u64,
+    },
+    /// Of a page to its texels, or back.
+    Copy {
+        page: wgpu::Buffer,
+        texels: TexelPage,
+        way: Way,
+    },
 }
 
 impl Recorder {
@@ -95,15 +114,52 @@ impl Recorder {
         if buffers.len() < signature.bindings.len() || params.len() != signature.params.len() * 4 {
             return Err(Error::Device(format!("'{}' has a buffer on the host or a misdeclared block", signature.name)));
         }
-        let pages: Vec<_> = buffers.iter().map(|buffer| buffer.shape()).collect();
+        let bound = self.bound(&signature.bindings, &buffers, invocations);
+        let shape = |&(buffer, texels): &Bound<'_>| PageShape { are_texels: texels.is_some(), ..buffer.shape() };
+        let pages: Vec<_> = bound.iter().map(shape).collect();
         let pipeline = self.gpu.pipeline(signature, &pages)?;
         let block_offset = self.record_block(&uniform_block(params, invocations), u64::from(invocations))?;
         let uniforms = self.uniforms()?;
-        let bind_group = self.gpu.guard(signature.name, || pipeline.bind(self.gpu.device(), &uniforms, &buffers))?;
+        let bind_group = self.gpu.guard(signature.name, || pipeline.bind(self.gpu.device(), &uniforms, &bound))?;
         let groups = invocations.div_ceil(signature.workgroup);
         let grid = tight_grid(groups, self.gpu.limits().max_compute_workgroups_per_dimension);
+        let form = |texels: Option<&Texels>| if texels.is_some() { Form::Texels } else { Form::Buffers };
+        bound.iter().for_each(|&(buffer, texels)| self.update(buffer, form(texels)));
         self.commands.push(Command::Dispatch { pipeline, bind_group, block_offset, grid });
+        let is_written = |binding: &&Binding<'_>| binding.access != Access::Read;
+        for (_, &(buffer, texels)) in signature.bindings.iter().zip(&bound).filter(|(binding, _)| is_written(binding)) {
+            buffer.was_written_in(form(texels));
+        }
         Ok(())
+    }
+
+    /// What a kernel binds: texels as far as they gain and the adapter binds so many.
+    fn bound<'a>(&self, bindings: &[Binding<'_>], buffers: &[&'a GpuBuffer], invocations: u32) -> Vec<Bound<'a>> {
+        let mut room = self.gpu.limits().max_storage_textures_per_shader_stage as usize;
+        let bound = |(binding, &buffer): (&Binding<'_>, &&'a GpuBuffer)| {
+            let gains = gains_by_texels(binding, buffer, invocations) && buffer.pages().len() <= room;
+            let texels = if gains { self.gpu.texels(buffer) } else { None };
+            room -= texels.map_or(0, |texels| texels.pages().len());
+            (buffer, texels)
+        };
+        bindings.iter().zip(buffers).map(bound).collect()
+    }
+
+    /// Records copies that bring a form of a buffer's rows up to date.
+    fn update(&mut self, buffer: &GpuBuffer, form: Form) {
+        if let Some(texels) = buffer.made_texels()
+            && !buffer.is_current(form)
+        {
+            let way = if form == Form::Texels { Way::In } else { Way::Out };
+            let pages = buffer.pages().iter().zip(texels.pages());
+            let copy = |(page, texels): (&wgpu::Buffer, &TexelPage)| Command::Copy {
+                page: page.clone(),
+                texels: texels.clone(),
+                way,
+            };
+            self.commands.extend(pages.map(copy));
+            buffer.was_copied_to(form);
+        }
     }
 
     /// Puts a uniform block beside the others of this submission, which ends first if it is full. Returns its offset.
@@ -130,6 +186,8 @@ impl Recorder {
 
     /// Records zeros over the first `rows` rows.
     pub fn clear(&mut self, buffer: &GpuBuffer, rows: usize) -> Result<()> {
+        self.update(buffer, Form::Buffers);
+        buffer.was_written_in(Form::Buffers);
         let whole_pages = buffer.pieces(0..rows, u64::MAX);
         self.commands.extend(whole_pages.map(|piece| Command::Clear { page: piece.page.clone(), bytes: piece.bytes }));
         Ok(())
@@ -164,6 +222,7 @@ impl Recorder {
 
     /// Has rows copied along with the next submission, as many as there is room for.
     pub fn prefetch(&mut self, buffer: &GpuBuffer, rows: Range<usize>) -> Result<()> {
+        self.update(buffer, Form::Buffers);
         let pieces = buffer.pieces(rows, PIECE_BYTES);
         self.wanted.extend(pieces.map(|piece| (piece.page.clone(), piece.offset..piece.offset + piece.bytes)));
         Ok(())
@@ -194,16 +253,22 @@ impl Recorder {
 
     /// Copies the bytes of rows to the start of `buffer`, after all that was recorded.
     pub fn write(&mut self, buffer: &GpuBuffer, bytes: &[u8]) -> Result<()> {
+        let texels = self.gpu.texels(buffer).filter(|_| buffer.is_current(Form::Texels));
+        if texels.is_none() {
+            self.update(buffer, Form::Buffers);
+        }
         self.submit()?;
         self.forget_ahead();
         let clock = Instant::now();
-        self.bytes_moved += self.upload.write(&self.gpu, buffer, bytes)?;
+        self.bytes_moved += self.upload.write(&self.gpu, (buffer, texels), bytes)?;
+        buffer.was_written_in(if texels.is_some() { Form::Texels } else { Form::Buffers });
         self.time_moving += clock.elapsed();
         Ok(())
     }
 
     /// Fills `bytes` with these rows of `buffer`, after all that was recorded.
     pub fn read(&mut self, buffer: &GpuBuffer, rows: Range<usize>, bytes: &mut [u8]) -> Result<()> {
+        self.update(buffer, Form::Buffers);
         self.submit()?;
         match &mut self.ahead {
             Some(ahead) => ahead.wait(&self.gpu)?,
@@ -244,6 +309,17 @@ impl Recorder {
     }
 }
 
+/// Whether a kernel is faster with texels than with a buffer. Rows of a word or two are read there only where they are there, and
+/// stored in buffers: copying takes as long as is gained.
+fn gains_by_texels(binding: &Binding<'_>, buffer: &GpuBuffer, invocations: u32) -> bool {
+    let is_possible = match binding.access {
+        Access::Read => buffer.stride() >= TEXEL_BYTES || buffer.is_current(Form::Texels),
+        Access::Write => buffer.stride() >= TEXEL_BYTES,
+        Access::Add => false,
+    };
+    is_possible && binding.len as u64 <= MOST_ROWS * u64::from(invocations)
+}
+
 /// Reads rows of `row_bytes` as a GPU holds them.
 fn unpad(padded: &[u8], stride: usize, rows: &mut [u8], row_bytes: usize) {
     if stride == row_bytes {
@@ -274,7 +350,7 @@ fn own_buffer(
 fn readings(clock: &Clock, device: &wgpu::Device, commands: &[Command]) -> Option<Readings> {
     let name = |command: &Command| match command {
         Command::Dispatch { pipeline, .. } => Some(pipeline.name),
-        Command::Clear { .. } => None,
+        Command::Clear { .. } | Command::Copy { .. } => None,
     };
     let names: Vec<_> = commands.iter().filter_map(name).collect();
     (!names.is_empty()).then(|| clock.readings(device, names))
@@ -286,9 +362,16 @@ fn encode(device: &wgpu::Device, commands: &[Command], readings: Option<&Reading
     let is_dispatch = |command: &Command| matches!(command, Command::Dispatch { .. });
     let mut kernel = 0;
     for run in commands.chunk_by(|a, b| readings.is_none() && is_dispatch(a) && is_dispatch(b)) {
-        if let [Command::Clear { page, bytes }] = run {
-            encoder.clear_buffer(page, 0, Some(*bytes));
-            continue;
+        match run {
+            [Command::Clear { page, bytes }] => {
+                encoder.clear_buffer(page, 0, Some(*bytes));
+                continue;
+            }
+            [Command::Copy { page, texels, way }] => {
+                texels.encode(&mut encoder, *way, page, 0, 0..page.size());
+                continue;
+            }
+            _ => {}
         }
         let timestamp_writes = readings.map(|readings| readings.around(kernel));
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: None, timestamp_writes });

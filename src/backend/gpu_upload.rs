@@ -5,8 +5,9 @@ use std::collections::VecDeque;
 use std::sync::mpsc;
 
 use super::gpu::Gpu;
-use super::gpu_buffer::GpuBuffer;
+use super::gpu_pipeline::Bound;
 use super::gpu_readback::ANSWER_TIMEOUT;
+use super::gpu_texels::Way;
 use crate::error::{Error, Result};
 
 /// Bytes copied at a time, and how many such copies are on their way.
@@ -37,13 +38,21 @@ struct Copying {
 }
 
 impl Upload {
-    /// Copies the bytes of rows to the start of `buffer`; returns how many bytes that are there.
-    pub fn write(&mut self, gpu: &Gpu, buffer: &GpuBuffer, bytes: &[u8]) -> Result<u64> {
+    /// Copies the bytes of rows to the start of a buffer, to its texels if they are given; returns how many bytes that are there.
+    pub fn write(&mut self, gpu: &Gpu, (buffer, texels): Bound<'_>, bytes: &[u8]) -> Result<u64> {
         let row_bytes = buffer.row_bytes();
         let mut moved = 0;
         for piece in buffer.pieces(0..bytes.len() / row_bytes, PIECE_BYTES) {
             moved += piece.bytes;
             let rows = &bytes[piece.rows.start * row_bytes..piece.rows.end * row_bytes];
+            let texels = texels.map(|texels| &texels.pages()[piece.index]);
+            if let Some(texels) = texels
+                && piece.bytes <= FEW_BYTES
+            {
+                let padded = padded(rows, row_bytes, buffer.stride() as usize);
+                gpu.guard("cannot write", || texels.write(gpu.queue(), piece.offset, &padded))?;
+                continue;
+            }
             if piece.bytes <= FEW_BYTES {
                 let written = gpu.guard("cannot write", || {
                     let bytes = wgpu::BufferSize::new(piece.bytes)?;
@@ -62,7 +71,12 @@ impl Upload {
                 drop(view);
                 staging.unmap();
                 let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-                encoder.copy_buffer_to_buffer(&staging, 0, piece.page, piece.offset, piece.bytes);
+                match texels {
+                    Some(texels) => {
+                        texels.encode(&mut encoder, Way::In, &staging, 0, piece.offset..piece.offset + piece.bytes);
+                    }
+                    None => encoder.copy_buffer_to_buffer(&staging, 0, piece.page, piece.offset, piece.bytes),
+                }
                 let submission = gpu.queue().submit([encoder.finish()]);
                 staging.map_async(wgpu::MapMode::Write, .., move |result| {
                     let _ = answer.send(result.is_ok());
@@ -97,6 +111,12 @@ impl Upload {
 
 fn unwritten() -> Error {
     Error::Device("cannot write to the GPU".into())
+}
+
+/// Rows of `row_bytes` as a GPU holds them.
+fn padded(rows: &[u8], row_bytes: usize, stride: usize) -> Vec<u8> {
+    let padding = [0; 16];
+    rows.chunks_exact(row_bytes).flat_map(|row| row.iter().chain(&padding[..stride - row_bytes])).copied().collect()
 }
 
 /// Writes rows of `row_bytes` as a GPU holds them.

@@ -19,6 +19,7 @@ mod gpu_faults;
 mod gpu_pipeline;
 mod gpu_readback;
 mod gpu_recorder;
+mod gpu_texels;
 mod gpu_upload;
 mod module;
 mod queue;

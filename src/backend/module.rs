@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use super::buffer::Member;
 use super::gpu_buffer::stride;
+use super::gpu_texels::{LINE_SHIFT, TEXEL_BYTES};
 use super::{Access, Binding, Constant, Kernel, Switch};
 
 /// The sources that every module begins with, of `shaders/shared/*.wgsl`.
@@ -98,6 +99,8 @@ pub struct PageShape {
     pub count: u32,
     /// Binary logarithm of the rows in each.
     pub shift: u32,
+    /// Whether rows are texels of textures. Kernels store only rows of more than two words there.
+    pub are_texels: bool,
 }
 
 /// All of a kernel that its module and its pipeline depend on.
@@ -168,17 +171,22 @@ fn write_declarations(text: &mut String, signature: &Signature<'_>, pages: &[Pag
     lines.push("struct Params {".into());
     lines.extend(signature.params.iter().chain(&HIDDEN).map(|(name, scalar)| format!("    {name}: {scalar},")));
     lines.extend(["}".into(), "@group(0) @binding(0) var<uniform> params: Params;".into()]);
+    if pages.iter().any(|shape| shape.are_texels) {
+        let mask = (1 << LINE_SHIFT) - 1;
+        lines.push(format!("fn texel_at(i: u32) -> vec2u {{ return vec2u(i & {mask}u, i >> {LINE_SHIFT}u); }}"));
+    }
     let mut slot = 1;
     for (binding, &shape) in signature.bindings.iter().zip(pages) {
         let Binding { name, row, access, .. } = binding;
-        let (space, element) = match access {
-            Access::Read => ("read", element(binding, packing)),
-            Access::Write => ("read_write", element(binding, packing)),
-            Access::Add => ("read_write", format!("atomic<{row}>")),
+        let (space, ty) = match access {
+            Access::Read if shape.are_texels => ("", texture(binding, "read")),
+            Access::Write if shape.are_texels => ("", texture(binding, "read_write")),
+            Access::Read => ("<storage, read>", format!("array<{}>", element(binding, packing))),
+            Access::Write => ("<storage, read_write>", format!("array<{}>", element(binding, packing))),
+            Access::Add => ("<storage, read_write>", format!("array<atomic<{row}>>")),
         };
         for page in 0..shape.count {
-            lines
-                .push(format!("@group(0) @binding({slot}) var<storage, {space}> {name}_page{page}: array<{element}>;"));
+            lines.push(format!("@group(0) @binding({slot}) var{space} {name}_page{page}: {ty};"));
             slot += 1;
         }
         lines.extend(accessors(binding, shape, packing));
@@ -192,15 +200,21 @@ fn write_declarations(text: &mut String, signature: &Signature<'_>, pages: &[Pag
 fn accessors(binding: &Binding<'_>, shape: PageShape, packing: Packing) -> Vec<String> {
     let Binding { name, row, .. } = binding;
     let load = || {
-        let body = in_page(name, shape, |element| unpacked(binding, &element, packing));
+        let body = in_page(name, shape, |page, index| match shape.are_texels {
+            true => unpacked(binding, &fetched(binding, page, index), Packing::Words),
+            false => unpacked(binding, &format!("{page}[{index}]"), packing),
+        });
         format!("fn load_{name}(i: u32) -> {row} {{ {body} }}")
     };
     let store = || {
-        let body = in_page(name, shape, |element| format!("{element} = {};", packed(binding, packing)));
+        let body = in_page(name, shape, |page, index| match shape.are_texels {
+            true => stored(binding, page, index),
+            false => format!("{page}[{index}] = {};", packed(binding, packing)),
+        });
         format!("fn store_{name}(i: u32, row: {row}) {{ {body} }}")
     };
     let add = || {
-        let body = in_page(name, shape, |element| format!("atomicAdd(&{element}, n);"));
+        let body = in_page(name, shape, |page, index| format!("atomicAdd(&{page}[{index}], n);"));
         format!("fn add_{name}(i: u32, n: u32) {{ {body} }}")
     };
     match binding.access {
@@ -224,6 +238,56 @@ fn element(binding: &Binding<'_>, packing: Packing) -> String {
         (Packing::Pairs, _, 2) => "u64".into(),
         (Packing::Pairs, _, 4) => "vec2<u64>".into(),
         (Packing::Pairs, ..) => format!("array<vec2<u64>, {}>", words / 4),
+    }
+}
+
+/// The type of a page of texels.
+fn texture(binding: &Binding<'_>, access: &str) -> String {
+    let format = match stride(binding.stride) {
+        4 => "r32uint",
+        8 => "rg32uint",
+        _ => "rgba32uint",
+    };
+    format!("texture_storage_2d<{format}, {access}>")
+}
+
+/// Where the texels of the row at an index are, for each of its vectors of four words.
+fn texels(binding: &Binding<'_>, index: &str) -> Vec<String> {
+    match stride(binding.stride).div_ceil(TEXEL_BYTES) {
+        1 => vec![format!("texel_at({index})")],
+        count => (0..count).map(|i| format!("texel_at({count}u * ({index}) + {i}u)")).collect(),
+    }
+}
+
+/// The element that a page of texels has at an index, in words.
+fn fetched(binding: &Binding<'_>, page: &str, index: &str) -> String {
+    let loads: Vec<_> = texels(binding, index).iter().map(|texel| format!("textureLoad({page}, {texel})")).collect();
+    let words = match (loads.as_slice(), stride(binding.stride)) {
+        ([load], 4) => format!("{load}.x"),
+        ([load], 8) => format!("{load}.xy"),
+        ([load], _) => load.clone(),
+        (loads, _) => format!("array({})", loads.join(", ")),
+    };
+    // WGSL's own types of floats, which stand in no struct.
+    match binding.row {
+        "f32" | "vec2f" | "vec4f" => format!("bitcast<{}>({words})", binding.row),
+        _ => words,
+    }
+}
+
+/// Stores `row`, of more than two words, in a page of texels.
+fn stored(binding: &Binding<'_>, page: &str, index: &str) -> String {
+    let words = match binding.row {
+        "vec4f" => "bitcast<vec4u>(row)".into(),
+        _ => packed(binding, Packing::Words),
+    };
+    let store = |texel: &str, vector: &str| format!("textureStore({page}, {texel}, {vector});");
+    match texels(binding, index).as_slice() {
+        [texel] => store(texel, &words),
+        texels => {
+            let each = texels.iter().enumerate().map(|(i, texel)| store(texel, &format!("packed[{i}]")));
+            format!("let packed = {words}; {}", each.collect::<Vec<_>>().join(" "))
+        }
     }
 }
 
@@ -278,16 +342,17 @@ fn packed(binding: &Binding<'_>, packing: Packing) -> String {
     if vectors.len() == 1 { vectors.remove(0) } else { format!("array({})", vectors.join(", ")) }
 }
 
-/// `statement` on row `i`, in the page where it is.
-fn in_page(name: &str, shape: PageShape, statement: impl Fn(String) -> String) -> String {
+/// `statement` on row `i`, with the page where it is and its index there.
+fn in_page(name: &str, shape: PageShape, statement: impl Fn(&str, &str) -> String) -> String {
     if shape.count == 1 {
-        return statement(format!("{name}_page0[i]"));
+        return statement(&format!("{name}_page0"), "i");
     }
     let last = shape.count - 1;
     let mask = (1u64 << shape.shift) - 1;
+    let index = format!("i & {mask}u");
     let cases = (0..=last).map(|page| {
         let label = if page == last { "default".into() } else { format!("case {page}u") };
-        format!("{label}: {{ {} }}", statement(format!("{name}_page{page}[i & {mask}u]")))
+        format!("{label}: {{ {} }}", statement(&format!("{name}_page{page}"), &index))
     });
     format!("switch i >> {}u {{ {} }}", shape.shift, cases.collect::<Vec<_>>().join(" "))
 }
@@ -303,14 +368,18 @@ mod tests {
         let buffer = queue.buffer::<u32>(1).unwrap();
         let binding = Binding::new("ids", Access::Write, &buffer);
         assert_eq!(
-            accessors(&binding, PageShape { count: 1, shift: 20 }, Packing::Words),
+            accessors(&binding, PageShape { count: 1, shift: 20, are_texels: false }, Packing::Words),
             [
                 "fn load_ids(i: u32) -> u32 { return ids_page0[i]; }",
                 "fn store_ids(i: u32, row: u32) { ids_page0[i] = row; }"
             ]
         );
         assert_eq!(
-            accessors(&Binding::new("ids", Access::Add, &buffer), PageShape { count: 3, shift: 12 }, Packing::Pairs),
+            accessors(
+                &Binding::new("ids", Access::Add, &buffer),
+                PageShape { count: 3, shift: 12, are_texels: false },
+                Packing::Pairs
+            ),
             ["fn add_ids(i: u32, n: u32) { switch i >> 12u { case 0u: { atomicAdd(&ids_page0[i & 4095u], n); } \
               case 1u: { atomicAdd(&ids_page1[i & 4095u], n); } default: { atomicAdd(&ids_page2[i & 4095u], n); } } }"]
         );

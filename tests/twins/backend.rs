@@ -123,6 +123,50 @@ impl Kernel for GroupSums<'_> {
     }
 }
 
+/// Turns rows and adds the bits of others to them: every type that texels hold.
+struct Turned<'a> {
+    rows: &'a mut Buffer<[u32; 4]>,
+    fours: &'a Buffer<[f32; 4]>,
+    twos: &'a Buffer<[f32; 2]>,
+    ones: &'a Buffer<f32>,
+}
+
+impl Kernel for Turned<'_> {
+    const NAME: &'static str = "turned";
+    const SOURCE: &'static str = "
+        fn run(i: u32) {
+            let beside = vec4u(bitcast<vec2u>(load_twos(i)), bitcast<u32>(load_ones(i)), i);
+            store_rows(i, load_rows(i).yzwx + bitcast<vec4u>(load_fours(i)) + beside);
+        }";
+    type Params = ();
+    const PARAMS: &'static [(&'static str, &'static str)] = &[];
+
+    fn params(&self) {}
+
+    fn bindings(&self) -> Vec<Binding<'_>> {
+        vec![
+            Binding::new("rows", Access::Write, self.rows),
+            Binding::new("fours", Access::Read, self.fours),
+            Binding::new("twos", Access::Read, self.twos),
+            Binding::new("ones", Access::Read, self.ones),
+        ]
+    }
+
+    fn invocations(&self) -> u32 {
+        self.rows.len() as u32
+    }
+
+    fn run_cpu(&mut self) {
+        let Self { rows, fours, twos, ones } = self;
+        for (i, row) in rows.host_mut().iter_mut().enumerate() {
+            let ([x, y], z) = (twos.host()[i].map(f32::to_bits), ones.host()[i].to_bits());
+            let (four, beside, [a, b, c, d]) = (fours.host()[i].map(f32::to_bits), [x, y, z, i as u32], *row);
+            let turned = [b, c, d, a];
+            *row = std::array::from_fn(|k| turned[k].wrapping_add(four[k]).wrapping_add(beside[k]));
+        }
+    }
+}
+
 fn gpu_queue(device: &Device) -> Queue {
     device.gpu_queue().expect("an open GPU")
 }
@@ -145,7 +189,8 @@ fn pages_do_not_show() {
 
 #[test]
 fn more_pages_than_an_adapter_binds_are_an_error() {
-    let Some(device) = open(&GpuOptions { page_rows: Some(SMALL_PAGE), ..GpuOptions::default() }) else { return };
+    let in_buffers = GpuOptions { page_rows: Some(SMALL_PAGE), texels: Some(false), ..GpuOptions::default() };
+    let Some(device) = open(&in_buffers) else { return };
     let too_long = gpu_queue(&device).buffer::<u32>(1 << 45);
     assert!(matches!(too_long, Err(Error::Limit(_))), "{too_long:?}");
     // 20, 20 and 7 pages.
@@ -212,6 +257,42 @@ fn writes_clears_and_runs_keep_their_order() {
         read
     };
     assert!(run(gpu_queue(&device)) == run(device.cpu_queue()));
+}
+
+/// Whatever holds the rows: a kernel, the host and clears take turns to write all of them, or the first.
+#[test]
+fn rows_in_texels_are_those_of_buffers() {
+    for texels in [None, Some(false), Some(true)] {
+        let options = GpuOptions { page_rows: Some(SMALL_PAGE), texels, ..GpuOptions::default() };
+        let Some(device) = open(&options) else { return };
+        for len in [5, SMALL_PAGE as usize + 7, 20_000] {
+            let run = |mut queue: Queue| {
+                let number = |i: usize| i as f32 * 0.37 + 1.0;
+                let mut rows = queue.buffer_from((0..len as u32).map(|i| [i, 7, i * i, !i]).collect()).unwrap();
+                let mut fours = queue.buffer(len).unwrap();
+                let twos = queue.buffer_from((0..len).map(|i| [number(i), -number(2 * i)]).collect()).unwrap();
+                let ones = queue.buffer_from((0..len).map(number).collect()).unwrap();
+                let mut read = Vec::new();
+                for step in 0..12 {
+                    queue.run(Turned { rows: &mut rows, fours: &fours, twos: &twos, ones: &ones }).unwrap();
+                    match step {
+                        1 => queue.write(&mut rows, &vec![[step; 4]; len / 2]).unwrap(),
+                        3 => queue.clear(&mut rows, len / 3).unwrap(),
+                        4 => queue.write(&mut rows, &vec![[step; 4]; len / 4]).unwrap(),
+                        6 => queue.write(&mut fours, &vec![[0.3; 4]; len]).unwrap(),
+                        7 => queue.write(&mut rows, &vec![[9; 4]; len]).unwrap(),
+                        8 => queue.prefetch(&rows, 0..len / 2).unwrap(),
+                        9 => queue.read(&rows, 2..len, &mut read).unwrap(),
+                        10 => queue.clear(&mut rows, len).unwrap(),
+                        _ => {}
+                    }
+                }
+                queue.read(&rows, 0..len, &mut read).unwrap();
+                read
+            };
+            assert!(run(gpu_queue(&device)) == run(device.cpu_queue()), "{texels:?}, {len} rows");
+        }
+    }
 }
 
 #[test]

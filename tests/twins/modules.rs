@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use coarsen::backend::{Access, Device, Dialect, Exactness, Member, Packing, PageShape, Signature};
+use coarsen::backend::{Access, Binding, Device, Dialect, Exactness, Member, Packing, PageShape, Signature};
 
 use crate::trials::{Seen, trials};
 
@@ -34,15 +34,27 @@ fn complaints(look: impl Fn(&Signature<'_>, usize) -> Vec<String> + Copy + 'stat
     collected.take()
 }
 
-/// The module with all switches off, without guards and loading pairs, and with all on, guarded and loading words.
-fn modules(signature: &Signature<'_>, pages: u32) -> Result<[naga::Module; 2], String> {
-    let shapes = vec![PageShape { count: pages, shift: 12 }; signature.bindings.len()];
-    let parse = |on, exactness, packing| {
+/// The module with all switches off, without guards and loading pairs, once more so with texels for what may be, and with all on,
+/// guarded and loading words.
+fn modules(signature: &Signature<'_>, pages: u32) -> Result<[naga::Module; 3], String> {
+    let parse = |on, exactness, packing, texels| {
+        let may_be = |binding: &Binding<'_>| match binding.access {
+            Access::Read => true,
+            Access::Write => binding.stride > 8,
+            Access::Add => false,
+        };
+        let are_texels = |binding| texels && may_be(binding);
+        let shape = |binding| PageShape { count: pages, shift: 12, are_texels: are_texels(binding) };
+        let shapes: Vec<_> = signature.bindings.iter().map(shape).collect();
         let switches = signature.switches.iter().map(|(name, _)| (*name, on)).collect();
         let text = Signature { switches, ..signature.clone() }.compose(&shapes, Dialect { exactness, packing });
         naga::front::wgsl::parse_str(&text).map_err(|error| error.emit_to_string_with_path(&text, signature.name))
     };
-    Ok([parse(false, Exactness::Plain, Packing::Pairs)?, parse(true, Exactness::Guarded, Packing::Words)?])
+    Ok([
+        parse(false, Exactness::Plain, Packing::Pairs, false)?,
+        parse(false, Exactness::Plain, Packing::Pairs, true)?,
+        parse(true, Exactness::Guarded, Packing::Words, false)?,
+    ])
 }
 
 /// The files of `src/kernel` that are no kernel's twin, beside those of shared sources.
@@ -81,7 +93,8 @@ fn shared_sources_are_paired() {
 fn valid() {
     let failures = complaints(|signature, _| {
         let validate = |pages| {
-            let needs = [naga::valid::Capabilities::SHADER_INT64, naga::valid::Capabilities::empty()];
+            let pairs = naga::valid::Capabilities::SHADER_INT64;
+            let needs = [pairs, pairs, naga::valid::Capabilities::empty()];
             modules(signature, pages)?.iter().zip(needs).try_for_each(|(module, capabilities)| {
                 let flags = naga::valid::ValidationFlags::all();
                 naga::valid::Validator::new(flags, capabilities)
@@ -98,7 +111,7 @@ fn valid() {
 #[test]
 fn rows_are_laid_out_as_in_rust() {
     let failures = complaints(|signature, _| {
-        let [module, _] = modules(signature, 1).unwrap();
+        let [module, ..] = modules(signature, 1).unwrap();
         let check = |name: &str, members: &[Member], bytes: usize| {
             let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name)).map(|(_, ty)| &ty.inner);
             let Some(naga::TypeInner::Struct { members: in_wgsl, span }) = found else {
