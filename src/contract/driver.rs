@@ -32,7 +32,7 @@ use super::{Candidates, Metric, Options, Placement};
 /// Live faces below which a GPU hands over to the CPU: a round there costs more than its work.
 const HANDOVER_FACES: usize = 20_000;
 /// The share of the faces below which software does, which runs on the CPU's cores and never gains: with one round there a run
-/// takes 1.5 to 1.9 times as long as on the CPU.
+/// takes 1.4 to 1.5 times as long as on the CPU, with attributes up to twice.
 const SOFTWARE_HANDOVER: f64 = 0.75;
 /// Faces from which a GPU that was taken by itself is used: below, its kernels are not even loaded when the CPU is done.
 const AUTO_FACES: usize = 100_000;
