@@ -2,7 +2,8 @@
 
 use bytemuck::Pod;
 
-use super::gpu_buffer::GpuBuffer;
+use super::gpu_buffer::{GpuBuffer, stride};
+use super::gpu_texels::TEXEL_BYTES;
 use crate::error::{Error, Result};
 
 /// A row of a buffer: plain 32-bit scalars, the same bytes in Rust and in WGSL.
@@ -168,6 +169,15 @@ impl<'a> Binding<'a> {
             len: buffer.len,
             members: T::MEMBERS,
             gpu: buffer.gpu(),
+        }
+    }
+
+    /// Whether a device may hold its rows in texels. Rows of a word or two are stored in buffers, where that is as fast.
+    pub fn may_be_texels(&self) -> bool {
+        match self.access {
+            Access::Read => true,
+            Access::Write => stride(self.stride) >= TEXEL_BYTES,
+            Access::Add => false,
         }
     }
 }

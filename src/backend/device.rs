@@ -30,7 +30,7 @@ pub enum Selector {
 /// How to open a GPU. The default suits every adapter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct GpuOptions {
-    /// Bytes of buffers to allocate at most, all queues together; `None` leaves the limit to the driver.
+    /// Bytes of buffers and texels to allocate at most, all queues together; `None` leaves the limit to the driver.
     pub memory_limit: Option<u64>,
     /// Rows to a binding at most, rounded down to a power of two; `None` takes what the adapter can bind. A small number
     /// is for tests: results do not depend on it.
@@ -39,7 +39,8 @@ pub struct GpuOptions {
     pub exactness: Option<Exactness>,
     /// What rows are loaded by; `None` takes what suits the adapter. One that cannot load pairs loads words.
     pub packing: Option<Packing>,
-    /// Whether rows may be held in textures, where the adapter can store there; `None` where that is faster, on software.
+    /// Whether rows may be held in textures, where the adapter can store there, beside buffers; `None` where that is faster, on
+    /// software, unless memory is limited.
     pub texels: Option<bool>,
     /// Whether to time every kernel, for [`Device::kernel_times`]; not every adapter can.
     pub time_kernels: bool,
@@ -195,7 +196,7 @@ impl Device {
         }
     }
 
-    /// Bytes of buffers that live on the GPU now, all queues together.
+    /// Bytes of buffers and texels that live on the GPU now, all queues together.
     pub fn gpu_bytes(&self) -> u64 {
         self.gpu.as_ref().map_or(0, |gpu| gpu.allocated())
     }

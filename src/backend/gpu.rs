@@ -50,7 +50,9 @@ impl Gpu {
         let has = |features| adapter.features().contains(features);
         let is_timed = options.time_kernels && has(Clock::FEATURES);
         let packs_pairs = options.packing.map_or(is_software, |packing| packing == Packing::Pairs) && has(PAIRS);
-        let has_texels = options.texels.unwrap_or(is_software) && gpu_texels::are_usable(&adapter);
+        // Where memory is limited there is to be room for buffers.
+        let suits_texels = is_software && options.memory_limit.is_none();
+        let has_texels = options.texels.unwrap_or(suits_texels) && gpu_texels::are_usable(&adapter);
         let needed = |is_needed, features| if is_needed { features } else { wgpu::Features::empty() };
         let request = adapter.request_device(&wgpu::DeviceDescriptor {
             label: None,
@@ -90,7 +92,7 @@ impl Gpu {
         describe(&self.info)
     }
 
-    /// Bytes of buffers that live now.
+    /// Bytes of buffers and texels that live now.
     pub fn allocated(&self) -> u64 {
         self.meter.used()
     }
@@ -183,7 +185,7 @@ impl Gpu {
             return None;
         }
         buffer.texels(|| {
-            let lease = self.meter.lease(buffer.bytes()).ok()?;
+            let lease = self.meter.lease(Texels::bytes(pages, stride)).ok()?;
             self.guard("cannot allocate texels", || Texels::new(&self.device, pages, stride, lease)).ok()
         })
     }

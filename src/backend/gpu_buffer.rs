@@ -16,9 +16,10 @@ pub struct GpuBuffer {
     shift: u32,
     row_bytes: usize,
     stride: u64,
-    /// Made when first needed; none where there is no room.
+    /// Made when first needed; none, for good, where they could not be.
     texels: OnceLock<Option<Texels>>,
-    /// Whether what each form holds, once what is recorded has run, are the rows. At first both are zeros.
+    /// Whether each form, by its number, holds the rows once what is recorded has run: one does, and at first both, which are
+    /// zeros. One recorder at a time uses a buffer, and none after a submission that failed.
     are_current: [AtomicBool; 2],
     _lease: Lease,
 }
@@ -81,13 +82,13 @@ impl GpuBuffer {
         self.are_current[form as usize].load(Ordering::Relaxed)
     }
 
-    /// Notes that a form was brought up to date from the other.
-    pub fn was_copied_to(&self, form: Form) {
+    /// Notes that a form is brought up to date from the other.
+    pub fn note_copy_to(&self, form: Form) {
         self.are_current[form as usize].store(true, Ordering::Relaxed);
     }
 
-    /// Notes that a form, which was current, is written, and the other is not.
-    pub fn was_written_in(&self, form: Form) {
+    /// Notes that a form, which is current, is written, and the other is not.
+    pub fn note_write_in(&self, form: Form) {
         self.are_current[1 - form as usize].store(false, Ordering::Relaxed);
     }
 

@@ -4,13 +4,38 @@ use std::num::NonZeroU64;
 
 use super::Access;
 use super::gpu::Gpu;
-use super::gpu_buffer::{GpuBuffer, stride};
+use super::gpu_buffer::{Form, GpuBuffer, stride};
 use super::gpu_texels::{Texels, format};
 use super::module::{PageShape, Signature};
 use crate::error::{Error, Result};
 
-/// A buffer as a kernel binds it: its texels, or its pages.
-pub type Bound<'a> = (&'a GpuBuffer, Option<&'a Texels>);
+/// A buffer as a kernel binds it.
+#[derive(Debug, Clone, Copy)]
+pub struct Bound<'a> {
+    /// The buffer.
+    pub buffer: &'a GpuBuffer,
+    /// Its texels, where they are bound instead of its pages.
+    pub texels: Option<&'a Texels>,
+}
+
+impl<'a> Bound<'a> {
+    /// What is bound.
+    pub fn form(self) -> Form {
+        if self.texels.is_some() { Form::Texels } else { Form::Buffers }
+    }
+
+    /// How it is cut into bindings.
+    pub fn shape(self) -> PageShape {
+        PageShape { are_texels: self.texels.is_some(), ..self.buffer.shape() }
+    }
+
+    fn resources(self) -> Vec<wgpu::BindingResource<'a>> {
+        match self.texels {
+            Some(texels) => texels.pages().iter().map(|page| wgpu::BindingResource::TextureView(page.view())).collect(),
+            None => self.buffer.pages().iter().map(wgpu::Buffer::as_entire_binding).collect(),
+        }
+    }
+}
 
 /// A compiled kernel, for one way of cutting its buffers into pages.
 #[derive(Debug)]
@@ -70,10 +95,7 @@ impl Pipeline {
     /// Binds a uniform block in `uniforms` (at a dynamic offset) and these buffers.
     pub fn bind(&self, device: &wgpu::Device, uniforms: &wgpu::Buffer, buffers: &[Bound<'_>]) -> wgpu::BindGroup {
         let block = wgpu::BufferBinding { buffer: uniforms, offset: 0, size: Some(self.uniform_bytes) };
-        let pages = buffers.iter().flat_map(|(buffer, texels)| match texels {
-            Some(texels) => texels.pages().iter().map(|page| wgpu::BindingResource::TextureView(page.view())).collect(),
-            None => buffer.pages().iter().map(wgpu::Buffer::as_entire_binding).collect::<Vec<_>>(),
-        });
+        let pages = buffers.iter().flat_map(|bound| bound.resources());
         let resources = std::iter::once(wgpu::BindingResource::Buffer(block)).chain(pages);
         let entries: Vec<_> =
             resources.zip(0..).map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource }).collect();
@@ -99,7 +121,7 @@ fn entries(
                     true => wgpu::StorageTextureAccess::ReadOnly,
                     false => wgpu::StorageTextureAccess::ReadWrite,
                 },
-                format: format(stride(binding.stride)),
+                format: format(stride(binding.stride)).0,
                 view_dimension: wgpu::TextureViewDimension::D2,
             },
             false => wgpu::BindingType::Buffer {

@@ -9,9 +9,9 @@ use super::gpu_buffer::{Form, GpuBuffer, Piece};
 use super::gpu_clock::{Clock, Readings};
 use super::gpu_pipeline::{Bound, Pipeline};
 use super::gpu_readback::Readback;
-use super::gpu_texels::{TEXEL_BYTES, TexelPage, Texels, Way};
+use super::gpu_texels::{TEXEL_BYTES, TexelPage, Way};
 use super::gpu_upload::Upload;
-use super::module::{PageShape, Signature, uniform_block};
+use super::module::{Signature, uniform_block};
 use super::{Access, Binding};
 use crate::error::{Error, Result};
 
@@ -25,8 +25,9 @@ const MAX_INVOCATIONS: u64 = 1 << 26;
 /// Bytes read at a time. Larger pieces are no faster and hold more memory.
 const PIECE_BYTES: u64 = 8 << 20;
 
-/// Rows to an invocation at most of a kernel that gains by texels: of one that reads a few, copying takes longer than it saves.
-const MOST_ROWS: u64 = 64;
+/// Rows to an invocation at most of a kernel for which rows are copied to texels: of one that reads a few of them, copying takes
+/// longer than it saves. As many as an invocation takes one after the other.
+const MOST_ROWS_EACH: u64 = 64;
 
 /// Bytes prefetched at most.
 const AHEAD_BYTES: u64 = 64 << 20;
@@ -114,35 +115,36 @@ impl Recorder {
         if buffers.len() < signature.bindings.len() || params.len() != signature.params.len() * 4 {
             return Err(Error::Device(format!("'{}' has a buffer on the host or a misdeclared block", signature.name)));
         }
-        let bound = self.bound(&signature.bindings, &buffers, invocations);
-        let shape = |&(buffer, texels): &Bound<'_>| PageShape { are_texels: texels.is_some(), ..buffer.shape() };
-        let pages: Vec<_> = bound.iter().map(shape).collect();
+        let bound = self.choose_forms(&signature.bindings, &buffers, invocations);
+        let pages: Vec<_> = bound.iter().map(|bound| bound.shape()).collect();
         let pipeline = self.gpu.pipeline(signature, &pages)?;
         let block_offset = self.record_block(&uniform_block(params, invocations), u64::from(invocations))?;
         let uniforms = self.uniforms()?;
         let bind_group = self.gpu.guard(signature.name, || pipeline.bind(self.gpu.device(), &uniforms, &bound))?;
         let groups = invocations.div_ceil(signature.workgroup);
         let grid = tight_grid(groups, self.gpu.limits().max_compute_workgroups_per_dimension);
-        let form = |texels: Option<&Texels>| if texels.is_some() { Form::Texels } else { Form::Buffers };
-        bound.iter().for_each(|&(buffer, texels)| self.update(buffer, form(texels)));
+        bound.iter().for_each(|bound| self.update(bound.buffer, bound.form()));
         self.commands.push(Command::Dispatch { pipeline, bind_group, block_offset, grid });
-        let is_written = |binding: &&Binding<'_>| binding.access != Access::Read;
-        for (_, &(buffer, texels)) in signature.bindings.iter().zip(&bound).filter(|(binding, _)| is_written(binding)) {
-            buffer.was_written_in(form(texels));
-        }
+        let written = signature.bindings.iter().zip(&bound).filter(|(binding, _)| binding.access != Access::Read);
+        written.for_each(|(_, bound)| bound.buffer.note_write_in(bound.form()));
         Ok(())
     }
 
     /// What a kernel binds: texels as far as they gain and the adapter binds so many.
-    fn bound<'a>(&self, bindings: &[Binding<'_>], buffers: &[&'a GpuBuffer], invocations: u32) -> Vec<Bound<'a>> {
+    fn choose_forms<'a>(
+        &self,
+        bindings: &[Binding<'_>],
+        buffers: &[&'a GpuBuffer],
+        invocations: u32,
+    ) -> Vec<Bound<'a>> {
         let mut room = self.gpu.limits().max_storage_textures_per_shader_stage as usize;
-        let bound = |(binding, &buffer): (&Binding<'_>, &&'a GpuBuffer)| {
+        let choose = |(binding, &buffer): (&Binding<'_>, &&'a GpuBuffer)| {
             let gains = gains_by_texels(binding, buffer, invocations) && buffer.pages().len() <= room;
             let texels = if gains { self.gpu.texels(buffer) } else { None };
             room -= texels.map_or(0, |texels| texels.pages().len());
-            (buffer, texels)
+            Bound { buffer, texels }
         };
-        bindings.iter().zip(buffers).map(bound).collect()
+        bindings.iter().zip(buffers).map(choose).collect()
     }
 
     /// Records copies that bring a form of a buffer's rows up to date.
@@ -158,7 +160,7 @@ impl Recorder {
                 way,
             };
             self.commands.extend(pages.map(copy));
-            buffer.was_copied_to(form);
+            buffer.note_copy_to(form);
         }
     }
 
@@ -186,8 +188,10 @@ impl Recorder {
 
     /// Records zeros over the first `rows` rows.
     pub fn clear(&mut self, buffer: &GpuBuffer, rows: usize) -> Result<()> {
-        self.update(buffer, Form::Buffers);
-        buffer.was_written_in(Form::Buffers);
+        if (rows as u64) * buffer.stride() < buffer.bytes() {
+            self.update(buffer, Form::Buffers);
+        }
+        buffer.note_write_in(Form::Buffers);
         let whole_pages = buffer.pieces(0..rows, u64::MAX);
         self.commands.extend(whole_pages.map(|piece| Command::Clear { page: piece.page.clone(), bytes: piece.bytes }));
         Ok(())
@@ -254,14 +258,12 @@ impl Recorder {
     /// Copies the bytes of rows to the start of `buffer`, after all that was recorded.
     pub fn write(&mut self, buffer: &GpuBuffer, bytes: &[u8]) -> Result<()> {
         let texels = self.gpu.texels(buffer).filter(|_| buffer.is_current(Form::Texels));
-        if texels.is_none() {
-            self.update(buffer, Form::Buffers);
-        }
+        let bound = Bound { buffer, texels };
         self.submit()?;
         self.forget_ahead();
         let clock = Instant::now();
-        self.bytes_moved += self.upload.write(&self.gpu, (buffer, texels), bytes)?;
-        buffer.was_written_in(if texels.is_some() { Form::Texels } else { Form::Buffers });
+        buffer.note_write_in(bound.form());
+        self.bytes_moved += self.upload.write(&self.gpu, bound, bytes)?;
         self.time_moving += clock.elapsed();
         Ok(())
     }
@@ -309,15 +311,13 @@ impl Recorder {
     }
 }
 
-/// Whether a kernel is faster with texels than with a buffer. Rows of a word or two are read there only where they are there, and
-/// stored in buffers: copying takes as long as is gained.
+/// Whether a kernel is faster with texels than with a buffer. Rows of a word or two are not copied for that: it takes as long as is
+/// gained.
 fn gains_by_texels(binding: &Binding<'_>, buffer: &GpuBuffer, invocations: u32) -> bool {
-    let is_possible = match binding.access {
-        Access::Read => buffer.stride() >= TEXEL_BYTES || buffer.is_current(Form::Texels),
-        Access::Write => buffer.stride() >= TEXEL_BYTES,
-        Access::Add => false,
-    };
-    is_possible && binding.len as u64 <= MOST_ROWS * u64::from(invocations)
+    let [in_buffers, in_texels] = [Form::Buffers, Form::Texels].map(|form| buffer.is_current(form));
+    let reads_most = binding.len as u64 <= MOST_ROWS_EACH * u64::from(invocations);
+    let is_worth_copying = buffer.stride() >= TEXEL_BYTES;
+    binding.may_be_texels() && (!in_buffers || reads_most && (in_texels || is_worth_copying))
 }
 
 /// Reads rows of `row_bytes` as a GPU holds them.
@@ -368,7 +368,7 @@ fn encode(device: &wgpu::Device, commands: &[Command], readings: Option<&Reading
                 continue;
             }
             [Command::Copy { page, texels, way }] => {
-                texels.encode(&mut encoder, *way, page, 0, 0..page.size());
+                texels.encode(&mut encoder, *way, page, 0..page.size());
                 continue;
             }
             _ => {}

@@ -5,7 +5,8 @@ use std::ops::Range;
 
 use super::gpu_buffer::Lease;
 
-/// The binary logarithm of the texels in a line. A line of the smallest is whole multiples of what copies are aligned to.
+/// The binary logarithm of the texels in a line: a line of the smallest is whole multiples of what copies are aligned to. Other
+/// widths were not tried.
 pub const LINE_SHIFT: u32 = 12;
 /// Bytes of a texel at most: four words.
 pub const TEXEL_BYTES: u64 = 16;
@@ -15,18 +16,18 @@ const LINE: u32 = 1 << LINE_SHIFT;
 /// What kernels need of an adapter that keep rows in textures.
 pub const FEATURES: wgpu::Features = wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
 
-/// The format of the texels of rows that have so many bytes on a GPU.
-pub fn format(stride: u64) -> wgpu::TextureFormat {
+/// The format of the texels of rows that have so many bytes on a GPU, and its name in WGSL.
+pub fn format(stride: u64) -> (wgpu::TextureFormat, &'static str) {
     match stride {
-        4 => wgpu::TextureFormat::R32Uint,
-        8 => wgpu::TextureFormat::Rg32Uint,
-        _ => wgpu::TextureFormat::Rgba32Uint,
+        4 => (wgpu::TextureFormat::R32Uint, "r32uint"),
+        8 => (wgpu::TextureFormat::Rg32Uint, "rg32uint"),
+        _ => (wgpu::TextureFormat::Rgba32Uint, "rgba32uint"),
     }
 }
 
 /// Whether an adapter's kernels can load and store texels.
 pub fn are_usable(adapter: &wgpu::Adapter) -> bool {
-    let can = |stride, access| adapter.get_texture_format_features(format(stride)).flags.contains(access);
+    let can = |stride, access| adapter.get_texture_format_features(format(stride).0).flags.contains(access);
     adapter.features().contains(FEATURES)
         && [4, 8].into_iter().all(|stride| can(stride, wgpu::TextureFormatFeatureFlags::STORAGE_READ_ONLY))
         && can(TEXEL_BYTES, wgpu::TextureFormatFeatureFlags::STORAGE_READ_WRITE)
@@ -44,8 +45,7 @@ pub struct Texels {
 pub struct TexelPage {
     texture: wgpu::Texture,
     view: wgpu::TextureView,
-    /// Bytes of a texel.
-    bytes: u32,
+    texel_bytes: u32,
 }
 
 /// A rectangle of texels that follow each other.
@@ -72,6 +72,12 @@ impl Texels {
         Self { pages: pages.iter().map(|page| TexelPage::new(device, page.size(), stride)).collect(), _lease: lease }
     }
 
+    /// Bytes that they take for such pages.
+    pub fn bytes(pages: &[wgpu::Buffer], stride: u64) -> u64 {
+        let texels = |size: wgpu::Extent3d| u64::from(size.width) * u64::from(size.height);
+        pages.iter().map(|page| texels(size(texel_count(page.size(), stride))) * stride.min(TEXEL_BYTES)).sum()
+    }
+
     /// In the order of the pages.
     pub fn pages(&self) -> &[TexelPage] {
         &self.pages
@@ -80,19 +86,18 @@ impl Texels {
 
 impl TexelPage {
     fn new(device: &wgpu::Device, page_bytes: u64, stride: u64) -> Self {
-        let bytes = stride.min(TEXEL_BYTES);
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: None,
-            size: size((page_bytes / bytes) as u32),
+            size: size(texel_count(page_bytes, stride)),
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
-            format: format(stride),
+            format: format(stride).0,
             usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         });
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        Self { texture, view, bytes: bytes as u32 }
+        Self { texture, view, texel_bytes: stride.min(TEXEL_BYTES) as u32 }
     }
 
     /// What a pass binds.
@@ -100,10 +105,10 @@ impl TexelPage {
         &self.view
     }
 
-    /// Records the copy of so many bytes from `at` on in a buffer, which stand from `offset` on in the page, or back.
-    pub fn encode(&self, encoder: &mut wgpu::CommandEncoder, way: Way, buffer: &wgpu::Buffer, at: u64, to: Range<u64>) {
-        for (region, first) in self.regions(to) {
-            let layout = wgpu::TexelCopyBufferLayout { offset: at + first, ..self.layout() };
+    /// Records the copy of what a buffer begins with to these bytes of the page, or back.
+    pub fn encode(&self, encoder: &mut wgpu::CommandEncoder, way: Way, buffer: &wgpu::Buffer, page_bytes: Range<u64>) {
+        for (region, offset) in self.regions(page_bytes) {
+            let layout = wgpu::TexelCopyBufferLayout { offset, ..self.layout() };
             let (in_buffer, in_texels) = (wgpu::TexelCopyBufferInfo { buffer, layout }, self.origin(region));
             match way {
                 Way::In => encoder.copy_buffer_to_texture(in_buffer, in_texels, region.extent()),
@@ -120,7 +125,7 @@ impl TexelPage {
     }
 
     fn layout(&self) -> wgpu::TexelCopyBufferLayout {
-        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(LINE * self.bytes), rows_per_image: None }
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(LINE * self.texel_bytes), rows_per_image: None }
     }
 
     fn origin(&self, Region { x, y, .. }: Region) -> wgpu::TexelCopyTextureInfo<'_> {
@@ -129,7 +134,7 @@ impl TexelPage {
 
     /// The regions that these bytes of a page fill, each with how many bytes of theirs come before.
     fn regions(&self, bytes: Range<u64>) -> impl Iterator<Item = (Region, u64)> {
-        let texel_bytes = u64::from(self.bytes);
+        let texel_bytes = u64::from(self.texel_bytes);
         let [start, end] = [bytes.start, bytes.end].map(|byte| (byte / texel_bytes) as u32);
         regions(start..end).map(move |(region, before)| (region, u64::from(before) * texel_bytes))
     }
@@ -155,11 +160,16 @@ fn regions(texels: Range<u32>) -> impl Iterator<Item = (Region, u32)> {
 
 /// How many lines the texels of a page of so many bytes take.
 pub fn lines(page_bytes: u64, stride: u64) -> u64 {
-    u64::from(size(u32::try_from(page_bytes / stride.min(TEXEL_BYTES)).unwrap_or(u32::MAX)).height)
+    u64::from(size(texel_count(page_bytes, stride)).height)
+}
+
+/// The texels of a page; of one that no texture holds, more than any does.
+fn texel_count(page_bytes: u64, stride: u64) -> u32 {
+    u32::try_from(page_bytes / stride.min(TEXEL_BYTES)).unwrap_or(u32::MAX)
 }
 
 /// The size of a texture for so many texels. The driver compiles a kernel anew where a side is a power of two and was none
-/// before, or the other way round: the width always is one, and the height never.
+/// before, or the other way round: the width always is one, and the height never, so that it is three or more.
 fn size(texels: u32) -> wgpu::Extent3d {
     let lines = texels.div_ceil(LINE).max(3);
     let (width, height) = (texels.clamp(1, LINE).next_power_of_two(), lines + u32::from(lines.is_power_of_two()));

@@ -39,26 +39,27 @@ struct Copying {
 
 impl Upload {
     /// Copies the bytes of rows to the start of a buffer, to its texels if they are given; returns how many bytes that are there.
-    pub fn write(&mut self, gpu: &Gpu, (buffer, texels): Bound<'_>, bytes: &[u8]) -> Result<u64> {
-        let row_bytes = buffer.row_bytes();
+    pub fn write(&mut self, gpu: &Gpu, Bound { buffer, texels }: Bound<'_>, bytes: &[u8]) -> Result<u64> {
+        let (row_bytes, stride) = (buffer.row_bytes(), buffer.stride() as usize);
         let mut moved = 0;
         for piece in buffer.pieces(0..bytes.len() / row_bytes, PIECE_BYTES) {
             moved += piece.bytes;
             let rows = &bytes[piece.rows.start * row_bytes..piece.rows.end * row_bytes];
             let texels = texels.map(|texels| &texels.pages()[piece.index]);
-            if let Some(texels) = texels
-                && piece.bytes <= FEW_BYTES
-            {
-                let padded = padded(rows, row_bytes, buffer.stride() as usize);
-                gpu.guard("cannot write", || texels.write(gpu.queue(), piece.offset, &padded))?;
-                continue;
-            }
             if piece.bytes <= FEW_BYTES {
-                let written = gpu.guard("cannot write", || {
-                    let bytes = wgpu::BufferSize::new(piece.bytes)?;
-                    let mut view = gpu.queue().write_buffer_with(piece.page, piece.offset, bytes)?;
-                    pad(rows, row_bytes, view.slice(..), buffer.stride() as usize);
-                    Some(())
+                let written = gpu.guard("cannot write", || match texels {
+                    Some(texels) => {
+                        let mut padded = vec![0; piece.bytes as usize];
+                        pad(rows, row_bytes, wgpu::WriteOnly::from_mut(&mut padded), stride);
+                        texels.write(gpu.queue(), piece.offset, &padded);
+                        Some(())
+                    }
+                    None => {
+                        let bytes = wgpu::BufferSize::new(piece.bytes)?;
+                        let mut view = gpu.queue().write_buffer_with(piece.page, piece.offset, bytes)?;
+                        pad(rows, row_bytes, view.slice(..), stride);
+                        Some(())
+                    }
                 })?;
                 written.ok_or_else(unwritten)?;
                 continue;
@@ -67,13 +68,13 @@ impl Upload {
             let (answer, heard) = mpsc::channel();
             let submission = gpu.guard("cannot write", || {
                 let mut view = staging.get_mapped_range_mut(..piece.bytes).ok()?;
-                pad(rows, row_bytes, view.slice(..), buffer.stride() as usize);
+                pad(rows, row_bytes, view.slice(..), stride);
                 drop(view);
                 staging.unmap();
                 let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
                 match texels {
                     Some(texels) => {
-                        texels.encode(&mut encoder, Way::In, &staging, 0, piece.offset..piece.offset + piece.bytes);
+                        texels.encode(&mut encoder, Way::In, &staging, piece.offset..piece.offset + piece.bytes);
                     }
                     None => encoder.copy_buffer_to_buffer(&staging, 0, piece.page, piece.offset, piece.bytes),
                 }
@@ -111,12 +112,6 @@ impl Upload {
 
 fn unwritten() -> Error {
     Error::Device("cannot write to the GPU".into())
-}
-
-/// Rows of `row_bytes` as a GPU holds them.
-fn padded(rows: &[u8], row_bytes: usize, stride: usize) -> Vec<u8> {
-    let padding = [0; 16];
-    rows.chunks_exact(row_bytes).flat_map(|row| row.iter().chain(&padding[..stride - row_bytes])).copied().collect()
 }
 
 /// Writes rows of `row_bytes` as a GPU holds them.

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::buffer::Member;
 use super::gpu_buffer::stride;
-use super::gpu_texels::{LINE_SHIFT, TEXEL_BYTES};
+use super::gpu_texels::{LINE_SHIFT, TEXEL_BYTES, format};
 use super::{Access, Binding, Constant, Kernel, Switch};
 
 /// The sources that every module begins with, of `shaders/shared/*.wgsl`.
@@ -99,7 +99,7 @@ pub struct PageShape {
     pub count: u32,
     /// Binary logarithm of the rows in each.
     pub shift: u32,
-    /// Whether rows are texels of textures. Kernels store only rows of more than two words there.
+    /// Whether rows are texels of textures, as [`Binding::may_be_texels`] allows.
     pub are_texels: bool,
 }
 
@@ -243,16 +243,12 @@ fn element(binding: &Binding<'_>, packing: Packing) -> String {
 
 /// The type of a page of texels.
 fn texture(binding: &Binding<'_>, access: &str) -> String {
-    let format = match stride(binding.stride) {
-        4 => "r32uint",
-        8 => "rg32uint",
-        _ => "rgba32uint",
-    };
+    let (_, format) = format(stride(binding.stride));
     format!("texture_storage_2d<{format}, {access}>")
 }
 
 /// Where the texels of the row at an index are, for each of its vectors of four words.
-fn texels(binding: &Binding<'_>, index: &str) -> Vec<String> {
+fn texel_places(binding: &Binding<'_>, index: &str) -> Vec<String> {
     match stride(binding.stride).div_ceil(TEXEL_BYTES) {
         1 => vec![format!("texel_at({index})")],
         count => (0..count).map(|i| format!("texel_at({count}u * ({index}) + {i}u)")).collect(),
@@ -261,7 +257,8 @@ fn texels(binding: &Binding<'_>, index: &str) -> Vec<String> {
 
 /// The element that a page of texels has at an index, in words.
 fn fetched(binding: &Binding<'_>, page: &str, index: &str) -> String {
-    let loads: Vec<_> = texels(binding, index).iter().map(|texel| format!("textureLoad({page}, {texel})")).collect();
+    let loads: Vec<_> =
+        texel_places(binding, index).iter().map(|texel| format!("textureLoad({page}, {texel})")).collect();
     let words = match (loads.as_slice(), stride(binding.stride)) {
         ([load], 4) => format!("{load}.x"),
         ([load], 8) => format!("{load}.xy"),
@@ -282,7 +279,7 @@ fn stored(binding: &Binding<'_>, page: &str, index: &str) -> String {
         _ => packed(binding, Packing::Words),
     };
     let store = |texel: &str, vector: &str| format!("textureStore({page}, {texel}, {vector});");
-    match texels(binding, index).as_slice() {
+    match texel_places(binding, index).as_slice() {
         [texel] => store(texel, &words),
         texels => {
             let each = texels.iter().enumerate().map(|(i, texel)| store(texel, &format!("packed[{i}]")));
@@ -361,6 +358,27 @@ fn in_page(name: &str, shape: PageShape, statement: impl Fn(&str, &str) -> Strin
 mod tests {
     use super::*;
     use crate::backend::Device;
+    use crate::kernel::rows::VolumeSum;
+
+    #[test]
+    fn rows_are_whole_texels() {
+        let queue = Device::cpu(1).unwrap().cpu_queue();
+        let numbers = queue.buffer::<f32>(1).unwrap();
+        let sums = queue.buffer::<VolumeSum>(1).unwrap();
+        let shape = |count| PageShape { count, shift: 12, are_texels: true };
+        assert_eq!(
+            accessors(&Binding::new("numbers", Access::Read, &numbers), shape(2), Packing::Pairs),
+            ["fn load_numbers(i: u32) -> f32 { switch i >> 12u { \
+              case 0u: { return bitcast<f32>(textureLoad(numbers_page0, texel_at(i & 4095u)).x); } \
+              default: { return bitcast<f32>(textureLoad(numbers_page1, texel_at(i & 4095u)).x); } } }"]
+        );
+        let [load, store] = accessors(&Binding::new("sums", Access::Write, &sums), shape(1), Packing::Pairs)
+            .try_into()
+            .expect("two functions");
+        let third = "textureLoad(sums_page0, texel_at(3u * (i) + 2u)))";
+        assert!(load.contains(third) && load.contains("bitcast<f32>(packed[2].x)"), "{load}");
+        assert!(store.ends_with("textureStore(sums_page0, texel_at(3u * (i) + 2u), packed[2]); }"), "{store}");
+    }
 
     #[test]
     fn a_row_is_found_in_its_page() {

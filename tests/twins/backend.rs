@@ -1,6 +1,7 @@
 //! The queue on a GPU: pages, large dispatches, and faults as values.
 
 use coarsen::backend::{Access, Binding, Buffer, Device, Exactness, GpuOptions, Kernel, Queue, Selector, adapters};
+use coarsen::kernel::rows::VolumeSum;
 use coarsen::{Error, Result};
 
 use crate::{SMALL_PAGE, gpu, open};
@@ -293,6 +294,32 @@ fn rows_in_texels_are_those_of_buffers() {
             assert!(run(gpu_queue(&device)) == run(device.cpu_queue()), "{texels:?}, {len} rows");
         }
     }
+}
+
+/// Rows of three texels, more than are copied at once, so that copies begin and end within lines; then a part of them.
+#[test]
+fn long_rows_in_texels_are_those_of_buffers() {
+    let Some(device) = gpu() else { return };
+    let run = |mut queue: Queue| {
+        let len = 100_001;
+        let sum = |i: usize| VolumeSum { nx: i as f32, ..VolumeSum::default() };
+        let mut sums = queue.buffer_from((0..len).map(sum).collect()).unwrap();
+        queue.write(&mut sums, &(7..70_007).map(sum).collect::<Vec<_>>()).unwrap();
+        let mut read = Vec::new();
+        queue.read(&sums, 0..len, &mut read).unwrap();
+        read
+    };
+    assert!(run(gpu_queue(device)) == run(device.cpu_queue()));
+}
+
+/// Otherwise the trials of texels would be trials of buffers.
+#[test]
+fn software_holds_rows_in_texels() {
+    let Some(device) = open(&GpuOptions::default()) else { return };
+    let mut queue = gpu_queue(&device);
+    let rows = queue.buffer_from(vec![[1u32; 4]; 20_000]).unwrap();
+    let held = device.gpu_bytes() / (16 * rows.len() as u64);
+    assert_eq!(held, if device.is_software() { 2 } else { 1 });
 }
 
 #[test]

@@ -38,12 +38,7 @@ fn complaints(look: impl Fn(&Signature<'_>, usize) -> Vec<String> + Copy + 'stat
 /// guarded and loading words.
 fn modules(signature: &Signature<'_>, pages: u32) -> Result<[naga::Module; 3], String> {
     let parse = |on, exactness, packing, texels| {
-        let may_be = |binding: &Binding<'_>| match binding.access {
-            Access::Read => true,
-            Access::Write => binding.stride > 8,
-            Access::Add => false,
-        };
-        let are_texels = |binding| texels && may_be(binding);
+        let are_texels = |binding: &Binding<'_>| texels && binding.may_be_texels();
         let shape = |binding| PageShape { count: pages, shift: 12, are_texels: are_texels(binding) };
         let shapes: Vec<_> = signature.bindings.iter().map(shape).collect();
         let switches = signature.switches.iter().map(|(name, _)| (*name, on)).collect();
