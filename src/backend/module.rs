@@ -357,14 +357,29 @@ fn in_page(name: &str, shape: PageShape, statement: impl Fn(&str, &str) -> Strin
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::backend::Device;
-    use crate::kernel::rows::VolumeSum;
+    use crate::backend::{Device, row};
+
+    /// A row of nine words, which leave the last of its three texels in part empty.
+    #[derive(Clone, Copy, Default, bytemuck::Pod, bytemuck::Zeroable)]
+    #[repr(C)]
+    struct Nine {
+        a: f32,
+        b: f32,
+        c: f32,
+        d: f32,
+        e: f32,
+        f: f32,
+        g: f32,
+        h: f32,
+        last: f32,
+    }
+    row!(Nine { a, b, c, d, e, f, g, h, last: f32 });
 
     #[test]
     fn rows_are_whole_texels() {
         let queue = Device::cpu(1).unwrap().cpu_queue();
         let numbers = queue.buffer::<f32>(1).unwrap();
-        let sums = queue.buffer::<VolumeSum>(1).unwrap();
+        let sums = queue.buffer::<Nine>(1).unwrap();
         let shape = |count| PageShape { count, shift: 12, are_texels: true };
         assert_eq!(
             accessors(&Binding::new("numbers", Access::Read, &numbers), shape(2), Packing::Pairs),
