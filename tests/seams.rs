@@ -19,7 +19,11 @@ const NEAR: usize = 390;
 
 /// A ball of 1,280 faces beside thirty small boxes.
 fn ball_and_boxes() -> Mesh {
-    let mut mesh = shapes::icosphere(3);
+    boxes_beside(shapes::icosphere(3))
+}
+
+/// Thirty small boxes beside a ball.
+fn boxes_beside(mut mesh: Mesh) -> Mesh {
     let mut normals: Vec<Vec3> = mesh.positions.iter().map(|p| p.normalize().as_vec3()).collect();
     let small = boxed(1);
     for number in 0..30 {
@@ -132,12 +136,19 @@ fn no_level_is_farther_off_than_a_coarser_one() {
 
 #[test]
 fn a_run_that_is_cancelled_before_it_compares_says_so() {
-    let mut stop = |_: Progress| ControlFlow::Break(());
-    let (mesh, method, budget) = (ball_and_boxes(), method(Seams::Yield), Budget::faces(NEAR));
-    let outcome = simplify(&mesh, &method, &budget, &cpu(1), Some(&mut stop)).expect("a valid mesh");
-    assert_eq!(outcome.stop, StopReason::Cancelled);
-    assert!(outcome.warnings.iter().any(|warning| warning.contains("cancelled before")), "{:?}", outcome.warnings);
-    assert!(outcome.mesh.faces.len() > NEAR);
+    let (mesh, method, budget) = (boxes_beside(shapes::icosphere(4)), method(Seams::Yield), Budget::faces(NEAR));
+    // With more than four times as many faces the runs are one, in which creases hold.
+    for (faces, is_parted) in [(usize::MAX, false), (2 * NEAR, true)] {
+        let mut stop = |progress: Progress| match progress.faces < faces {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        };
+        let outcome = simplify(&mesh, &method, &budget, &cpu(1), Some(&mut stop)).expect("a valid mesh");
+        assert_eq!(outcome.stop, StopReason::Cancelled);
+        let is_told = outcome.warnings.iter().any(|warning| warning.contains("cancelled before"));
+        assert_eq!(is_told, is_parted, "{:?}", outcome.warnings);
+        assert!((NEAR + 1..faces).contains(&outcome.mesh.faces.len()));
+    }
 }
 
 /// How far a limit to the error lets a run go nobody knows: a chain with one is not compared.

@@ -1,15 +1,17 @@
 //! A run, and where seams keep it from the number of faces asked for, another in which more of them yield.
 //!
-//! From the start again, not from where the first got stuck: that has taken what it could wherever no seam is.
+//! From a [checkpoint](super::checkpoint) of the first, or its start, not from where it got stuck: that has taken what it could wherever no
+//! seam is.
 
 use std::time::Instant;
 
 use crate::error::Result;
 use crate::simplify::{Budget, OnProgress, Outcome, StopReason};
 
+use super::checkpoint::Checkpoints;
 use super::driver::{self, Job};
 use super::prepare::{Prepared, begin};
-use super::pressure::{Pressure, compared, has_error};
+use super::pressure::{Pressure, compared, face_counts, has_error};
 use super::yielding::Yields;
 use super::{Attributes, Options, Placement, Seams};
 
@@ -17,26 +19,29 @@ use super::{Attributes, Options, Placement, Seams};
 pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Vec<Outcome>> {
     let mut left: Vec<usize> = (0..job.budgets.len()).collect();
     let mut made: Vec<Option<Outcome>> = vec![None; job.budgets.len()];
-    let mut next = Some(Yields::Nothing);
+    let (mut next, mut checkpoints, mut stuck) = (Some(Yields::Nothing), Checkpoints::default(), None);
     while let Some(least) = next {
         job.awake.rouse();
         let clock = Instant::now();
         let budgets: Vec<Budget> = left.iter().map(|&index| job.budgets[index]).collect();
         let job = Job { budgets: &budgets, ..job };
-        let Attempt { prepared, yields, more, is_pressed } = Attempt::new(job, least)?;
+        let Attempt { prepared, yields, more, is_pressed } =
+            Attempt::new(job, least, stuck.and_then(|faces| checkpoints.before(faces)))?;
         next = more;
+        let faces = job.mesh.faces.len();
         let outcomes: Vec<Outcome> = if is_pressed {
-            compared(job, prepared, progress.as_deref_mut())?
+            compared(job, prepared, &mut checkpoints, progress.as_deref_mut())?
         } else {
-            let outcomes = driver::run(job, prepared, progress.as_deref_mut())?.into_iter().flatten();
+            checkpoints.begin(&prepared, face_counts(&budgets, faces)[0], more, job.options);
+            let outcomes = driver::run(job, prepared, &mut checkpoints, progress.as_deref_mut())?.into_iter().flatten();
             outcomes.map(|outcome| outcome.with_warning(yields.warning())).collect()
         };
         let spent = clock.elapsed().as_secs_f64();
         let was_cancelled = outcomes.iter().any(|outcome| outcome.stop == StopReason::Cancelled);
-        let faces = job.mesh.faces.len();
         // By this run, not by the best: where its seams hold nothing, others that yield do not help.
         let is_held = |((_, outcome), budget): &((&usize, &Outcome), &Budget)| may_help(outcome, budget, faces);
         let held = left.iter().zip(&outcomes).zip(&budgets).filter(is_held).map(|((&index, _), _)| index).collect();
+        stuck = outcomes.iter().map(|outcome| outcome.mesh.faces.len()).min();
         left.iter().zip(outcomes).for_each(|(&index, outcome)| keep(&mut made[index], outcome, spent));
         left = held;
         if left.is_empty() || was_cancelled {
@@ -67,16 +72,17 @@ struct Attempt {
     yields: Yields,
     /// What yields if this is not enough.
     more: Option<Yields>,
-    /// Whether creases yield because they press, and a run in which they hold is to be compared.
+    /// Whether creases press, and a run in which they yield is to be compared with one in which they hold: its seams are not flagged.
     is_pressed: bool,
 }
 
 impl Attempt {
-    /// A run in which such seams yield, or the first more of them that do not hold all of it from the start.
-    fn new(Job { mesh, options, budgets, .. }: Job<'_>, mut yields: Yields) -> Result<Self> {
+    /// A run in which such seams yield, or the first more of them that do not hold all of it from the start: `at` a checkpoint, or at
+    /// the start of the mesh.
+    fn new(Job { mesh, options, budgets, .. }: Job<'_>, mut yields: Yields, at: Option<Prepared>) -> Result<Self> {
         let faces = mesh.faces.len();
         let first = first_count(faces, budgets)?;
-        let mut prepared = begin(mesh, options)?;
+        let mut prepared = at.map_or_else(|| begin(mesh, options), Ok)?;
         let more = |prepared: &Prepared, yields: Yields| match yields.more().filter(|_| may_yield(options)) {
             // Without shading there are no creases.
             Some(Yields::Creases) if !prepared.has_shading() => Yields::Creases.more(),
@@ -102,9 +108,8 @@ impl Attempt {
                 let without = prepared.seam_flags(mesh, Yields::Creases, options);
                 let by_creases = held.saturating_sub(prepared.least_faces(&without));
                 if (Pressure { by_creases, ..most }).is_on_any(budgets, faces) {
-                    prepared.flag_seams(mesh, &without, Yields::Creases);
-                    let more = Yields::Creases.more();
-                    return Ok(Self { prepared, yields: Yields::Creases, more, is_pressed: true });
+                    let (yields, more) = (Yields::Creases, Yields::Creases.more());
+                    return Ok(Self { prepared, yields, more, is_pressed: true });
                 }
             }
             prepared.flag_seams(mesh, &seams, yields);
@@ -206,7 +211,7 @@ mod tests {
                 awake: &Awake::new(),
                 worst_deviation: f64::INFINITY,
             };
-            Attempt::new(job, Yields::Nothing).expect("a valid mesh").yields
+            Attempt::new(job, Yields::Nothing, None).expect("a valid mesh").yields
         };
         // Corners of bricks hold more than two faces each; where they do not, that is what bricks keep. A face is kept by the plane
         // itself.

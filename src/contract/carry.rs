@@ -23,6 +23,17 @@ pub struct Carried {
 }
 
 impl Carried {
+    /// A copy between rounds, of so many live vertices and faces.
+    pub fn copy(&self, vertices: usize, faces: usize) -> Self {
+        Self {
+            origin: self.origin.clone(),
+            wedges: self.wedges.as_ref().map(|wedges| wedges.copy(vertices, faces)),
+            drift: self.drift.clone(),
+            weights: self.weights.clone(),
+            face_origin: self.face_origin[..faces].to_vec(),
+        }
+    }
+
     /// The rows of all vertices, to change.
     pub fn rows(&mut self) -> CarriedRows<'_> {
         CarriedRows {

@@ -71,12 +71,12 @@ pub struct Committer {
     scratch: Vec<Candidate>,
     reach: Reach,
     /// Commits so far, of which a round may have several: another order among ties in each.
-    commits: u32,
+    pub commits: u32,
 }
 
 impl Committer {
-    /// For a run under these rules, on a surface of so many vertices.
-    pub fn new(rules: Rules, vertices: usize) -> Self {
+    /// For a run under these rules, that began on a surface of so many vertices and had so many commits.
+    pub fn new(rules: Rules, vertices: usize, commits: u32) -> Self {
         let least_cut = if vertices < LARGE { CUT } else { HALVED };
         Self {
             rules,
@@ -85,7 +85,7 @@ impl Committer {
             least_cut,
             scratch: Vec::new(),
             reach: Reach::default(),
-            commits: 0,
+            commits,
         }
     }
 

@@ -10,11 +10,12 @@ use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord
 
 use super::apply::Left;
 use super::carry::Carried;
+use super::checkpoint::{Checkpoints, Pace};
 use super::commit::Committer;
 use super::committed::Committed;
 use super::evaluate::{Evaluation, Round, plane_sums};
 use super::examine::Rules;
-use super::follower::Follower;
+use super::follower::{Follower, handover_faces};
 use super::gate::{Gate, Refused};
 use super::history::{History, became};
 use super::join::Joins;
@@ -29,11 +30,6 @@ use super::triangles::Triangles;
 use super::weigh::{start_weights, weigh_start};
 use super::{Candidates, Metric, Options, Placement};
 
-/// Live faces below which a GPU hands over to the CPU: a round there costs more than its work.
-const HANDOVER_FACES: usize = 20_000;
-/// The share of the faces below which software does, which runs on the CPU's cores and never gains: with one round there a run
-/// takes 1.4 to 1.5 times as long as on the CPU, with attributes up to twice.
-const SOFTWARE_HANDOVER: f64 = 0.75;
 /// Faces from which a GPU that was taken by itself is used: below, its kernels are not even loaded when the CPU is done.
 const AUTO_FACES: usize = 100_000;
 /// A round that contracts less than this share of its candidates widens the gate of the next.
@@ -59,10 +55,11 @@ pub struct Job<'a> {
 }
 
 /// Runs rounds on a job's device; the calling thread belongs to its pool. Returns an outcome for each budget, but for those
-/// that came to be farther off than the job's worst.
+/// that came to be farther off than the job's worst, and notes where it may be taken up again.
 pub fn run(
     job: Job<'_>,
     prepared: Prepared,
+    checkpoints: &mut Checkpoints,
     mut progress: Option<&mut OnProgress<'_>>,
 ) -> Result<Vec<Option<Outcome>>> {
     let Job { mesh, options, budgets, device, clock, awake, worst_deviation } = job;
@@ -96,6 +93,8 @@ pub fn run(
         }
         if committed.contracted == 0 {
             run.widen(goal);
+        } else if checkpoints.note(&run).is_break() {
+            break;
         }
         let target = run.levels.last_target;
         let now = Progress { faces: run.host.face_count, faces_in: mesh.faces.len(), target };
@@ -176,18 +175,21 @@ impl<'a> Run<'a> {
         let wedges = prepared.carried.wedges.as_ref();
         let evaluation = Evaluation::new(device.cpu_queue(), &host, options, prepared.border_vertices > 0, wedges)?;
         let rules = Rules::new(options, f64::INFINITY);
+        let earlier = &mut prepared.earlier;
+        let pace = earlier.pace.take().unwrap_or_else(|| Pace::new(options.candidates));
+        let Pace { of, widening, refused, known_refusals } = pace;
         let mut run = Self {
             input,
             options,
             device,
-            committer: Committer::new(rules, host.vertex_count),
+            committer: Committer::new(rules, earlier.vertices, earlier.commits),
             rules,
-            of: options.candidates,
+            of,
             joins: Joins::default(),
             history,
             recorder: None,
             quadrics: None,
-            handover_faces: handover_faces(device, host.face_count),
+            handover_faces: handover_faces(device, earlier.faces),
             seconds: Phases { weld: prepared.weld_secs, ..Phases::default() },
             host,
             host_queue,
@@ -196,11 +198,11 @@ impl<'a> Run<'a> {
             follower: None,
             candidates: Vec::new(),
             tried: 0,
-            widening: 1.0,
-            refused: Refused::default(),
-            known_refusals: Refusals::default(),
-            deviation: 0.0,
-            rounds: Vec::new(),
+            widening,
+            refused,
+            known_refusals,
+            deviation: earlier.deviation,
+            rounds: std::mem::take(&mut earlier.rounds),
             clock,
             bytes_moved: 0,
             warnings: std::mem::take(&mut prepared.warnings),
@@ -215,6 +217,12 @@ impl<'a> Run<'a> {
         }
         run.start_quadrics(storage)?;
         Ok(run)
+    }
+
+    /// What its rounds tell the next one.
+    pub fn pace(&self) -> Pace {
+        let Self { of, widening, refused, ref known_refusals, .. } = *self;
+        Pace { of, widening, refused, known_refusals: known_refusals.clone() }
     }
 
     /// A queue on the GPU, if there is one that gains.
@@ -247,9 +255,10 @@ impl<'a> Run<'a> {
 
     /// Copies the surface to the GPU, if there is one that gains, and starts the first round there.
     fn open_follower(&mut self, target: usize, storage: Option<Storage>) {
-        let Some(queue) = self.gpu_queue() else { return };
+        let faces = self.host.face_count;
+        let Some(queue) = self.gpu_queue().filter(|_| faces >= self.handover_faces) else { return };
         let applies = self.device.options().replays.unwrap_or(!self.device.is_software());
-        let gate = self.gate(self.host.face_count, target);
+        let gate = self.gate(faces, target);
         let Prepared { border_vertices, carried, .. } = &mut self.prepared;
         let start = (self.options, storage);
         let opened = Follower::new(queue, &self.host, start, *border_vertices, carried, applies);
@@ -484,13 +493,4 @@ impl<'a> Run<'a> {
 /// Whether a commit contracted too few of what it tried.
 pub fn is_meager(contracted: usize, tried: usize) -> bool {
     (contracted as f64) < MEAGER * tried as f64
-}
-
-/// Live faces below which a run that starts with so many goes on on the CPU.
-fn handover_faces(device: &Device, faces: usize) -> usize {
-    device.options().handover_faces.unwrap_or_else(|| match device.is_software() {
-        true => (faces as f64 * SOFTWARE_HANDOVER) as usize,
-        // Small meshes are given to a GPU only where it was asked for by name: it does some rounds.
-        false => HANDOVER_FACES.min(faces / 4),
-    })
 }

@@ -1,6 +1,7 @@
 //! The wedges of the input: the corners of each vertex by what they have.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use rayon::prelude::*;
 
@@ -22,6 +23,9 @@ pub enum Creases {
     /// Where they turn by more than [`LEAST_CREASE`].
     Sharp,
 }
+
+/// The share of vertices with more than two wedges from which normals are those of facets.
+const FACETS: f64 = 0.5;
 
 /// The cosine of the least angle that is a crease of facets: 30°.
 const LEAST_CREASE: f32 = 0.866;
@@ -114,7 +118,8 @@ pub struct Gathered {
     pub origin: Vec<u32>,
 }
 
-/// Gathers the wedges of `faces`, which came from those of `mesh`.
+/// Gathers the wedges of `faces`, which came from those of `mesh`; none where all creases would be kept and normals are those of
+/// facets.
 pub fn gather(
     mesh: &Mesh,
     layout: &Layout,
@@ -122,12 +127,35 @@ pub fn gather(
     face_origin: &[u32],
     faces: &[[u32; 3]],
     creases: Creases,
-) -> Gathered {
+) -> Option<Gathered> {
     let vertices = rings.vertex_count();
+    let facets =
+        (creases == Creases::All && layout.of_kind(Kind::Normal).next().is_some()).then(|| Facets::of(vertices));
     let input = Input { mesh, layout, face_origin, faces, creases };
-    let find = |task: usize| input.find(rings, task * CHUNK..vertices.min((task + 1) * CHUNK));
-    let found: Vec<Found> = (0..vertices.div_ceil(CHUNK)).into_par_iter().map(find).collect();
-    assemble(&found, rings, faces)
+    let find = |task: usize| input.find(rings, task * CHUNK..vertices.min((task + 1) * CHUNK), facets.as_ref());
+    let found: Option<Vec<Found>> = (0..vertices.div_ceil(CHUNK)).into_par_iter().map(find).collect();
+    Some(assemble(&found?, rings, faces))
+}
+
+/// Counts vertices with more than two wedges: where those are most and normals are among what they disagree in, every face has its
+/// own, and no vertex could go anywhere.
+struct Facets {
+    most: usize,
+    many: AtomicUsize,
+}
+
+impl Facets {
+    /// Of so many vertices.
+    fn of(vertices: usize) -> Self {
+        Self { most: (FACETS * vertices as f64) as usize, many: AtomicUsize::new(0) }
+    }
+
+    /// Counts a vertex with so many wedges; returns whether it is plain that normals are those of facets. Whichever task finds that,
+    /// in any order it is found or not.
+    fn are_found_with(&self, wedges: usize) -> bool {
+        let before = if wedges > 2 { self.many.fetch_add(1, Relaxed) + 1 } else { self.many.load(Relaxed) };
+        before > self.most
+    }
 }
 
 /// What wedges are gathered from.
@@ -140,8 +168,8 @@ struct Input<'a> {
 }
 
 impl Input<'_> {
-    /// Finds the wedges of consecutive vertices.
-    fn find(&self, rings: &Rings, vertices: Range<usize>) -> Found {
+    /// Finds the wedges of consecutive vertices, unless normals turn out to be those of facets.
+    fn find(&self, rings: &Rings, vertices: Range<usize>, facets: Option<&Facets>) -> Option<Found> {
         let count = vertices.len();
         // Most vertices have one wedge.
         let mut found = Found {
@@ -163,12 +191,15 @@ impl Input<'_> {
             }
             found.finish(self.layout, first);
             let count = found.origin.len() - first;
+            if facets.is_some_and(|facets| facets.are_found_with(count)) {
+                return None;
+            }
             found.counts.push(count as u32);
             if count == 1 {
                 found.of_corners.truncate(corners_before);
             }
         }
-        found
+        Some(found)
     }
 
     /// Reads once what corners of consecutive vertices begin as, by loads that do not wait for each other.
@@ -276,7 +307,7 @@ mod tests {
         let layout = Layout::new(&mesh, &Attributes::default(), Metric::Volume, frame, false).expect("a texture");
         let rings = Rings::new(&mesh.faces, vertices);
         let origins: Vec<u32> = (0..mesh.faces.len() as u32).collect();
-        let found = gather(&mesh, &layout, &rings, &origins, &mesh.faces, Creases::All);
+        let found = gather(&mesh, &layout, &rings, &origins, &mesh.faces, Creases::All).expect("no facets");
         let row = |wedge: u32| &found.rows[wedge as usize * layout.width..][..layout.width];
         let mut own = vec![0.0; layout.width];
         for (f, wedges) in found.corners.iter().enumerate() {

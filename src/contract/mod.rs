@@ -17,6 +17,7 @@ mod attributes;
 mod blend;
 mod carry;
 mod chart;
+mod checkpoint;
 mod commit;
 mod committed;
 mod compact;

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::kernel::contract_vertices::VERTEX;
-use crate::kernel::rows::{BORDER, Face, JOINED, LOCKED, Position, with_hub};
+use crate::kernel::rows::{BORDER, Face, HELD, JOINED, LOCKED, Position, with_hub};
 use crate::kernel::split::CHUNK;
 use crate::math::DVec3;
 use crate::mesh::adjacency::{EdgeUse, Rings};
@@ -20,6 +20,7 @@ use crate::mesh::{self, FACE_COLORS_DROPPED, Mesh};
 
 use super::attributes::Attributes;
 use super::carry::{Carried, MOVED_FROM};
+use super::checkpoint::Earlier;
 use super::gather_wedges::Creases;
 use super::layout::Layout;
 use super::seam_flags::Around;
@@ -36,12 +37,13 @@ pub struct Prepared {
     pub faces: Vec<Face>,
     pub rings: Rings,
     pub carried: Carried,
-    fans: Vec<Fan>,
+    pub fans: Vec<Fan>,
     /// The lowest input vertex joined with each, for a log; `None` where each is on its own.
     pub lowest: Option<Vec<u32>>,
     pub border_vertices: usize,
     pub warnings: Vec<String>,
     pub weld_secs: f64,
+    pub earlier: Earlier,
 }
 
 impl Prepared {
@@ -71,14 +73,21 @@ impl Prepared {
         self.faces.len().saturating_sub(2 * free)
     }
 
-    /// Flags the vertices on seams, of which such yield; for good.
+    /// Flags the vertices on seams, of which such yield; for good. What was refused before is legal where more yield.
     pub fn flag_seams(&mut self, mesh: &Mesh, seams: &[u32], yields: Yields) {
         self.fans = Vec::new();
+        self.earlier.pace.take_if(|_| yields != Yields::Nothing);
         if let Some(wedges) = &mut self.carried.wedges {
             wedges.let_yield(mesh, yields);
         }
         let rows = self.positions.par_iter_mut().zip(seams).with_min_len(CHUNK);
         rows.for_each(|(p, seam)| p.flags |= seam);
+    }
+
+    /// Finds the vertices on seams, of which such yield, and flags them.
+    pub fn let_yield(&mut self, mesh: &Mesh, yields: Yields, options: &Options) {
+        let seams = self.seam_flags(mesh, yields, options);
+        self.flag_seams(mesh, &seams, yields);
     }
 
     /// Takes the start of a run out, for the host's surface.
@@ -100,8 +109,7 @@ impl Prepared {
 /// As [`begin`].
 pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     let mut prepared = begin(mesh, options)?;
-    let seams = prepared.seam_flags(mesh, Yields::Nothing, options);
-    prepared.flag_seams(mesh, &seams, Yields::Nothing);
+    prepared.let_yield(mesh, Yields::Nothing, options);
     Ok(prepared)
 }
 
@@ -140,7 +148,9 @@ pub fn begin(mesh: &Mesh, options: &Options) -> Result<Prepared> {
         border_vertices: 0,
         warnings,
         weld_secs,
+        earlier: Earlier { faces: faces.len(), ..Earlier::default() },
     };
+    prepared.earlier.vertices = prepared.carried.origin.len();
     prepared.find_wedges(mesh, &faces, options)?;
     prepared.lowest = prepared.lowest.filter(|_| options.log);
     prepared.place(&mesh.positions, &faces, held.as_deref().unwrap_or_default(), options);
@@ -205,12 +215,11 @@ impl Prepared {
             self.carried.wedges = Some(wedges);
             return Ok(());
         }
-        let mut wedges = find(layout, Creases::All);
-        if wedges.has_facets() {
-            wedges = find(wedges.layout, Creases::Sharp);
+        self.carried.wedges = find(layout.clone(), Creases::All);
+        if self.carried.wedges.is_none() {
+            self.carried.wedges = find(layout, Creases::Sharp);
             self.warnings.push("normals are those of facets: only creases of more than 30° are kept".into());
         }
-        self.carried.wedges = Some(wedges);
         Ok(())
     }
 
@@ -227,8 +236,9 @@ impl Prepared {
             let is_held = held.get(origin as usize).is_some_and(|&is_held| is_held);
             let locked = (is_complex && !options.joins()) || (on_border && options.lock_border) || is_held;
             let joined = is_complex && options.joins();
-            let flags =
-                if on_border { BORDER } else { 0 } | if locked { LOCKED } else { 0 } | if joined { JOINED } else { 0 };
+            let flags = if on_border { BORDER } else { 0 }
+                | if locked { LOCKED | HELD } else { 0 }
+                | if joined { JOINED } else { 0 };
             let hub = with_hub(flags, rings.ring(vertex as u32).len() as u32);
             Position::new(frame.to_rows(input[origin as usize]), hub)
         };

@@ -1,16 +1,18 @@
 //! Near the number of faces that creases keep: whether they press, and if so, the better of a run in which they yield and
 //! one in which they hold.
 //!
-//! A run that reaches such a number with its creases may have done so at a high price. The one in which they yield goes
-//! first: what it estimates is how far off the other may be, which mostly ends long before it is through.
+//! A run that reaches such a number with its creases may have done so at a high price. As long as it has two to four times as many
+//! faces nothing presses, and both are one. The one in which they yield goes first then: what it estimates is how far off the other may
+//! be, which mostly ends long before it is through.
 
 use std::time::Instant;
 
 use crate::error::Result;
 use crate::simplify::{Budget, OnProgress, Outcome, StopReason};
 
+use super::checkpoint::Checkpoints;
 use super::driver::{self, Job};
-use super::prepare::{Prepared, prepare};
+use super::prepare::{Prepared, begin};
 use super::yielding::Yields;
 
 /// The share of the faces asked for from which it pays to try without creases what keep so many. From a tenth on the teapot in
@@ -57,19 +59,47 @@ pub fn has_error(budget: &Budget) -> bool {
     budget.error.is_some() || budget.error_abs.is_some()
 }
 
-/// The better outcomes of a job that was prepared for a run in which creases yield, and of another in which they hold. Of all
-/// its budgets, so that no level of a chain is farther off than a coarser one but for what is not worth it.
-pub fn compared(job: Job<'_>, without: Prepared, mut progress: Option<&mut OnProgress<'_>>) -> Result<Vec<Outcome>> {
-    let scale = without.frame.length_to_rows(1.0);
-    let without: Vec<Outcome> = driver::run(job, without, progress.as_deref_mut())?.into_iter().flatten().collect();
+/// The better outcomes of a job, of a run in which creases yield, whose checkpoints are noted, and another in which they hold. Of
+/// all its budgets, so that no level of a chain is farther off than a coarser one but for what is not worth it. The seams of `start`
+/// are not flagged yet.
+pub fn compared(
+    job: Job<'_>,
+    start: Prepared,
+    checkpoints: &mut Checkpoints,
+    mut progress: Option<&mut OnProgress<'_>>,
+) -> Result<Vec<Outcome>> {
+    let Job { mesh, options, budgets, .. } = job;
+    let scale = start.frame.length_to_rows(1.0);
+    let [least, most] = face_counts(budgets, mesh.faces.len());
+    let mut without = start;
+    if checkpoints.may_part(&without, most, options) {
+        without.let_yield(mesh, Yields::Nothing, options);
+        let outcomes = driver::run(job, without, checkpoints, progress.as_deref_mut())?;
+        if outcomes.iter().flatten().any(|outcome| outcome.stop == StopReason::Cancelled) {
+            return Ok(outcomes.into_iter().flatten().collect());
+        }
+        without = checkpoints.before(most).map_or_else(|| begin(mesh, options), Ok)?;
+    }
+    let mut with = without.copy();
+    with.let_yield(mesh, Yields::Nothing, options);
+    without.let_yield(mesh, Yields::Creases, options);
+    checkpoints.begin(&without, least, Yields::Creases.more(), options);
+    let without = driver::run(job, without, checkpoints, progress.as_deref_mut())?;
+    let without: Vec<Outcome> = without.into_iter().flatten().collect();
     if without.iter().any(|outcome| outcome.stop == StopReason::Cancelled) {
         return Ok(without.into_iter().map(|outcome| outcome.with_warning(Some(NOT_COMPARED))).collect());
     }
     let clock = Instant::now();
-    let with = Job { worst_deviation: worst_deviation(&without, scale), ..job };
-    let with = driver::run(with, prepare(job.mesh, job.options)?, progress)?;
+    let job = Job { worst_deviation: worst_deviation(&without, scale), ..job };
+    let with = driver::run(job, with, &mut Checkpoints::default(), progress)?;
     let spent = clock.elapsed().as_secs_f64();
     Ok(with.into_iter().zip(without).map(|(with, without)| better(with, without, scale, spent)).collect())
+}
+
+/// The least and the greatest of the face counts asked for.
+pub fn face_counts(budgets: &[Budget], faces: usize) -> [usize; 2] {
+    let counts = || budgets.iter().filter_map(|budget| budget.target_faces(faces).ok());
+    [counts().min().unwrap_or(0), counts().max().unwrap_or(0)]
 }
 
 /// Up to which error, in the normalized frame, creases are worth more than an outcome without them. `scale` brings a length there.

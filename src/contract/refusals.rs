@@ -33,7 +33,7 @@ impl Refusal {
 }
 
 /// The pairs that are going to be refused again.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Refusals {
     /// Ascending by their ends.
     kept: Vec<Refusal>,

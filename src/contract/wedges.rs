@@ -33,7 +33,7 @@ use super::attribute_rows::WedgeBuffers;
 use super::carry::MOVED_FROM;
 use super::gather_wedges::{Creases, Gathered, gather};
 use super::keep_wedges::Scratch;
-use super::layout::{Kind, Layout, Origin};
+use super::layout::{Layout, Origin};
 use super::yielding::Yields;
 
 /// A wedge that is still itself.
@@ -42,9 +42,6 @@ pub const OWN: u32 = u32::MAX;
 pub const NO_WEDGE: u32 = u32::MAX;
 /// What a wedge without a corner is at.
 pub const NO_VERTEX: u32 = u32::MAX;
-
-/// The share of vertices with more than two wedges from which normals are those of facets.
-const FACETS: f64 = 0.5;
 
 /// The wedges of all live corners.
 #[derive(Debug)]
@@ -64,7 +61,7 @@ pub struct Wedges {
 }
 
 impl Wedges {
-    /// The wedges of faces that came from those of `mesh`.
+    /// The wedges of faces that came from those of `mesh`; none where all creases would be kept and normals are those of facets.
     pub fn new(
         mesh: &Mesh,
         layout: Layout,
@@ -72,9 +69,9 @@ impl Wedges {
         face_origin: &[u32],
         faces: &[[u32; 3]],
         creases: Creases,
-    ) -> Self {
-        let Gathered { corners, starts, rows, origin } = gather(mesh, &layout, rings, face_origin, faces, creases);
-        Self::of(layout, bytemuck::cast_vec(corners), starts, rows, origin)
+    ) -> Option<Self> {
+        let Gathered { corners, starts, rows, origin } = gather(mesh, &layout, rings, face_origin, faces, creases)?;
+        Some(Self::of(layout, bytemuck::cast_vec(corners), starts, rows, origin))
     }
 
     /// Has such seams yield from here on.
@@ -98,6 +95,26 @@ impl Wedges {
         let are_vertices = buffers.starts.host().iter().copied().eq(0..=origin.len() as u32);
         let materials = Vec::new();
         Self { layout, buffers, origin, roles, materials, are_vertices, scratch: Scratch::default() }
+    }
+
+    /// A copy between rounds, of those of so many live vertices and faces; which seams yield is to be told anew.
+    pub fn copy(&self, vertices: usize, faces: usize) -> Self {
+        let WedgeBuffers { corners, starts, rows, width } = &self.buffers;
+        let buffers = WedgeBuffers {
+            corners: Buffer::on_host(corners.host()[..faces].to_vec()),
+            starts: Buffer::on_host(starts.host()[..=vertices].to_vec()),
+            rows: Buffer::on_host(rows.host()[..self.len() * width].to_vec()),
+            width: *width,
+        };
+        Self {
+            layout: self.layout.clone(),
+            buffers,
+            origin: self.origin.clone(),
+            roles: vec![OWN; self.len()],
+            materials: Vec::new(),
+            are_vertices: self.are_vertices,
+            scratch: Scratch::default(),
+        }
     }
 
     /// One wedge a vertex, with the given normals and colors.
@@ -131,14 +148,6 @@ impl Wedges {
         };
         let origin: Vec<u32> = (0..vertices as u32).map(origin).collect();
         Self::of(layout, bytemuck::cast_slice(faces).to_vec(), (0..=vertices as u32).collect(), rows, origin)
-    }
-
-    /// Whether most vertices have many wedges, and normals are among what they disagree in: every face has its own, and no
-    /// vertex could go anywhere.
-    pub fn has_facets(&self) -> bool {
-        let starts = self.buffers.starts.host();
-        let many = starts.par_windows(2).filter(|ends| ends[1] - ends[0] > 2).count();
-        self.layout.of_kind(Kind::Normal).next().is_some() && many as f64 > FACETS * (starts.len() - 1) as f64
     }
 
     /// The rows of all, to read and to change.

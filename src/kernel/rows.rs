@@ -18,6 +18,8 @@ pub const JOINED: u32 = 8;
 pub const SEAM: u32 = 16;
 /// Seams begin, end or cross in a vertex, and yield there: others contract onto it, and only two such may do without one of them.
 pub const CORNER: u32 = 32;
+/// A vertex is locked whatever seams yield. Only the host looks at it.
+pub const HELD: u32 = 64;
 /// Faces around a vertex past which it is a hub: work at a vertex grows with its ring, and a ring of thousands shrinks by
 /// the pairs on its rim. Real meshes stay below 100.
 pub const HUB_FACES: u32 = 512;
@@ -46,7 +48,7 @@ pub struct Position {
     pub y: f32,
     /// Coordinate along the third axis.
     pub z: f32,
-    /// [`BORDER`], [`LOCKED`], [`HUB`], [`JOINED`], [`SEAM`] and [`CORNER`].
+    /// [`BORDER`], [`LOCKED`], [`HUB`], [`JOINED`], [`SEAM`], [`CORNER`] and [`HELD`].
     pub flags: u32,
 }
 

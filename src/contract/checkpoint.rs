@@ -1,0 +1,323 @@
+//! Where a run may be taken up again, for another in which more seams yield: the surface between two rounds.
+//!
+//! What early rounds contract is the cheapest, whatever yields. A run that got stuck is taken up where it still had some times as
+//! many faces as then, far enough from where it had taken all that it could wherever no seam is.
+
+use std::collections::VecDeque;
+use std::ops::ControlFlow;
+
+use crate::kernel::rows::{BORDER, HELD, HUB, LOCKED, SEAM};
+use crate::mesh::Rings;
+use crate::mesh::fan::fans;
+use crate::simplify::RoundRecord;
+
+use super::driver::Run;
+use super::gate::Refused;
+use super::prepare::Prepared;
+use super::refusals::Refusals;
+use super::yielding::Yields;
+use super::{Candidates, Metric, Options};
+
+/// How many times fewer faces than one checkpoint has the next: all together have about as many as the surface at the first.
+const SHRUNK: usize = 2;
+/// How many times as many faces as a run got stuck with it is taken up with at least.
+const AHEAD: usize = 2;
+
+/// The checkpoints of the last run from the start.
+#[derive(Debug, Default)]
+pub struct Checkpoints {
+    /// Those that may still be wanted, each with fewer faces than the one before.
+    kept: VecDeque<Prepared>,
+    /// The most faces with which there is another; none where none is wanted.
+    next: usize,
+    /// The fewest faces before which the run is taken up.
+    least: usize,
+    /// Whether there is one alone, and the run ends with it.
+    ends_run: bool,
+}
+
+impl Checkpoints {
+    /// Begins with a run from `start`, after which `more` may yield, and which is not taken up to come to fewer than `least` faces;
+    /// keeps what is there where the start is one of these.
+    ///
+    /// None where the start of all is wanted later on: planes are summed there, and vertices fitted to it.
+    pub fn begin(&mut self, start: &Prepared, least: usize, more: Option<Yields>, options: &Options) {
+        let may_get_stuck = more.is_some() && start.positions.iter().any(|p| p.flags & SEAM != 0);
+        if start.earlier.rounds.is_empty() {
+            let next = if may_get_stuck && may_go_on(options) { start.faces.len() / SHRUNK } else { 0 };
+            *self = Self { next, least, ..Self::default() };
+        } else {
+            (self.next, self.ends_run) = (0, false);
+        }
+    }
+
+    /// Whether there may be one before so few faces of a run from `start`; if so, begins with that run, which ends there.
+    pub fn may_part(&mut self, start: &Prepared, least: usize, options: &Options) -> bool {
+        let may_part = may_go_on(options) && start.faces.len() > SHRUNK * AHEAD * least;
+        if may_part {
+            *self = Self { next: SHRUNK * AHEAD * least, least, ends_run: true, ..Self::default() };
+        }
+        may_part
+    }
+
+    /// Keeps where a run is between rounds, if that is far from where it was before and from where it may be taken up. Returns whether
+    /// the run is to end there.
+    pub fn note(&mut self, run: &Run<'_>) -> ControlFlow<()> {
+        let faces = run.host.face_count;
+        if faces <= self.next && faces >= AHEAD * self.least {
+            self.next = faces / SHRUNK;
+            self.keep(run);
+        }
+        // Past it, too, where that was passed by.
+        let is_over = faces < AHEAD * self.least || !self.kept.is_empty();
+        if self.ends_run && is_over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    /// Keeps where a run is.
+    fn keep(&mut self, run: &Run<'_>) {
+        let faces = run.host.face_count;
+        // It may get stuck at once, with no fewer faces: of those that are far enough from there the last is wanted.
+        while self.kept.get(1).is_some_and(|second| second.faces.len() >= AHEAD * faces) {
+            self.kept.pop_front();
+        }
+        self.kept.push_back(Prepared::of_run(run));
+    }
+
+    /// Where a run is to be taken up that came to so many faces; nothing where that is from the start.
+    pub fn before(&self, faces: usize) -> Option<Prepared> {
+        let last = self.kept.iter().rfind(|kept| kept.faces.len() >= AHEAD * faces);
+        last.map(|kept| kept.copy().taken_up())
+    }
+}
+
+/// What came before the start of a run, which is where another was between rounds.
+#[derive(Debug, Clone, Default)]
+pub struct Earlier {
+    /// Vertices and faces at the first start.
+    pub vertices: usize,
+    pub faces: usize,
+    pub rounds: Vec<RoundRecord>,
+    pub commits: u32,
+    /// Greatest estimated deviation of a contraction, in the normalized frame.
+    pub deviation: f32,
+    /// None where it is to be found anew.
+    pub pace: Option<Pace>,
+}
+
+/// What the rounds of a run tell the next one.
+#[derive(Debug, Clone)]
+pub struct Pace {
+    pub of: Candidates,
+    /// How many times wider than usual the gate is.
+    pub widening: f64,
+    /// How many pairs the next round is expected to refuse.
+    pub refused: Refused,
+    /// The pairs that it would refuse for sure.
+    pub known_refusals: Refusals,
+}
+
+impl Pace {
+    /// At the first start.
+    pub fn new(of: Candidates) -> Self {
+        Self { of, widening: 1.0, refused: Refused::default(), known_refusals: Refusals::default() }
+    }
+}
+
+/// Whether a run may go on from a checkpoint.
+fn may_go_on(options: &Options) -> bool {
+    options.metric == Metric::Volume && options.fit == 0
+}
+
+impl Prepared {
+    /// A copy before a run.
+    pub fn copy(&self) -> Self {
+        Self {
+            positions: self.positions.clone(),
+            faces: self.faces.clone(),
+            rings: self.rings.clone(),
+            fans: self.fans.clone(),
+            carried: self.carried.copy(self.positions.len(), self.faces.len()),
+            lowest: self.lowest.clone(),
+            warnings: self.warnings.clone(),
+            earlier: self.earlier.clone(),
+            ..*self
+        }
+    }
+
+    /// The start of a run that goes on from where another is between rounds; but for its fans.
+    fn of_run(run: &Run<'_>) -> Self {
+        let (host, prepared) = (&run.host, &run.prepared);
+        let (vertices, faces) = (host.vertex_count, host.face_count);
+        let starts = host.ring_starts.host()[..=vertices].to_vec();
+        Self {
+            positions: host.positions.host()[..vertices].to_vec(),
+            faces: host.faces.host()[..faces].to_vec(),
+            rings: Rings { starts, faces: host.ring_faces.host()[..3 * faces].to_vec() },
+            fans: Vec::new(),
+            carried: prepared.carried.copy(vertices, faces),
+            lowest: None,
+            warnings: run.warnings.clone(),
+            earlier: Earlier {
+                rounds: run.rounds.clone(),
+                commits: run.committer.commits,
+                deviation: run.deviation,
+                pace: Some(run.pace()),
+                ..prepared.earlier
+            },
+            ..*prepared
+        }
+    }
+
+    /// Frees vertices that nothing holds but seams, whose flags are found anew.
+    fn taken_up(mut self) -> Self {
+        self.fans = fans(bytemuck::cast_slice(&self.faces), &self.rings);
+        for position in &mut self.positions {
+            let locked = if position.flags & HELD == 0 { 0 } else { LOCKED };
+            position.flags = position.flags & (BORDER | HUB | HELD) | locked;
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Instant;
+
+    use super::super::Options;
+    use super::super::driver::{self, Job};
+    use super::super::levels::Levels;
+    use super::super::prepare::{begin, prepare};
+    use super::*;
+    use crate::backend::{Awake, Device};
+    use crate::math::Vec2;
+    use crate::mesh::{Mesh, shapes};
+    use crate::simplify::{Budget, Outcome, StopReason};
+
+    /// A plane with a wavy height, whose texture is in charts of 5 × 5 squares: seams meet at every corner of these.
+    fn charts() -> Mesh {
+        let (width, side) = (40, 5);
+        let mut mesh = shapes::plane(width, width);
+        for p in &mut mesh.positions {
+            p.z = 0.1 * ((9.0 * p.x).sin() + (7.0 * p.y).cos());
+        }
+        let chart = |f: usize| (f / 2 % width as usize / side, f / 2 / width as usize / side);
+        let at = |(f, face): (usize, &[u32; 3])| {
+            let (x, y) = chart(f);
+            let shift = Vec2::new(100.0 * x as f32, 100.0 * y as f32);
+            face.map(|v| Vec2::new((v % (width + 1)) as f32, (v / (width + 1)) as f32) + shift)
+        };
+        mesh.texcoords = Some(mesh.faces.iter().enumerate().map(at).collect());
+        mesh
+    }
+
+    /// A run to so few faces from `start`, which seams hold; its outcome, unless it ended before.
+    fn run(
+        mesh: &Mesh,
+        options: &Options,
+        faces: usize,
+        start: Prepared,
+        checkpoints: &mut Checkpoints,
+    ) -> Option<Outcome> {
+        let (device, budgets) = (Device::cpu(1).expect("a device"), [Budget::faces(faces)]);
+        let job = Job {
+            mesh,
+            options,
+            budgets: &budgets,
+            device: &device,
+            clock: Instant::now(),
+            awake: &Awake::new(),
+            worst_deviation: f64::INFINITY,
+        };
+        driver::run(job, start, checkpoints, None).expect("room").pop().expect("one budget")
+    }
+
+    /// The checkpoints of a run to so few faces, and its outcome.
+    fn checkpoints(mesh: &Mesh, options: &Options, faces: usize) -> (Checkpoints, Outcome) {
+        let (start, mut found) = (prepare(mesh, options).expect("a valid mesh"), Checkpoints::default());
+        found.begin(&start, faces, Some(Yields::Corners), options);
+        let outcome = run(mesh, options, faces, start, &mut found).expect("an outcome");
+        (found, outcome)
+    }
+
+    #[test]
+    fn a_run_ends_where_others_part_from_it() {
+        let (mesh, options) = (charts(), Options::default());
+        for (asked, parts) in [(200, true), (600, true), (mesh.faces.len() / 3, false)] {
+            let (start, mut found) = (prepare(&mesh, &options).expect("a valid mesh"), Checkpoints::default());
+            assert_eq!(found.may_part(&start, asked, &options), parts);
+            assert_eq!(run(&mesh, &options, asked, start, &mut found).is_none(), parts);
+            let at = found.before(asked).map(|at| at.faces.len());
+            let range = AHEAD * asked..=SHRUNK * AHEAD * asked;
+            assert!(at.map_or(!parts, |at| range.contains(&at)), "{at:?} for {asked}");
+        }
+    }
+
+    #[test]
+    fn a_run_is_kept_where_it_may_be_taken_up() {
+        let (mesh, options) = (charts(), Options::default());
+        let (kept, outcome) = checkpoints(&mesh, &options, 2);
+        let stuck = outcome.mesh.faces.len();
+        assert!(stuck > 100, "{stuck}");
+        let counts: Vec<usize> = kept.kept.iter().map(|kept| kept.faces.len()).collect();
+        assert!(counts.windows(2).all(|pair| SHRUNK * pair[1] <= pair[0]), "{counts:?}");
+        // Of those that are far enough from the end the last alone is left, and it is the one that is taken.
+        let far: Vec<usize> = counts.iter().copied().filter(|&count| count >= AHEAD * stuck).collect();
+        let taken = kept.before(stuck).expect("a checkpoint");
+        assert_eq!((far.len(), taken.faces.len()), (1, far[0]), "{counts:?}, stuck with {stuck}");
+        assert_eq!(taken.earlier.rounds.first().map(|round| round.faces), Some(mesh.faces.len() as u64));
+        assert!(kept.before(mesh.faces.len()).is_none());
+        // Nearer to where it may end there is none, and none where the start of all is wanted.
+        assert!(checkpoints(&mesh, &options, mesh.faces.len() / 3).0.kept.is_empty());
+        for options in [Options { fit: 1, ..Options::default() }, Options { metric: Metric::Plane, ..options }] {
+            assert!(checkpoints(&mesh, &options, 2).0.kept.is_empty());
+        }
+    }
+
+    #[test]
+    fn what_seams_held_is_free_again_and_nothing_else() {
+        let mesh = charts();
+        let options = Options { lock_border: true, ..Options::default() };
+        let device = Device::cpu(1).expect("a device");
+        let held = prepare(&mesh, &options).expect("a valid mesh");
+        let levels = Levels::new(&[Budget::faces(2)], &mesh, held.frame).expect("a budget");
+        let locked = |prepared: &Prepared| prepared.positions.iter().filter(|p| p.flags & LOCKED != 0).count();
+        let (start, with_seams) = (begin(&mesh, &options).expect("a valid mesh"), locked(&held));
+        let run = Run::new(&mesh, held, &options, &device, levels, Instant::now()).expect("room");
+        let taken = Prepared::of_run(&run).taken_up();
+        assert!(locked(&taken) < with_seams && locked(&taken) > 100);
+        assert!(taken.positions == start.positions && taken.fans == start.fans);
+        let wedges =
+            |prepared: &Prepared| prepared.carried.wedges.as_ref().map(|wedges| wedges.connectivity().0.to_vec());
+        assert_eq!(wedges(&taken), wedges(&start));
+    }
+
+    /// With seams that hold as before it is the same run: what its rounds told the next one is kept, too.
+    #[test]
+    fn a_run_that_is_taken_up_goes_on_as_it_would_have() {
+        let (mesh, options) = (charts(), Options::default());
+        let (kept, outcome) = checkpoints(&mesh, &options, 2);
+        for mut taken in kept.kept.iter().map(|kept| kept.copy().taken_up()) {
+            taken.let_yield(&mesh, Yields::Nothing, &options);
+            let other = run(&mesh, &options, 2, taken, &mut Checkpoints::default()).expect("an outcome");
+            assert!(other.mesh == outcome.mesh && other.rounds == outcome.rounds);
+            assert_eq!((other.blocked, other.error_estimate), (outcome.blocked, outcome.error_estimate));
+        }
+        assert!(kept.kept.len() > 1);
+    }
+
+    /// A run that seams keep from what is asked goes on from where it was, and comes to it.
+    #[test]
+    fn another_run_goes_on_from_there() {
+        let (mesh, options, device) = (charts(), Options::default(), Device::cpu(1).expect("a device"));
+        let (kept, stuck) = checkpoints(&mesh, &options, 2);
+        let stuck = stuck.mesh.faces.len();
+        let asked = stuck - 20;
+        let outcomes = super::super::run(&mesh, &options, &[Budget::faces(asked)], &device, None);
+        let outcome = outcomes.expect("a valid mesh").pop().expect("one budget");
+        assert_eq!((outcome.stop, outcome.warnings.len()), (StopReason::FacesReached, 1), "{:?}", outcome.warnings);
+        let counts: Vec<u64> = outcome.rounds.iter().map(|round| round.faces).collect();
+        let taken = kept.before(stuck).expect("a checkpoint");
+        assert!(counts.contains(&(taken.faces.len() as u64)) && counts.is_sorted_by(|a, b| a >= b), "{counts:?}");
+        assert_eq!(counts[0], mesh.faces.len() as u64);
+    }
+}
