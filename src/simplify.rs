@@ -226,6 +226,14 @@ pub struct Phases {
     pub total: f64,
 }
 
+impl Phases {
+    /// All that was not building.
+    pub(crate) fn but_building(&self) -> f64 {
+        let Self { weld, cost, select, filter, apply, fit, flip, transfer, restore, .. } = *self;
+        weld + cost + select + filter + apply + fit + flip + transfer + restore
+    }
+}
+
 impl std::iter::Sum for Phases {
     fn sum<I: Iterator<Item = Self>>(runs: I) -> Self {
         runs.fold(Self::default(), |a, b| Self {

@@ -125,13 +125,20 @@ fn creases_are_given_up_only_where_there_is_shading() {
 
 #[test]
 fn no_level_is_farther_off_than_a_coarser_one() {
-    let mesh = ball_and_boxes();
-    let budgets = [900, 600, NEAR, 200].map(Budget::faces);
-    let levels = simplify_levels(&mesh, &method(Seams::Yield), &budgets, &cpu(2), None).expect("a valid mesh");
-    let faces: Vec<usize> = levels.iter().map(|level| level.mesh.faces.len()).collect();
-    assert_eq!(faces, [900, 600, NEAR, 200]);
-    let errors: Vec<f64> = levels.iter().map(|level| level.error_estimate).collect();
-    assert!(errors.is_sorted() && is_told(&levels[2]), "{errors:?}");
+    // The second ball has more than four times as many faces as any level: the runs part on the way.
+    let chains =
+        [(ball_and_boxes(), [900, 600, NEAR, 200]), (boxes_beside(shapes::icosphere(4)), [900, 600, NEAR, 200])];
+    for (mesh, counts) in chains {
+        let budgets = counts.map(Budget::faces);
+        let levels = simplify_levels(&mesh, &method(Seams::Yield), &budgets, &cpu(2), None).expect("a valid mesh");
+        let faces: Vec<usize> = levels.iter().map(|level| level.mesh.faces.len()).collect();
+        assert_eq!(faces, counts);
+        let errors: Vec<f64> = levels.iter().map(|level| level.error_estimate).collect();
+        assert!(errors.is_sorted() && is_told(&levels[2]), "{errors:?}");
+        let rounds = &levels[2].rounds;
+        assert_eq!(rounds[0].faces, mesh.faces.len() as u64);
+        assert!(rounds.is_sorted_by(|a, b| a.faces >= b.faces));
+    }
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! A run, and where seams keep it from the number of faces asked for, another in which more of them yield.
 //!
-//! From a [checkpoint](super::checkpoint) of the first, or its start, not from where it got stuck: that has taken what it could wherever no
-//! seam is.
+//! From a [checkpoint](super::checkpoint) of the first, or from its start where there is none far enough from where it got stuck: that
+//! has taken what it could wherever no seam is.
 
 use std::time::Instant;
 
@@ -19,20 +19,20 @@ use super::{Attributes, Options, Placement, Seams};
 pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Vec<Outcome>> {
     let mut left: Vec<usize> = (0..job.budgets.len()).collect();
     let mut made: Vec<Option<Outcome>> = vec![None; job.budgets.len()];
-    let (mut next, mut checkpoints, mut stuck) = (Some(Yields::Nothing), Checkpoints::default(), None);
+    let (mut next, mut checkpoints) = (Some(Yields::Nothing), Checkpoints::default());
     while let Some(least) = next {
         job.awake.rouse();
         let clock = Instant::now();
         let budgets: Vec<Budget> = left.iter().map(|&index| job.budgets[index]).collect();
         let job = Job { budgets: &budgets, ..job };
-        let Attempt { prepared, yields, more, is_pressed } =
-            Attempt::new(job, least, stuck.and_then(|faces| checkpoints.before(faces)))?;
+        let Attempt { prepared, yields, more, is_pressed } = Attempt::new(job, least, checkpoints.ahead())?;
         next = more;
         let faces = job.mesh.faces.len();
         let outcomes: Vec<Outcome> = if is_pressed {
             compared(job, prepared, &mut checkpoints, progress.as_deref_mut())?
         } else {
-            checkpoints.begin(&prepared, face_counts(&budgets, faces)[0], more, job.options);
+            let target = face_counts(&budgets, faces).map(|[least, _]| least);
+            checkpoints.begin(&prepared, target, more, job.options);
             let outcomes = driver::run(job, prepared, &mut checkpoints, progress.as_deref_mut())?.into_iter().flatten();
             outcomes.map(|outcome| outcome.with_warning(yields.warning())).collect()
         };
@@ -41,7 +41,6 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
         // By this run, not by the best: where its seams hold nothing, others that yield do not help.
         let is_held = |((_, outcome), budget): &((&usize, &Outcome), &Budget)| may_help(outcome, budget, faces);
         let held = left.iter().zip(&outcomes).zip(&budgets).filter(is_held).map(|((&index, _), _)| index).collect();
-        stuck = outcomes.iter().map(|outcome| outcome.mesh.faces.len()).min();
         left.iter().zip(outcomes).for_each(|(&index, outcome)| keep(&mut made[index], outcome, spent));
         left = held;
         if left.is_empty() || was_cancelled {

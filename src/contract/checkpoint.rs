@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use crate::kernel::rows::{BORDER, HELD, HUB, LOCKED, SEAM};
 use crate::mesh::Rings;
 use crate::mesh::fan::fans;
-use crate::simplify::RoundRecord;
+use crate::simplify::{Phases, RoundRecord};
 
 use super::driver::Run;
 use super::gate::Refused;
@@ -18,59 +18,85 @@ use super::refusals::Refusals;
 use super::yielding::Yields;
 use super::{Candidates, Metric, Options};
 
-/// How many times fewer faces than one checkpoint has the next: all together have about as many as the surface at the first.
+/// How many times fewer faces than one checkpoint the next has at least: copying them all takes about as long as one copy of the
+/// surface. Every round would be four times that.
 const SHRUNK: usize = 2;
-/// How many times as many faces as a run got stuck with it is taken up with at least.
+/// How many times as many faces as a run got stuck with it is taken up with at least. With four or eight times as many results are
+/// no closer, with as many there is nothing left to weigh seams against.
 const AHEAD: usize = 2;
 
-/// The checkpoints of the last run from the start.
+/// Checkpoints of a run, with those that were taken up before it.
 #[derive(Debug, Default)]
 pub struct Checkpoints {
-    /// Those that may still be wanted, each with fewer faces than the one before.
+    /// Those that may still be wanted, one or two, each with fewer faces than the one before.
     kept: VecDeque<Prepared>,
-    /// The most faces with which there is another; none where none is wanted.
-    next: usize,
-    /// The fewest faces before which the run is taken up.
-    least: usize,
-    /// Whether there is one alone, and the run ends with it.
-    ends_run: bool,
+    /// The most faces with which there is another.
+    next: Option<usize>,
+    /// The face count that is asked for: none is wanted near it.
+    target: usize,
+    /// What the run came to from its start, or from where it parted.
+    came_to: usize,
+    phase: Phase,
+}
+
+/// What a run is that notes checkpoints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+enum Phase {
+    /// One from the start, or from where it parted.
+    #[default]
+    First,
+    /// One that ends with its checkpoint, from which two others go on.
+    Parting,
+    /// One that took up the first.
+    Again,
 }
 
 impl Checkpoints {
-    /// Begins with a run from `start`, after which `more` may yield, and which is not taken up to come to fewer than `least` faces;
-    /// keeps what is there where the start is one of these.
+    /// Begins with a run from `start` to so many faces at least, after which `more` may yield.
     ///
-    /// None where the start of all is wanted later on: planes are summed there, and vertices fitted to it.
-    pub fn begin(&mut self, start: &Prepared, least: usize, more: Option<Yields>, options: &Options) {
-        let may_get_stuck = more.is_some() && start.positions.iter().any(|p| p.flags & SEAM != 0);
-        if start.earlier.rounds.is_empty() {
-            let next = if may_get_stuck && may_go_on(options) { start.faces.len() / SHRUNK } else { 0 };
-            *self = Self { next, least, ..Self::default() };
-        } else {
-            (self.next, self.ends_run) = (0, false);
+    /// There are none where the start of all is wanted later on: planes are summed there, and vertices fitted to it.
+    pub fn begin(&mut self, start: &Prepared, target: Option<usize>, more: Option<Yields>, options: &Options) {
+        let (Some(target), Some(_)) = (target, more) else {
+            *self = Self::default();
+            return;
+        };
+        if !start.earlier.rounds.is_empty() {
+            // Those of the first stay: from where others took it up it had not taken all that no seam holds.
+            self.phase = if self.phase == Phase::Parting { Phase::First } else { Phase::Again };
+            (self.next, self.target) = (None, target);
+            return;
         }
+        let may_get_stuck = start.positions.iter().any(|p| p.flags & SEAM != 0);
+        let next = (may_get_stuck && may_go_on(options)).then_some(start.faces.len() / SHRUNK);
+        *self = Self { next, target, came_to: start.faces.len(), ..Self::default() };
     }
 
-    /// Whether there may be one before so few faces of a run from `start`; if so, begins with that run, which ends there.
-    pub fn may_part(&mut self, start: &Prepared, least: usize, options: &Options) -> bool {
-        let may_part = may_go_on(options) && start.faces.len() > SHRUNK * AHEAD * least;
+    /// Whether a run from `start` may part before it comes to so many faces; if so, begins with that run, which ends there.
+    pub fn may_part(&mut self, start: &Prepared, target: usize, options: &Options) -> bool {
+        let most = SHRUNK * AHEAD * target;
+        let may_part = may_go_on(options) && target > 0 && start.faces.len() > most;
         if may_part {
-            *self = Self { next: SHRUNK * AHEAD * least, least, ends_run: true, ..Self::default() };
+            let came_to = start.faces.len();
+            *self = Self { next: Some(most), target, came_to, phase: Phase::Parting, ..Self::default() };
         }
         may_part
     }
 
-    /// Keeps where a run is between rounds, if that is far from where it was before and from where it may be taken up. Returns whether
-    /// the run is to end there.
+    /// Keeps where a run is between rounds, if that is far from where it was before and from what is asked for. Returns whether the
+    /// run is to end.
     pub fn note(&mut self, run: &Run<'_>) -> ControlFlow<()> {
         let faces = run.host.face_count;
-        if faces <= self.next && faces >= AHEAD * self.least {
-            self.next = faces / SHRUNK;
+        if self.phase != Phase::Again {
+            self.came_to = faces;
+        }
+        let is_far = faces >= AHEAD * self.target;
+        if self.next.is_some_and(|next| faces <= next) && is_far {
+            self.next = Some(faces / SHRUNK);
             self.keep(run);
         }
-        // Past it, too, where that was passed by.
-        let is_over = faces < AHEAD * self.least || !self.kept.is_empty();
-        if self.ends_run && is_over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        // A round may go past where runs would have parted.
+        let is_over = !is_far || !self.kept.is_empty();
+        if self.phase == Phase::Parting && is_over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
     /// Keeps where a run is.
@@ -83,20 +109,29 @@ impl Checkpoints {
         self.kept.push_back(Prepared::of_run(run));
     }
 
-    /// Where a run is to be taken up that came to so many faces; nothing where that is from the start.
-    pub fn before(&self, faces: usize) -> Option<Prepared> {
-        let last = self.kept.iter().rfind(|kept| kept.faces.len() >= AHEAD * faces);
+    /// Where a run that got stuck is to be taken up; nothing where that is from the start.
+    pub fn ahead(&self) -> Option<Prepared> {
+        let last = self.kept.iter().rfind(|kept| kept.faces.len() >= AHEAD * self.came_to);
         last.map(|kept| kept.copy().taken_up())
+    }
+
+    /// Where a run parted; nothing where it did not.
+    pub fn parting(&self) -> Option<Prepared> {
+        self.kept.back().map(|kept| kept.copy().taken_up())
     }
 }
 
 /// What came before the start of a run, which is where another was between rounds.
 #[derive(Debug, Clone, Default)]
 pub struct Earlier {
-    /// Vertices and faces at the first start.
+    /// Vertices at the first start.
     pub vertices: usize,
+    /// Faces there.
     pub faces: usize,
     pub rounds: Vec<RoundRecord>,
+    /// What they took.
+    pub seconds: Phases,
+    pub bytes_moved: u64,
     pub commits: u32,
     /// Greatest estimated deviation of a contraction, in the normalized frame.
     pub deviation: f32,
@@ -159,6 +194,8 @@ impl Prepared {
             warnings: run.warnings.clone(),
             earlier: Earlier {
                 rounds: run.rounds.clone(),
+                seconds: run.seconds,
+                bytes_moved: run.bytes_moved_by_now(),
                 commits: run.committer.commits,
                 deviation: run.deviation,
                 pace: Some(run.pace()),
@@ -189,13 +226,18 @@ mod tests {
     use super::super::prepare::{begin, prepare};
     use super::*;
     use crate::backend::{Awake, Device};
-    use crate::math::Vec2;
-    use crate::mesh::{Mesh, shapes};
+    use crate::math::{Vec2, Vec3};
+    use crate::mesh::{Materials, Mesh, shapes};
     use crate::simplify::{Budget, Outcome, StopReason};
 
-    /// A plane with a wavy height, whose texture is in charts of 5 × 5 squares: seams meet at every corner of these.
+    /// A plane of 40 × 40 squares with a wavy height, whose texture is in charts of 5 × 5: seams meet at every corner of these.
     fn charts() -> Mesh {
-        let (width, side) = (40, 5);
+        charts_of(40)
+    }
+
+    /// The same of `width` × `width` squares.
+    fn charts_of(width: u32) -> Mesh {
+        let side = 5;
         let mut mesh = shapes::plane(width, width);
         for p in &mut mesh.positions {
             p.z = 0.1 * ((9.0 * p.x).sin() + (7.0 * p.y).cos());
@@ -207,6 +249,15 @@ mod tests {
             face.map(|v| Vec2::new((v % (width + 1)) as f32, (v / (width + 1)) as f32) + shift)
         };
         mesh.texcoords = Some(mesh.faces.iter().enumerate().map(at).collect());
+        mesh
+    }
+
+    /// Enough of them for several patches, with normals and, in stripes, three materials.
+    fn dressed() -> Mesh {
+        let mut mesh = charts_of(100);
+        mesh.normals = Some(mesh.positions.iter().map(|p| Vec3::new(p.z as f32, 0.2, 1.0).normalize()).collect());
+        let of_face = (0..mesh.faces.len() as u32).map(|f| f / 2 % 100 / 20 % 3).collect();
+        mesh.materials = Some(Materials { of_face, names: vec![String::new(); 3] });
         mesh
     }
 
@@ -234,7 +285,7 @@ mod tests {
     /// The checkpoints of a run to so few faces, and its outcome.
     fn checkpoints(mesh: &Mesh, options: &Options, faces: usize) -> (Checkpoints, Outcome) {
         let (start, mut found) = (prepare(mesh, options).expect("a valid mesh"), Checkpoints::default());
-        found.begin(&start, faces, Some(Yields::Corners), options);
+        found.begin(&start, Some(faces), Some(Yields::Corners), options);
         let outcome = run(mesh, options, faces, start, &mut found).expect("an outcome");
         (found, outcome)
     }
@@ -246,7 +297,7 @@ mod tests {
             let (start, mut found) = (prepare(&mesh, &options).expect("a valid mesh"), Checkpoints::default());
             assert_eq!(found.may_part(&start, asked, &options), parts);
             assert_eq!(run(&mesh, &options, asked, start, &mut found).is_none(), parts);
-            let at = found.before(asked).map(|at| at.faces.len());
+            let at = found.parting().map(|at| at.faces.len());
             let range = AHEAD * asked..=SHRUNK * AHEAD * asked;
             assert!(at.map_or(!parts, |at| range.contains(&at)), "{at:?} for {asked}");
         }
@@ -262,10 +313,11 @@ mod tests {
         assert!(counts.windows(2).all(|pair| SHRUNK * pair[1] <= pair[0]), "{counts:?}");
         // Of those that are far enough from the end the last alone is left, and it is the one that is taken.
         let far: Vec<usize> = counts.iter().copied().filter(|&count| count >= AHEAD * stuck).collect();
-        let taken = kept.before(stuck).expect("a checkpoint");
+        let taken = kept.ahead().expect("a checkpoint");
         assert_eq!((far.len(), taken.faces.len()), (1, far[0]), "{counts:?}, stuck with {stuck}");
         assert_eq!(taken.earlier.rounds.first().map(|round| round.faces), Some(mesh.faces.len() as u64));
-        assert!(kept.before(mesh.faces.len()).is_none());
+        let early = Checkpoints { came_to: mesh.faces.len(), ..kept };
+        assert!(early.ahead().is_none());
         // Nearer to where it may end there is none, and none where the start of all is wanted.
         assert!(checkpoints(&mesh, &options, mesh.faces.len() / 3).0.kept.is_empty());
         for options in [Options { fit: 1, ..Options::default() }, Options { metric: Metric::Plane, ..options }] {
@@ -294,15 +346,35 @@ mod tests {
     /// With seams that hold as before it is the same run: what its rounds told the next one is kept, too.
     #[test]
     fn a_run_that_is_taken_up_goes_on_as_it_would_have() {
-        let (mesh, options) = (charts(), Options::default());
-        let (kept, outcome) = checkpoints(&mesh, &options, 2);
-        for mut taken in kept.kept.iter().map(|kept| kept.copy().taken_up()) {
-            taken.let_yield(&mesh, Yields::Nothing, &options);
-            let other = run(&mesh, &options, 2, taken, &mut Checkpoints::default()).expect("an outcome");
-            assert!(other.mesh == outcome.mesh && other.rounds == outcome.rounds);
-            assert_eq!((other.blocked, other.error_estimate), (outcome.blocked, outcome.error_estimate));
+        let options = Options::default();
+        for mesh in [charts(), dressed()] {
+            let (kept, outcome) = checkpoints(&mesh, &options, 2);
+            for mut taken in kept.kept.iter().map(|kept| kept.copy().taken_up()) {
+                taken.let_yield(&mesh, Yields::Nothing, &options);
+                let other = run(&mesh, &options, 2, taken, &mut Checkpoints::default()).expect("an outcome");
+                assert!(other.mesh == outcome.mesh && other.rounds == outcome.rounds);
+                assert_eq!((other.blocked, other.error_estimate), (outcome.blocked, outcome.error_estimate));
+            }
+            assert!(kept.kept.len() > 1);
         }
-        assert!(kept.kept.len() > 1);
+    }
+
+    /// However far the second comes: where the first was stuck it had taken all that no seam holds.
+    #[test]
+    fn a_third_run_takes_up_the_first_as_the_second_did() {
+        let (mesh, options) = (charts(), Options::default());
+        let (mut kept, _) = checkpoints(&mesh, &options, 2);
+        let mut taken = kept.ahead().expect("a checkpoint");
+        let faces = taken.faces.len();
+        taken.let_yield(&mesh, Yields::Seams, &options);
+        kept.begin(&taken, Some(2), Some(Yields::Seams), &options);
+        let second = run(&mesh, &options, 2, taken, &mut kept).expect("an outcome");
+        let is_later = |kept: &Prepared| (AHEAD * second.mesh.faces.len()..faces).contains(&kept.faces.len());
+        assert!(kept.kept.iter().any(is_later), "{} faces", second.mesh.faces.len());
+        assert_eq!(kept.ahead().map(|taken| taken.faces.len()), Some(faces));
+        // After the last one none is wanted.
+        kept.begin(&kept.ahead().expect("a checkpoint"), Some(2), None, &options);
+        assert!(kept.ahead().is_none());
     }
 
     /// A run that seams keep from what is asked goes on from where it was, and comes to it.
@@ -316,7 +388,7 @@ mod tests {
         let outcome = outcomes.expect("a valid mesh").pop().expect("one budget");
         assert_eq!((outcome.stop, outcome.warnings.len()), (StopReason::FacesReached, 1), "{:?}", outcome.warnings);
         let counts: Vec<u64> = outcome.rounds.iter().map(|round| round.faces).collect();
-        let taken = kept.before(stuck).expect("a checkpoint");
+        let taken = kept.ahead().expect("a checkpoint");
         assert!(counts.contains(&(taken.faces.len() as u64)) && counts.is_sorted_by(|a, b| a >= b), "{counts:?}");
         assert_eq!(counts[0], mesh.faces.len() as u64);
     }

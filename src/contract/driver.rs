@@ -55,7 +55,7 @@ pub struct Job<'a> {
 }
 
 /// Runs rounds on a job's device; the calling thread belongs to its pool. Returns an outcome for each budget, but for those
-/// that came to be farther off than the job's worst, and notes where it may be taken up again.
+/// that came to be farther off than the job's worst, or after the checkpoint that ends the run.
 pub fn run(
     job: Job<'_>,
     prepared: Prepared,
@@ -66,7 +66,7 @@ pub fn run(
     let levels = Levels::new(budgets, mesh, prepared.frame)?;
     let recorder = options.log.then(|| Recorder::new(mesh, &prepared));
     let mut run = Run { recorder, ..Run::new(mesh, prepared, options, device, levels, clock)? };
-    run.seconds.build = clock.elapsed().as_secs_f64() - run.seconds.weld;
+    run.seconds.build = clock.elapsed().as_secs_f64() - run.seconds.but_building();
 
     loop {
         let reached = run.levels.take_reached(run.host.face_count);
@@ -190,7 +190,7 @@ impl<'a> Run<'a> {
             recorder: None,
             quadrics: None,
             handover_faces: handover_faces(device, earlier.faces),
-            seconds: Phases { weld: prepared.weld_secs, ..Phases::default() },
+            seconds: Phases { weld: prepared.weld_secs, ..earlier.seconds },
             host,
             host_queue,
             evaluation,
@@ -204,7 +204,7 @@ impl<'a> Run<'a> {
             deviation: earlier.deviation,
             rounds: std::mem::take(&mut earlier.rounds),
             clock,
-            bytes_moved: 0,
+            bytes_moved: earlier.bytes_moved,
             warnings: std::mem::take(&mut prepared.warnings),
             prepared,
             levels,
@@ -227,7 +227,7 @@ impl<'a> Run<'a> {
 
     /// A queue on the GPU, if there is one that gains.
     fn gpu_queue(&self) -> Option<Queue> {
-        let gains = !self.device.is_auto() || self.host.face_count >= AUTO_FACES;
+        let gains = !self.device.is_auto() || self.prepared.earlier.faces >= AUTO_FACES;
         self.device.gpu_queue().filter(|_| gains)
     }
 

@@ -150,8 +150,8 @@ impl Facets {
         Self { most: (FACETS * vertices as f64) as usize, many: AtomicUsize::new(0) }
     }
 
-    /// Counts a vertex with so many wedges; returns whether it is plain that normals are those of facets. Whichever task finds that,
-    /// in any order it is found or not.
+    /// Counts a vertex with so many wedges; returns whether it is plain that normals are those of facets. The total decides, so
+    /// that neither order nor threads do.
     fn are_found_with(&self, wedges: usize) -> bool {
         let before = if wedges > 2 { self.many.fetch_add(1, Relaxed) + 1 } else { self.many.load(Relaxed) };
         before > self.most
@@ -290,6 +290,39 @@ mod tests {
     use crate::math::Vec2;
     use crate::mesh::frame::Frame;
     use crate::mesh::shapes;
+
+    /// Planes whose first vertices have a normal in each of their faces, for several tasks: up to half of the vertices may.
+    #[test]
+    fn normals_are_those_of_facets_where_more_than_half_of_the_vertices_have_many() {
+        let flat = shapes::plane(90, 90);
+        let vertices = flat.positions.len();
+        let rings = Rings::new(&flat.faces, vertices);
+        let origins: Vec<u32> = (0..flat.faces.len() as u32).collect();
+        let many_below = |limit: usize| (0..limit).filter(|&v| rings.ring(v as u32).len() > 2).count();
+        let is_gathered = |limit: usize, has_normals: bool, creases: Creases| {
+            let corners = || flat.faces.iter().flatten().map(|&v| v as usize);
+            let normal = |(corner, v): (usize, usize)| match v < limit {
+                true => Vec3::new(corner as f32, 1.0, 1.0).normalize(),
+                false => Vec3::Z,
+            };
+            let mesh = Mesh {
+                positions: corners().map(|v| flat.positions[v]).collect(),
+                faces: (0..flat.faces.len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect(),
+                normals: has_normals.then(|| corners().enumerate().map(normal).collect()),
+                colors: (!has_normals)
+                    .then(|| corners().enumerate().map(normal).map(|n| n.extend(1.0).into()).collect()),
+                ..Mesh::default()
+            };
+            let frame = Frame::new(&mesh.faces, |v| mesh.positions[v as usize], mesh.bounds());
+            let layout =
+                Layout::new(&mesh, &Attributes::default(), Metric::Volume, frame, false).expect("an attribute");
+            gather(&mesh, &layout, &rings, &origins, &flat.faces, creases).is_some()
+        };
+        let half = (0..vertices).find(|&limit| many_below(limit) == vertices / 2).expect("a limit");
+        let more = (half..vertices).find(|&limit| many_below(limit) > vertices / 2).expect("a limit");
+        assert!(is_gathered(half, true, Creases::All) && !is_gathered(more, true, Creases::All));
+        assert!(is_gathered(more, false, Creases::All) && is_gathered(more, true, Creases::Sharp));
+    }
 
     /// Vertices of several tasks, cut along every tenth column: every corner has the row that it has
     /// in the input, and a vertex no row twice.

@@ -73,7 +73,7 @@ impl Prepared {
         self.faces.len().saturating_sub(2 * free)
     }
 
-    /// Flags the vertices on seams, of which such yield; for good. What was refused before is legal where more yield.
+    /// Flags the vertices on seams, of which such yield; for good. What was refused before may be legal where more yield.
     pub fn flag_seams(&mut self, mesh: &Mesh, seams: &[u32], yields: Yields) {
         self.fans = Vec::new();
         self.earlier.pace.take_if(|_| yields != Yields::Nothing);

@@ -1,8 +1,8 @@
 //! Near the number of faces that creases keep: whether they press, and if so, the better of a run in which they yield and
 //! one in which they hold.
 //!
-//! A run that reaches such a number with its creases may have done so at a high price. As long as it has two to four times as many
-//! faces nothing presses, and both are one. The one in which they yield goes first then: what it estimates is how far off the other may
+//! A run that reaches such a number with its creases may have done so at a high price. Until it has two to four times as many faces
+//! nothing presses, and both are one. The one in which they yield goes first then: what it estimates is how far off the other may
 //! be, which mostly ends long before it is through.
 
 use std::time::Instant;
@@ -69,37 +69,45 @@ pub fn compared(
     mut progress: Option<&mut OnProgress<'_>>,
 ) -> Result<Vec<Outcome>> {
     let Job { mesh, options, budgets, .. } = job;
-    let scale = start.frame.length_to_rows(1.0);
-    let [least, most] = face_counts(budgets, mesh.faces.len());
-    let mut without = start;
-    if checkpoints.may_part(&without, most, options) {
+    let (scale, counts) = (start.frame.length_to_rows(1.0), face_counts(budgets, mesh.faces.len()));
+    let (mut without, mut with_made) = (start, None);
+    if counts.is_some_and(|[_, most]| checkpoints.may_part(&without, most, options)) {
         without.let_yield(mesh, Yields::Nothing, options);
         let outcomes = driver::run(job, without, checkpoints, progress.as_deref_mut())?;
-        if outcomes.iter().flatten().any(|outcome| outcome.stop == StopReason::Cancelled) {
+        let was_cancelled = |outcome: &Outcome| outcome.stop == StopReason::Cancelled;
+        if outcomes.iter().flatten().any(was_cancelled) {
             return Ok(outcomes.into_iter().flatten().collect());
         }
-        without = checkpoints.before(most).map_or_else(|| begin(mesh, options), Ok)?;
+        without = checkpoints.parting().map_or_else(|| begin(mesh, options), Ok)?;
+        // Seams may hold it before.
+        with_made = outcomes.iter().all(Option::is_some).then_some(outcomes);
     }
-    let mut with = without.copy();
-    with.let_yield(mesh, Yields::Nothing, options);
+    let start_with = with_made.is_none().then(|| without.copy());
     without.let_yield(mesh, Yields::Creases, options);
-    checkpoints.begin(&without, least, Yields::Creases.more(), options);
+    checkpoints.begin(&without, counts.map(|[least, _]| least), Yields::Creases.more(), options);
     let without = driver::run(job, without, checkpoints, progress.as_deref_mut())?;
     let without: Vec<Outcome> = without.into_iter().flatten().collect();
     if without.iter().any(|outcome| outcome.stop == StopReason::Cancelled) {
         return Ok(without.into_iter().map(|outcome| outcome.with_warning(Some(NOT_COMPARED))).collect());
     }
     let clock = Instant::now();
-    let job = Job { worst_deviation: worst_deviation(&without, scale), ..job };
-    let with = driver::run(job, with, &mut Checkpoints::default(), progress)?;
+    let with = match start_with {
+        None => with_made.unwrap_or_default(),
+        Some(mut with) => {
+            with.let_yield(mesh, Yields::Nothing, options);
+            let job = Job { worst_deviation: worst_deviation(&without, scale), ..job };
+            driver::run(job, with, &mut Checkpoints::default(), progress)?
+        }
+    };
     let spent = clock.elapsed().as_secs_f64();
     Ok(with.into_iter().zip(without).map(|(with, without)| better(with, without, scale, spent)).collect())
 }
 
-/// The least and the greatest of the face counts asked for.
-pub fn face_counts(budgets: &[Budget], faces: usize) -> [usize; 2] {
-    let counts = || budgets.iter().filter_map(|budget| budget.target_faces(faces).ok());
-    [counts().min().unwrap_or(0), counts().max().unwrap_or(0)]
+/// The least and the greatest of the face counts asked for, if there are any.
+pub fn face_counts(budgets: &[Budget], faces: usize) -> Option<[usize; 2]> {
+    let counting = budgets.iter().filter(|budget| budget.counts_faces());
+    let counts = || counting.clone().filter_map(|budget| budget.target_faces(faces).ok());
+    Some([counts().min()?, counts().max()?])
 }
 
 /// Up to which error, in the normalized frame, creases are worth more than an outcome without them. `scale` brings a length there.

@@ -28,6 +28,11 @@ impl Run<'_> {
         self.made.push(of(last, outcome));
     }
 
+    /// The bytes that went to a GPU and back.
+    pub fn bytes_moved_by_now(&self) -> u64 {
+        self.bytes_moved + self.follower.as_ref().map_or(0, Follower::bytes_moved)
+    }
+
     /// The outcome of a level that ends here.
     fn outcome(&mut self, stop: StopReason) -> Outcome {
         let fitted = if stop == StopReason::Cancelled { None } else { self.fit() };
@@ -63,7 +68,7 @@ impl Run<'_> {
             regions: None,
             rounds: self.rounds.clone(),
             seconds: self.seconds,
-            bytes_moved: self.bytes_moved + self.follower.as_ref().map_or(0, Follower::bytes_moved),
+            bytes_moved: self.bytes_moved_by_now(),
             device,
             warnings: self.warnings.clone(),
         }
