@@ -9,9 +9,10 @@ use std::ops::ControlFlow;
 
 use coarsen::backend::{Device, Exactness, GpuOptions, Packing, Selector};
 use coarsen::contract::{
-    Feature, Metric, Options, Placement, PlaneWeight, QuadricFormat, QuadricFrame, Quadrics, Update, Weighting,
-    initial_quadrics,
+    Attributes, Feature, Metric, Options, Placement, PlaneWeight, QuadricFormat, QuadricFrame, Quadrics, Seams, Update,
+    Weighting, initial_quadrics,
 };
+use coarsen::math::Vec2;
 use coarsen::mesh::{SAMPLES, sample, shapes};
 use coarsen::simplify::{Progress, RoundRecord};
 use coarsen::{Budget, Mesh, Method, Outcome, formats, simplify};
@@ -331,6 +332,50 @@ fn a_device_lost_on_the_way_leaves_the_same_bytes() {
                 "{name}: {on_gpu:?}"
             );
         }
+    }
+}
+
+/// A wavy plane of 40 × 40 squares whose texture is in charts of 5 × 5: seams meet at every corner of these.
+fn charts() -> Mesh {
+    let (width, side) = (40, 5);
+    let mut mesh = shapes::plane(width, width);
+    mesh.positions.iter_mut().for_each(|p| p.z = 0.1 * ((9.0 * p.x).sin() + (7.0 * p.y).cos()));
+    let at = |(f, face): (usize, &[u32; 3])| {
+        let square = f as u32 / 2;
+        let chart = Vec2::new((square % width / side) as f32, (square / width / side) as f32);
+        face.map(|v| Vec2::new((v % (width + 1)) as f32, (v / (width + 1)) as f32) + 100.0 * chart)
+    };
+    mesh.texcoords = Some(mesh.faces.iter().enumerate().map(at).collect());
+    mesh
+}
+
+/// A run in which more seams yield begins where another was, on the device that failed since.
+#[test]
+fn a_device_lost_before_a_run_is_taken_up_is_told_of_once() {
+    let (mesh, options) = (charts(), Options::default());
+    let attributes = Attributes { seams: Seams::Hold, ..Attributes::default() };
+    let held = contract(&mesh, &Options { attributes, ..options.clone() }, Budget::faces(2));
+    let budget = || Budget::faces(held.mesh.faces.len() - 20);
+    let reference = contract(&mesh, &options, budget());
+    assert_eq!(reference.warnings.len(), 1, "{:?}", reference.warnings);
+    for replays in [true, false] {
+        let few = GpuOptions { handover_faces: Some(100), ..many_rounds(replays) };
+        let Some(device) = gpu(&few) else { return };
+        let mut rounds = 0;
+        let mut lose = |_: Progress| {
+            rounds += 1;
+            if rounds == 1 {
+                device.lose_gpu();
+            }
+            ControlFlow::Continue(())
+        };
+        let method = Method::Contract(options.clone());
+        let outcome = simplify(&mesh, &method, &budget(), &device, Some(&mut lose)).expect("the CPU goes on");
+        assert!(rounds > outcome.rounds.len(), "one run of {rounds} rounds");
+        let failed = |warning: &&String| warning.starts_with("the CPU went on where the GPU failed: ");
+        assert_eq!(outcome.warnings.iter().filter(failed).count(), 1, "{:?}", outcome.warnings);
+        let warnings: Vec<String> = outcome.warnings.iter().filter(|warning| !failed(warning)).cloned().collect();
+        assert_same("taken up", &reference, &Outcome { warnings, ..outcome });
     }
 }
 

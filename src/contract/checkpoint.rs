@@ -12,11 +12,10 @@ use crate::mesh::fan::fans;
 use crate::simplify::{Phases, RoundRecord};
 
 use super::driver::Run;
-use super::gate::Refused;
+use super::pace::Pace;
 use super::prepare::Prepared;
-use super::refusals::Refusals;
 use super::yielding::Yields;
-use super::{Candidates, Metric, Options};
+use super::{Metric, Options};
 
 /// How many times fewer faces than one checkpoint the next has at least: copying them all takes about as long as one copy of the
 /// surface. Every round would be four times that.
@@ -139,25 +138,6 @@ pub struct Earlier {
     pub pace: Option<Pace>,
 }
 
-/// What the rounds of a run tell the next one.
-#[derive(Debug, Clone)]
-pub struct Pace {
-    pub of: Candidates,
-    /// How many times wider than usual the gate is.
-    pub widening: f64,
-    /// How many pairs the next round is expected to refuse.
-    pub refused: Refused,
-    /// The pairs that it would refuse for sure.
-    pub known_refusals: Refusals,
-}
-
-impl Pace {
-    /// At the first start.
-    pub fn new(of: Candidates) -> Self {
-        Self { of, widening: 1.0, refused: Refused::default(), known_refusals: Refusals::default() }
-    }
-}
-
 /// Whether a run may go on from a checkpoint.
 fn may_go_on(options: &Options) -> bool {
     options.metric == Metric::Volume && options.fit == 0
@@ -198,7 +178,7 @@ impl Prepared {
                 bytes_moved: run.bytes_moved_by_now(),
                 commits: run.committer.commits,
                 deviation: run.deviation,
-                pace: Some(run.pace()),
+                pace: Some(run.pace.clone()),
                 ..prepared.earlier
             },
             ..*prepared

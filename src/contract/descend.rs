@@ -10,9 +10,10 @@ use crate::simplify::StopReason;
 
 use super::commit::Quota;
 use super::committed::{Committed, Spent};
-use super::driver::{FULL, Run, WIDER, is_meager};
+use super::driver::Run;
 use super::gate::LARGE_ROUND;
 use super::levels::Goal;
+use super::pace::{WIDER, is_meager};
 use super::surface::Surface;
 use super::{Candidates, Metric};
 
@@ -35,7 +36,7 @@ impl Run<'_> {
         while let Some(Goal { target, max_deviation }) = next {
             self.set_error_limit(max_deviation);
             let left = faces - done.0.faces_removed;
-            let follows = |targets| self.widening < FULL && self.heading(targets) < target;
+            let follows = |targets| !self.pace.is_full() && self.heading(targets) < target;
             if !self.levels.targets_below(left).is_some_and(follows) {
                 self.commit(left - target, &mut done);
                 if faces - done.0.faces_removed == target + 1 {
@@ -65,7 +66,7 @@ impl Run<'_> {
     /// Commits under an error limit from here on, in the normalized frame: under another than before, what was refused may be legal.
     fn set_error_limit(&mut self, max_deviation: f64) {
         if self.committer.set_max_deviation(max_deviation) {
-            self.known_refusals.clear();
+            self.pace.known_refusals.clear();
         }
     }
 
@@ -93,16 +94,16 @@ impl Run<'_> {
     /// Commits the candidates until so many faces are removed.
     fn commit(&mut self, to_remove: usize, done: &mut (Committed, Spent)) {
         // With every pair let through and nothing contracted, there is no later round to wait for.
-        let may_wait = self.widening < FULL;
-        let may_overshoot = self.widening >= FULL || self.prepared.border_vertices == 0;
-        let quota = Quota { faces: to_remove, of: self.of, may_overshoot };
+        let may_wait = !self.pace.is_full();
+        let may_overshoot = self.pace.is_full() || self.prepared.border_vertices == 0;
+        let quota = Quota { faces: to_remove, of: self.pace.of, may_overshoot };
         self.tried = self.tried.max(self.candidates.len());
-        self.known_refusals.leave_out(&mut self.candidates, &self.host.faces.host()[..self.host.face_count]);
+        self.pace.known_refusals.leave_out(&mut self.candidates, &self.host.faces.host()[..self.host.face_count]);
         let (carried, joins) = (&mut self.prepared.carried, self.joins.pairs());
         let before = self.recorder.as_ref().map(|_| carried.origin.clone());
         // Where parts join, and with weights, which every round may find anew, more decides than the faces around a pair.
         self.committer.lists_refused =
-            self.of == Candidates::Pairs && !self.options.joins() && carried.weights.is_empty();
+            self.pace.of == Candidates::Pairs && !self.options.joins() && carried.weights.is_empty();
         self.committer.is_followed =
             self.follower.is_some() || self.history.is_some() || self.recorder.is_some() || !joins.is_empty();
         let (committed, spent) =
@@ -112,7 +113,7 @@ impl Run<'_> {
         }
         // What the commits before refused was tried again, and counts once.
         done.0.forget_refused();
-        self.known_refusals.count_again(&mut done.0.blocked);
+        self.pace.known_refusals.count_again(&mut done.0.blocked);
         done.0.add(committed);
         done.1.add(spent);
         self.deviation = self.deviation.max(done.0.deviation);
@@ -125,14 +126,14 @@ impl Run<'_> {
 
     /// Whether one face may be left of a goal that only a pair on the border removes.
     pub fn has_odd_ends(&self) -> bool {
-        self.of == Candidates::Pairs && self.prepared.border_vertices > 0
+        self.pace.of == Candidates::Pairs && self.prepared.border_vertices > 0
     }
 
     /// Removes one face by a pair on the border that costs little more than the dearest of the round did, if one is found: the
     /// next would have to let every pair through. What is refused for it is none of the round's candidates, and not counted.
     fn commit_on_border(&mut self, done: &mut (Committed, Spent)) {
         // Accumulated quadrics have no limit to what is too dear, and faces that cancelled out are gone only after the round.
-        let may_find = self.options.metric == Metric::Volume && !self.options.joins() && self.widening < FULL;
+        let may_find = self.options.metric == Metric::Volume && !self.options.joins() && !self.pace.is_full();
         // A small round of all pairs is cheap, and takes the cheapest.
         if !may_find || !self.has_odd_ends() || self.host.face_count < LARGE_ROUND {
             return;
@@ -219,10 +220,10 @@ mod tests {
         let levels = Levels::new(&[Budget::faces(100)], &mesh, prepared.frame).expect("a budget");
         let mut run = Run::new(&mesh, prepared, &options, &device, levels, Instant::now()).expect("room");
         run.set_error_limit(1.0);
-        run.known_refusals.keep(&[Refusal::new([0, 1], Rejection::Error)], 0, &run.host);
+        run.pace.known_refusals.keep(&[Refusal::new([0, 1], Rejection::Error)], 0, &run.host);
         for (limit, forgets) in [(1.0, false), (2.0, true)] {
             run.set_error_limit(limit);
-            assert_eq!(run.known_refusals.is_empty(), forgets, "{limit}");
+            assert_eq!(run.pace.known_refusals.is_empty(), forgets, "{limit}");
         }
     }
 }

@@ -10,21 +10,21 @@ use crate::simplify::{Budget, OnProgress, Outcome, Phases, Progress, RoundRecord
 
 use super::apply::Left;
 use super::carry::Carried;
-use super::checkpoint::{Checkpoints, Pace};
+use super::checkpoint::Checkpoints;
 use super::commit::Committer;
 use super::committed::Committed;
 use super::evaluate::{Evaluation, Round, plane_sums};
 use super::examine::Rules;
 use super::follower::{Follower, handover_faces};
-use super::gate::{Gate, Refused};
+use super::gate::Gate;
 use super::history::{History, became};
 use super::join::Joins;
 use super::levels::{Goal, Levels};
+use super::pace::Pace;
 use super::prepare::Prepared;
 use super::quadrics::QuadricRecord;
 use super::quantize::{Storage, quantize};
 use super::record::Recorder;
-use super::refusals::Refusals;
 use super::surface::{Start, Surface};
 use super::triangles::Triangles;
 use super::weigh::{start_weights, weigh_start};
@@ -32,12 +32,6 @@ use super::{Candidates, Metric, Options, Placement};
 
 /// Faces from which a GPU that was taken by itself is used: below, its kernels are not even loaded when the CPU is done.
 const AUTO_FACES: usize = 100_000;
-/// A round that contracts less than this share of its candidates widens the gate of the next.
-const MEAGER: f64 = 0.05;
-/// How many times wider the gate is then.
-pub const WIDER: usize = 4;
-/// A gate this many times wider than usual lets every pair through.
-pub const FULL: f64 = 64.0;
 
 /// What a run is given.
 #[derive(Debug, Clone, Copy)]
@@ -77,18 +71,18 @@ pub fn run(
         if f64::from(run.deviation) > worst_deviation {
             break;
         }
-        if committed.contracted == 0 && run.widening >= FULL && run.of == Candidates::Triangles {
-            (run.of, run.widening) = (Candidates::Pairs, 1.0);
+        if committed.contracted == 0 && run.pace.is_full() && run.pace.of == Candidates::Triangles {
+            (run.pace.of, run.pace.widening) = (Candidates::Pairs, 1.0);
             continue;
         }
-        if committed.contracted == 0 && run.widening >= FULL {
+        if committed.contracted == 0 && run.pace.is_full() {
             run.count_locked();
             let (ended, stop) = match committed.blocked.error > 0 {
                 true => (run.levels.take_limited(goal.max_deviation), StopReason::ErrorReached),
                 false => (run.levels.take_all(), StopReason::Stuck),
             };
             run.make(ended, stop);
-            run.begin_level();
+            run.pace.begin_level(options.candidates);
             continue;
         }
         if committed.contracted == 0 {
@@ -128,8 +122,7 @@ pub struct Run<'a> {
     pub follower: Option<Follower>,
     pub committer: Committer,
     pub rules: Rules,
-    /// What rounds contract from here on.
-    pub of: Candidates,
+    pub pace: Pace,
     pub joins: Joins,
     /// The original and what became of its vertices, for the fit.
     pub history: Option<(Start, History)>,
@@ -139,12 +132,6 @@ pub struct Run<'a> {
     pub candidates: Vec<Candidate>,
     /// How many of them the round's commits have had at most.
     pub tried: usize,
-    /// How many times wider than usual the gate is.
-    pub widening: f64,
-    /// How many pairs the next round is expected to refuse.
-    refused: Refused,
-    /// The pairs that it would refuse for sure.
-    pub known_refusals: Refusals,
     /// Greatest estimated deviation of a contraction so far, in the normalized frame.
     pub deviation: f32,
     pub rounds: Vec<RoundRecord>,
@@ -177,14 +164,13 @@ impl<'a> Run<'a> {
         let rules = Rules::new(options, f64::INFINITY);
         let earlier = &mut prepared.earlier;
         let pace = earlier.pace.take().unwrap_or_else(|| Pace::new(options.candidates));
-        let Pace { of, widening, refused, known_refusals } = pace;
         let mut run = Self {
             input,
             options,
             device,
             committer: Committer::new(rules, earlier.vertices, earlier.commits),
             rules,
-            of,
+            pace,
             joins: Joins::default(),
             history,
             recorder: None,
@@ -198,9 +184,6 @@ impl<'a> Run<'a> {
             follower: None,
             candidates: Vec::new(),
             tried: 0,
-            widening,
-            refused,
-            known_refusals,
             deviation: earlier.deviation,
             rounds: std::mem::take(&mut earlier.rounds),
             clock,
@@ -217,12 +200,6 @@ impl<'a> Run<'a> {
         }
         run.start_quadrics(storage)?;
         Ok(run)
-    }
-
-    /// What its rounds tell the next one.
-    pub fn pace(&self) -> Pace {
-        let Self { of, widening, refused, ref known_refusals, .. } = *self;
-        Pace { of, widening, refused, known_refusals: known_refusals.clone() }
     }
 
     /// A queue on the GPU, if there is one that gains.
@@ -262,9 +239,16 @@ impl<'a> Run<'a> {
         let Prepared { border_vertices, carried, .. } = &mut self.prepared;
         let start = (self.options, storage);
         let opened = Follower::new(queue, &self.host, start, *border_vertices, carried, applies);
-        match opened.and_then(|mut follower| follower.begin(self.of, gate, &carried.weights).map(|()| follower)) {
+        match opened.and_then(|mut follower| follower.begin(self.pace.of, gate, &carried.weights).map(|()| follower)) {
             Ok(follower) => self.follower = Some(follower),
-            Err(reason) => self.warnings.push(fallback(&reason)),
+            Err(reason) => self.warn(fallback(&reason)),
+        }
+    }
+
+    /// Notes a warning. A run that is taken up may meet what it met before.
+    fn warn(&mut self, warning: String) {
+        if !self.warnings.contains(&warning) {
+            self.warnings.push(warning);
         }
     }
 
@@ -294,7 +278,7 @@ impl<'a> Run<'a> {
         if let Some(follower) = &mut self.follower
             && let Err(reason) = work(follower, &self.host, &mut self.prepared.carried)
         {
-            self.warnings.push(fallback(&reason));
+            self.warn(fallback(&reason));
             self.take_over();
         }
     }
@@ -312,7 +296,7 @@ impl<'a> Run<'a> {
         if faces < self.handover_faces {
             self.take_over();
         }
-        self.of = self.candidates_for(self.of, faces - heading);
+        self.pace.of = self.candidates_for(self.pace.of, faces - heading);
         let before = self.time_moving();
         let pairs = self.evaluate(self.gate(faces, heading))?;
         let moved = self.time_moving().saturating_sub(before).as_secs_f64();
@@ -356,16 +340,16 @@ impl<'a> Run<'a> {
     /// Compacts what a round leaves, and what follows it. A GPU starts the next round in the meantime.
     fn compact(&mut self, committed: &Committed) -> Result<()> {
         let Committed { contracted, contractions, cancelled, faces_removed, by_first_steps, .. } = committed;
-        let (of, vertices) = (self.of, self.host.vertex_count);
+        let (of, vertices) = (self.pace.of, self.host.vertex_count);
         let left = Left { vertices: vertices - contracted, faces: self.host.face_count - faces_removed };
         if self.levels.meets(left.faces) {
-            self.begin_level();
+            self.pace.begin_level(self.options.candidates);
         }
         let goes_on = |_: &[usize; 2]| left.faces >= self.handover_faces;
         let next = self.levels.targets_below(left.faces).filter(goes_on).map(|targets| {
             let target = self.heading(targets);
-            self.of = self.candidates_for(self.of, left.faces - target);
-            (self.of, self.gate(left.faces, target))
+            self.pace.of = self.candidates_for(self.pace.of, left.faces - target);
+            (self.pace.of, self.gate(left.faces, target))
         });
         if let Some((next_of, gate)) = next {
             self.with_gpu(|follower, _, _| match of {
@@ -376,7 +360,7 @@ impl<'a> Run<'a> {
         self.host.kill(cancelled.iter().map(|cancelled| cancelled.face));
         self.host.compact_on_host(&mut self.prepared.carried, left.faces);
         let new_vertex = &self.host.new_vertex()[..vertices];
-        self.known_refusals.rename(new_vertex);
+        self.pace.known_refusals.rename(new_vertex);
         if let Some((_, history)) = &mut self.history {
             history.follow(contractions, new_vertex);
         }
@@ -410,7 +394,7 @@ impl<'a> Run<'a> {
         let mut candidates = std::mem::take(&mut self.candidates);
         let mut found = None;
         candidates.clear();
-        let of = self.of;
+        let of = self.pace.of;
         self.with_gpu(|follower, _, carried| {
             found = Some(follower.propose(of, gate, &mut carried.weights, &mut candidates)?);
             Ok(())
@@ -440,57 +424,36 @@ impl<'a> Run<'a> {
     /// What becomes candidates when so many faces live.
     fn gate(&self, faces: usize, target: usize) -> Gate {
         // One face is a border pair's to remove, and there is seldom one among the cheapest few.
-        if self.widening >= FULL || (faces == target + 1 && self.has_odd_ends()) {
+        if self.pace.is_full() || (faces == target + 1 && self.has_odd_ends()) {
             return Gate::OPEN;
         }
-        Gate::of_round(self.options.metric, self.of, [faces, target], self.widening, self.refused)
-    }
-
-    /// Heads for the next level as a run that starts here would.
-    fn begin_level(&mut self) {
-        (self.of, self.widening, self.refused) = (self.options.candidates, 1.0, Refused::default());
-        self.known_refusals.clear();
+        let Pace { of, widening, refused, .. } = self.pace;
+        Gate::of_round(self.options.metric, of, [faces, target], widening, refused)
     }
 
     /// Notes which pairs are going to be refused again.
     fn keep_refusals(&mut self, committed: &Committed) {
         if self.committer.lists_refused {
-            self.known_refusals.keep(&committed.refused, committed.contracted, &self.host);
+            self.pace.known_refusals.keep(&committed.refused, committed.contracted, &self.host);
         } else {
-            self.known_refusals.clear();
+            self.pace.known_refusals.clear();
         }
     }
 
-    /// Widens the gate after a round that mostly met refusals, narrows it again after a good one, and notes what the next is
-    /// going to refuse again.
+    /// What the next round goes by after this one.
     fn adapt(&mut self, committed: &Committed) {
         // Where attributes decide, a pair may cost more than the gate is told, whatever its neighbors do.
         let has_attributes = self.prepared.carried.wedges.as_ref().is_some_and(|wedges| wedges.layout.costed > 0);
         let outdated = if has_attributes { committed.outdated } else { 0 };
-        let (contracted, pairs) = (committed.contracted, self.rounds.last().map_or(0, |round| round.pairs));
-        self.refused = match self.of {
-            Candidates::Pairs => {
-                Refused::new(&committed.blocked, outdated, contracted, [self.host.face_count, pairs as usize])
-            }
-            Candidates::Triangles => Refused::default(),
-        };
-        if is_meager(contracted, self.tried) {
-            self.widening = (self.widening * WIDER as f64).min(FULL);
-        } else {
-            self.widening = (self.widening / WIDER as f64).max(1.0);
-        }
+        let pairs = self.rounds.last().map_or(0, |round| round.pairs) as usize;
+        let (done, sizes) = ([committed.contracted, self.tried], [self.host.face_count, pairs]);
+        self.pace.adapt(&committed.blocked, outdated, done, sizes);
     }
 
     /// Widens the gate after a round that contracted nothing: for the last few faces, and where an error limit may be the
     /// reason, to every pair at once. With many to remove that would contract what is far too dear.
     fn widen(&mut self, goal: Goal) {
         let are_few = self.host.face_count - goal.target <= 2 * self.tried;
-        let at_once = are_few || goal.max_deviation.is_finite();
-        self.widening = if at_once { FULL } else { (self.widening * WIDER as f64).min(FULL) };
+        self.pace.widen(are_few || goal.max_deviation.is_finite());
     }
-}
-
-/// Whether a commit contracted too few of what it tried.
-pub fn is_meager(contracted: usize, tried: usize) -> bool {
-    (contracted as f64) < MEAGER * tried as f64
 }

@@ -44,6 +44,7 @@ mod least_faces;
 mod levels;
 mod listing;
 mod lock;
+mod pace;
 mod patch;
 mod placement;
 mod prepare;
