@@ -20,7 +20,7 @@ use super::gate::Gate;
 use super::history::{History, became};
 use super::join::Joins;
 use super::levels::{Goal, Levels};
-use super::pace::Pace;
+use super::pace::{Done, Pace};
 use super::prepare::Prepared;
 use super::quadrics::QuadricRecord;
 use super::quantize::{Storage, quantize};
@@ -445,9 +445,9 @@ impl<'a> Run<'a> {
         // Where attributes decide, a pair may cost more than the gate is told, whatever its neighbors do.
         let has_attributes = self.prepared.carried.wedges.as_ref().is_some_and(|wedges| wedges.layout.costed > 0);
         let outdated = if has_attributes { committed.outdated } else { 0 };
-        let pairs = self.rounds.last().map_or(0, |round| round.pairs) as usize;
-        let (done, sizes) = ([committed.contracted, self.tried], [self.host.face_count, pairs]);
-        self.pace.adapt(&committed.blocked, outdated, done, sizes);
+        let Committed { blocked, contracted, .. } = committed;
+        let round = self.rounds.last().copied().unwrap_or_default();
+        self.pace.adapt(Done { round, blocked, outdated, contracted: *contracted, tried: self.tried });
     }
 
     /// Widens the gate after a round that contracted nothing: for the last few faces, and where an error limit may be the

@@ -54,6 +54,11 @@ impl Refused {
         let are_many = faces >= LARGE_ROUND && refused as f64 > REFUSING * contracted as f64;
         Self { count: if are_many { refused } else { by_seams }, share: by_seams as f64 / pairs.max(1) as f64 }
     }
+
+    /// For how many the gate of the next round makes room.
+    pub fn count(&self) -> usize {
+        self.count
+    }
 }
 
 impl Gate {
