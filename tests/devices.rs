@@ -361,17 +361,18 @@ fn a_device_lost_before_a_run_is_taken_up_is_told_of_once() {
     for replays in [true, false] {
         let few = GpuOptions { handover_faces: Some(100), ..many_rounds(replays) };
         let Some(device) = gpu(&few) else { return };
-        let mut rounds = 0;
-        let mut lose = |_: Progress| {
-            rounds += 1;
-            if rounds == 1 {
+        let mut faces = Vec::new();
+        let mut lose = |progress: Progress| {
+            if faces.is_empty() {
                 device.lose_gpu();
             }
+            faces.push(progress.faces);
             ControlFlow::Continue(())
         };
         let method = Method::Contract(options.clone());
         let outcome = simplify(&mesh, &method, &budget(), &device, Some(&mut lose)).expect("the CPU goes on");
-        assert!(rounds > outcome.rounds.len(), "one run of {rounds} rounds");
+        assert!(outcome.rounds[0].on_gpu && !outcome.rounds[2..].iter().any(|round| round.on_gpu));
+        assert!(!faces.is_sorted_by(|a, b| a >= b), "one run: {faces:?}");
         let failed = |warning: &&String| warning.starts_with("the CPU went on where the GPU failed: ");
         assert_eq!(outcome.warnings.iter().filter(failed).count(), 1, "{:?}", outcome.warnings);
         let warnings: Vec<String> = outcome.warnings.iter().filter(|warning| !failed(warning)).cloned().collect();

@@ -20,7 +20,7 @@ use super::gate::Gate;
 use super::history::{History, became};
 use super::join::Joins;
 use super::levels::{Goal, Levels};
-use super::pace::{Done, Pace};
+use super::pace::Pace;
 use super::prepare::Prepared;
 use super::quadrics::QuadricRecord;
 use super::quantize::{Storage, quantize};
@@ -72,7 +72,7 @@ pub fn run(
             break;
         }
         if committed.contracted == 0 && run.pace.is_full() && run.pace.of == Candidates::Triangles {
-            (run.pace.of, run.pace.widening) = (Candidates::Pairs, 1.0);
+            run.pace.go_on_with_pairs();
             continue;
         }
         if committed.contracted == 0 && run.pace.is_full() {
@@ -221,7 +221,7 @@ impl<'a> Run<'a> {
         self.joins = match self.gpu_queue().map(&mut find) {
             Some(Ok(joins)) => joins,
             Some(Err(reason)) => {
-                self.warnings.push(fallback(&reason));
+                warn_once(&mut self.warnings, fallback(&reason));
                 find(self.device.cpu_queue())?
             }
             None => find(self.device.cpu_queue())?,
@@ -241,14 +241,7 @@ impl<'a> Run<'a> {
         let opened = Follower::new(queue, &self.host, start, *border_vertices, carried, applies);
         match opened.and_then(|mut follower| follower.begin(self.pace.of, gate, &carried.weights).map(|()| follower)) {
             Ok(follower) => self.follower = Some(follower),
-            Err(reason) => self.warn(fallback(&reason)),
-        }
-    }
-
-    /// Notes a warning. A run that is taken up may meet what it met before.
-    fn warn(&mut self, warning: String) {
-        if !self.warnings.contains(&warning) {
-            self.warnings.push(warning);
+            Err(reason) => warn_once(&mut self.warnings, fallback(&reason)),
         }
     }
 
@@ -278,7 +271,7 @@ impl<'a> Run<'a> {
         if let Some(follower) = &mut self.follower
             && let Err(reason) = work(follower, &self.host, &mut self.prepared.carried)
         {
-            self.warn(fallback(&reason));
+            warn_once(&mut self.warnings, fallback(&reason));
             self.take_over();
         }
     }
@@ -445,9 +438,9 @@ impl<'a> Run<'a> {
         // Where attributes decide, a pair may cost more than the gate is told, whatever its neighbors do.
         let has_attributes = self.prepared.carried.wedges.as_ref().is_some_and(|wedges| wedges.layout.costed > 0);
         let outdated = if has_attributes { committed.outdated } else { 0 };
-        let Committed { blocked, contracted, .. } = committed;
-        let round = self.rounds.last().copied().unwrap_or_default();
-        self.pace.adapt(Done { round, blocked, outdated, contracted: *contracted, tried: self.tried });
+        if let Some(round) = self.rounds.last() {
+            self.pace.adapt(round, outdated, self.tried);
+        }
     }
 
     /// Widens the gate after a round that contracted nothing: for the last few faces, and where an error limit may be the
@@ -455,5 +448,12 @@ impl<'a> Run<'a> {
     fn widen(&mut self, goal: Goal) {
         let are_few = self.host.face_count - goal.target <= 2 * self.tried;
         self.pace.widen(are_few || goal.max_deviation.is_finite());
+    }
+}
+
+/// Notes a warning once: a run that is taken up may meet what it met before, and so may the fit of its result.
+pub fn warn_once(warnings: &mut Vec<String>, warning: String) {
+    if !warnings.contains(&warning) {
+        warnings.push(warning);
     }
 }

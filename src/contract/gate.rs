@@ -55,7 +55,7 @@ impl Refused {
         Self { count: if are_many { refused } else { by_seams }, share: by_seams as f64 / pairs.max(1) as f64 }
     }
 
-    /// For how many the gate of the next round makes room.
+    /// For how many the gate of the next round makes room, and a quarter more.
     pub fn count(&self) -> usize {
         self.count
     }

@@ -1,6 +1,6 @@
 //! What the rounds of a run tell the next one: what it contracts, how wide its gate is, and which pairs it is going to refuse.
 
-use crate::simplify::{Blocked, RoundRecord};
+use crate::simplify::RoundRecord;
 
 use super::Candidates;
 use super::gate::Refused;
@@ -26,19 +26,6 @@ pub struct Pace {
     pub known_refusals: Refusals,
 }
 
-/// A round that is over.
-#[derive(Debug, Clone, Copy)]
-pub struct Done<'a> {
-    /// What it was on, and how many candidates its gate let through.
-    pub round: RoundRecord,
-    pub blocked: &'a Blocked,
-    /// How many pairs became dear that are going to be refused again.
-    pub outdated: usize,
-    pub contracted: usize,
-    /// How many candidates its commits had at most.
-    pub tried: usize,
-}
-
 impl Pace {
     /// At the start of a run.
     pub fn new(of: Candidates) -> Self {
@@ -56,20 +43,30 @@ impl Pace {
         self.widening >= FULL
     }
 
-    /// After a round that contracted something: notes how many pairs the next is going to refuse, widens its gate where most were
-    /// refused, and narrows it again where those would not fill it. Of features and seams the cheapest are refused in every round.
-    pub fn adapt(&mut self, done: Done<'_>) {
-        let Done { round: RoundRecord { faces, pairs, candidates, .. }, blocked, outdated, contracted, tried } = done;
-        let unexpected = (blocked.refused() as usize).saturating_sub(self.refused.count());
+    /// After a round that contracted something of so many candidates that it tried, and where attributes decide refused so many more as
+    /// outdated: notes how many pairs the next is going to refuse, widens its gate where little was contracted, and narrows it again
+    /// where what it makes no room for would not fill the narrower one. Features are the cheapest, and refused, in every round.
+    pub fn adapt(&mut self, round: &RoundRecord, outdated: usize, tried: usize) {
+        let RoundRecord { faces, pairs, candidates, contracted, ref blocked, .. } = *round;
+        let [faces, pairs, candidates, contracted] = [faces, pairs, candidates, contracted].map(|count| count as usize);
         self.refused = match self.of {
-            Candidates::Pairs => Refused::new(blocked, outdated, contracted, [faces as usize, pairs as usize]),
+            Candidates::Pairs => Refused::new(blocked, outdated, contracted, [faces, pairs]),
             Candidates::Triangles => Refused::default(),
         };
+        // What is past the error limit is among the dearest.
+        let cheap = (blocked.refused() - blocked.error) as usize + outdated;
+        let without_room = cheap.saturating_sub(self.refused.count());
         if is_meager(contracted, tried) {
             self.widening = (self.widening * WIDER as f64).min(FULL);
-        } else if WIDER * unexpected < candidates as usize {
+        } else if self.is_full() || WIDER * without_room < candidates {
+            // Full is more than wide: no pair waits then for having become dear.
             self.widening = (self.widening / WIDER as f64).max(1.0);
         }
+    }
+
+    /// Goes on with pairs, where there is nothing else left to contract.
+    pub fn go_on_with_pairs(&mut self) {
+        (self.of, self.widening) = (Candidates::Pairs, 1.0);
     }
 
     /// Widens the gate after a round that contracted nothing, or lets every pair through `at_once`.
@@ -86,20 +83,31 @@ pub fn is_meager(contracted: usize, tried: usize) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simplify::Blocked;
 
-    /// Adapts to a round on 1,000 faces that tried all of its 100 candidates.
-    fn after(pace: &mut Pace, contracted: usize, blocked: Blocked) -> f64 {
-        let round = RoundRecord { faces: 1000, pairs: 1500, candidates: 100, ..RoundRecord::default() };
-        pace.adapt(Done { round, blocked: &blocked, outdated: 0, contracted, tried: 100 });
+    /// Adapts to a round on 1,000 faces that tried all of its 200 candidates; returns how wide the next gate is.
+    fn after(pace: &mut Pace, contracted: u64, blocked: Blocked) -> f64 {
+        let round =
+            RoundRecord { faces: 1000, pairs: 1500, candidates: 200, contracted, blocked, ..RoundRecord::default() };
+        pace.adapt(&round, 0, 200);
         pace.widening
+    }
+
+    /// A pace that has widened so far.
+    fn widened(widening: f64) -> Pace {
+        Pace { widening, ..Pace::new(Candidates::Pairs) }
+    }
+
+    fn flips(flip: u64) -> Blocked {
+        Blocked { flip, ..Blocked::default() }
     }
 
     #[test]
     fn the_gate_widens_by_fours_and_narrows_again() {
         let mut pace = Pace::new(Candidates::Pairs);
-        let mut widening = |contracted: usize| after(&mut pace, contracted, Blocked::default());
-        assert_eq!([4; 4].map(&mut widening), [4.0, 16.0, 64.0, 64.0]);
-        assert_eq!([5, 90, 90, 90].map(&mut widening), [16.0, 4.0, 1.0, 1.0]);
+        let mut widening = |contracted: u64| after(&mut pace, contracted, Blocked::default());
+        assert_eq!([9; 4].map(&mut widening), [4.0, 16.0, 64.0, 64.0]);
+        assert_eq!([10, 180, 180, 180].map(&mut widening), [16.0, 4.0, 1.0, 1.0]);
         pace.widen(false);
         assert!(pace.widening == 4.0 && !pace.is_full());
         pace.widen(true);
@@ -108,26 +116,44 @@ mod tests {
         assert_eq!(pace.widening, 1.0);
     }
 
-    /// A quarter of 100 candidates would be these alone.
+    /// A quarter of 200 candidates would be these alone.
     #[test]
     fn a_gate_that_refusals_would_fill_is_not_narrowed_to() {
-        let after_two = |blocked: Blocked, others: Blocked| {
-            let mut pace = Pace { widening: 16.0, ..Pace::new(Candidates::Pairs) };
-            [blocked, others].map(|blocked| after(&mut pace, 20, blocked))
+        let next = |blocked: Blocked| after(&mut widened(16.0), 40, blocked);
+        assert_eq!([49, 50].map(|flip| next(flips(flip))), [4.0, 16.0]);
+        // The next gate makes room for what seams refused, and nothing past the error limit is among the cheapest.
+        let room = |count: u64| Blocked { seam: count, ..flips(49) };
+        let past = |count: u64| Blocked { error: count, ..flips(49) };
+        assert_eq!([room(100), past(100)].map(next), [4.0; 2]);
+        // From a gate that lets every pair through it is always narrowed.
+        assert_eq!(after(&mut widened(64.0), 40, flips(150)), 16.0);
+    }
+
+    /// Large rounds make room for all that they refuse, and for outdated pairs any round does.
+    #[test]
+    fn what_there_is_room_for_fills_no_gate() {
+        let next = |faces: u64, flip: u64, outdated: usize| {
+            let (blocked, mut pace) = (flips(flip), widened(16.0));
+            let round = RoundRecord {
+                faces,
+                pairs: 15_000,
+                candidates: 200,
+                contracted: 40,
+                blocked,
+                ..RoundRecord::default()
+            };
+            pace.adapt(&round, outdated, 200);
+            pace.widening
         };
-        let flips = |flip: u64| Blocked { flip, ..Blocked::default() };
-        assert_eq!([24, 25].map(|count| after_two(flips(count), flips(count))), [[4.0, 1.0], [16.0, 16.0]]);
-        // Next time there is room for what seams refused, beside what the gate lets through.
-        let seams = |seam: u64| Blocked { seam, ..Blocked::default() };
-        assert_eq!(after_two(seams(60), seams(84)), [16.0, 4.0]);
-        assert_eq!(after_two(seams(60), seams(85)), [16.0, 16.0]);
+        assert_eq!([9_999, 10_000].map(|faces| next(faces, 100, 0)), [16.0, 4.0]);
+        assert_eq!([49, 50].map(|flip| next(9_999, flip, 60)), [4.0, 16.0]);
     }
 
     #[test]
     fn triangles_expect_no_refusals() {
         let expects = |of: Candidates| {
             let mut pace = Pace::new(of);
-            after(&mut pace, 20, Blocked { seam: 60, ..Blocked::default() });
+            after(&mut pace, 40, Blocked { seam: 60, ..Blocked::default() });
             pace.refused.count()
         };
         assert_eq!([Candidates::Pairs, Candidates::Triangles].map(expects), [60, 0]);

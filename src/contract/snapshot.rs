@@ -9,7 +9,7 @@ use crate::kernel::rows::Position;
 use crate::simplify::{Outcome, StopReason};
 
 use super::carry::MOVED_FROM;
-use super::driver::Run;
+use super::driver::{Run, warn_once};
 use super::fit::{Shape, fit};
 use super::fit_guard::Guard;
 use super::follower::Follower;
@@ -98,7 +98,7 @@ impl Run<'_> {
         let gpu = self.device.gpu_queue().filter(|_| self.rounds.iter().any(|round| round.on_gpu));
         let on_gpu = gpu.map(|queue| on(queue, original.clone().into_owned()));
         if let Some(Err(reason)) = &on_gpu {
-            self.warnings.push(fallback(reason));
+            warn_once(&mut self.warnings, fallback(reason));
         }
         if !matches!(on_gpu, Some(Ok(())))
             && let Err(reason) = on(self.device.cpu_queue(), original.into_owned())
