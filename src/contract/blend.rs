@@ -231,11 +231,11 @@ impl Blend {
         };
         if members.len() == 1
             && (is_free || sides.is_inside() || is_near())
-            && all_keep(wedges, layer, sides.faces_of(side), best)?
+            && all_keep(wedges, layer, sides.faces_of(side), best)
         {
             return Ok(());
         }
-        chart.gather(wedges, layer, sides.sides.len(), own_faces())?;
+        chart.gather(wedges, layer, sides.sides.len(), own_faces());
         if chart.is_flat() {
             return Ok(());
         }

@@ -3,11 +3,11 @@
 //! They cover a region of the texture, whose rim is the polygon of the far edges of those that survive. No face turns over
 //! where all of the rim is seen from the new place. On a border or a seam the polygon is open: only edges of faces count. A best
 //! place may lie past the rim there, as the new vertex may, but not past the picture. Sides that share a place may be each
-//! other's mirror images: every side keeps the sign of its own.
+//! other's mirror images, and so may the faces of one side, where a texture is folded along an edge that is no seam: every face
+//! keeps its own sign.
 
 use crate::math::DVec2;
 
-use super::filter::Rejection;
 use super::layout::Layer;
 use super::sides::CornerFace;
 use super::uv_kernel::{Kernel, orientation};
@@ -24,65 +24,57 @@ struct ChartFace {
     uv: [DVec2; 3],
     /// Twice its area in the texture.
     area: f64,
+    /// The sign that it may not lose: that of its area, or without one what others tell, or zero.
+    sign: f64,
 }
 
 /// The faces of the sides that have one place in a texture.
 #[derive(Debug, Default)]
 pub struct Chart {
     faces: Vec<ChartFace>,
-    /// The sign of the areas of each side.
-    signs: Vec<f64>,
+    /// Whether each side has areas that are positive, and negative ones.
+    has: Vec<[bool; 2]>,
     kernel: Kernel,
 }
 
 impl Chart {
     /// Gathers faces with the numbers of their sides, of which there are so many.
-    ///
-    /// # Errors
-    /// [`Rejection::Texture`] where those of a side do not agree in the sign of their areas.
     pub fn gather<'a>(
         &mut self,
         wedges: &WedgeRows<'_>,
         layer: &Layer,
         sides: usize,
         faces: impl Iterator<Item = (usize, &'a CornerFace)>,
-    ) -> Result<(), Rejection> {
+    ) {
         let places = |face: &CornerFace| face.wedges.map(|wedge| place(layer, wedges.row(wedge)));
-        self.gather_triangles(sides, faces.map(|(side, face)| (side, places(face), face.dies)))
+        self.gather_triangles(sides, faces.map(|(side, face)| (side, places(face), face.dies)));
     }
 
     /// [`Chart::gather`] of triangles in the texture, the first corner of which moves, and whether each vanishes.
-    fn gather_triangles(
-        &mut self,
-        sides: usize,
-        faces: impl Iterator<Item = (usize, [DVec2; 3], bool)>,
-    ) -> Result<(), Rejection> {
+    fn gather_triangles(&mut self, sides: usize, faces: impl Iterator<Item = (usize, [DVec2; 3], bool)>) {
         self.faces.clear();
-        self.signs.clear();
-        self.signs.resize(sides, 0.0);
+        self.has.clear();
+        self.has.resize(sides, [false; 2]);
         for (side, uv, dies) in faces {
             let area = orientation(uv[0], uv[1], uv[2]);
-            if area * self.signs[side] < 0.0 {
-                return Err(Rejection::Texture);
-            }
-            if area != 0.0 {
-                self.signs[side] = area.signum();
-            }
-            self.faces.push(ChartFace { side, dies, uv, area });
+            let [positive, negative] = &mut self.has[side];
+            (*positive, *negative) = (*positive | (area > 0.0), *negative | (area < 0.0));
+            self.faces.push(ChartFace { side, dies, uv, area, sign: 0.0 });
         }
         self.give_signs();
-        Ok(())
     }
 
-    /// Sides without an area have the sign of the others, if these agree.
+    /// Faces without an area have the sign of their side, if it has one alone; or where that has no area either, of all.
     fn give_signs(&mut self) {
-        let has = |sign: f64| self.signs.contains(&sign);
-        let common = match (has(1.0), has(-1.0)) {
-            (true, true) => 0.0,
-            (false, true) => -1.0,
-            _ => 1.0,
-        };
-        self.signs.iter_mut().filter(|sign| **sign == 0.0).for_each(|sign| *sign = common);
+        let all = self.has.iter().fold([false; 2], |all, has| [all[0] | has[0], all[1] | has[1]]);
+        let common = if all == [false; 2] { 1.0 } else { only_sign(all) };
+        for face in &mut self.faces {
+            face.sign = match (face.area, self.has[face.side]) {
+                (0.0, [false, false]) => common,
+                (0.0, has) => only_sign(has),
+                (area, _) => area.signum(),
+            };
+        }
     }
 
     /// The corners of the box around all faces.
@@ -105,7 +97,7 @@ impl Chart {
     /// Whether all faces that survive keep their side with the new vertex there.
     pub fn keeps(&self, at: DVec2) -> bool {
         self.faces.iter().fold(true, |all, face| {
-            let after = orientation(at, face.uv[1], face.uv[2]) * self.signs[face.side];
+            let after = orientation(at, face.uv[1], face.uv[2]) * face.sign;
             all & (face.dies | (after > 0.0) | ((after >= 0.0) & (face.area == 0.0)))
         })
     }
@@ -114,32 +106,34 @@ impl Chart {
     pub fn nearest(&mut self, best: DVec2) -> Option<DVec2> {
         let (low, high) = self.bounds();
         self.kernel.start(low, high);
-        for face in self.faces.iter().filter(|face| !face.dies) {
+        for face in self.faces.iter().filter(|face| !face.dies && face.sign != 0.0) {
             let [_, a, b] = face.uv;
-            if self.signs[face.side] >= 0.0 { self.kernel.clip(a, b) } else { self.kernel.clip(b, a) }
+            if face.sign > 0.0 { self.kernel.clip(a, b) } else { self.kernel.clip(b, a) }
         }
         self.kernel.nearest(best, SHRUNK).map(rounded).filter(|&at| self.keeps(at))
     }
 }
 
+/// The sign of areas of which some are positive, or negative; zero where there are both, or none.
+fn only_sign(has: [bool; 2]) -> f64 {
+    f64::from(has[0]) - f64::from(has[1])
+}
+
 /// Whether no surviving face of a side turns over with the new vertex at `at`, or none has an area: a [`Chart`] of them tells the
-/// same, and where it has to be found what else would do.
-///
-/// # Errors
-/// [`Rejection::Texture`] where they do not agree in the sign of their areas.
+/// same, and where it has to be found what else would do. Nor does this tell of faces that differ in sign.
 pub fn all_keep<'a>(
     wedges: &WedgeRows<'_>,
     layer: &Layer,
     faces: impl Iterator<Item = &'a CornerFace>,
     at: DVec2,
-) -> Result<bool, Rejection> {
+) -> bool {
     let numbers = wedges.numbers();
     let places = |face: &CornerFace| face.wedges.map(|wedge| numbers.place(wedge, layer.first).as_dvec2());
     all_triangles_keep(faces.map(|face| (places(face), face.dies)), at)
 }
 
 /// [`all_keep`] of triangles in the texture, the first corner of which moves, and whether each vanishes.
-fn all_triangles_keep(faces: impl Iterator<Item = ([DVec2; 3], bool)>, at: DVec2) -> Result<bool, Rejection> {
+fn all_triangles_keep(faces: impl Iterator<Item = ([DVec2; 3], bool)>, at: DVec2) -> bool {
     // Whether an area is positive, and negative, and whether all of those after have such a sign.
     let (mut has, mut keep) = ([false; 2], [true; 2]);
     for ([a, b, c], dies) in faces {
@@ -149,9 +143,9 @@ fn all_triangles_keep(faces: impl Iterator<Item = ([DVec2; 3], bool)>, at: DVec2
         keep = [keep[0] & (is_free | (after > 0.0)), keep[1] & (is_free | (after < 0.0))];
     }
     match has {
-        [true, true] => Err(Rejection::Texture),
-        [false, false] => Ok(true),
-        [_, is_negative] => Ok(keep[usize::from(is_negative)]),
+        [true, true] => false,
+        [false, false] => true,
+        [_, is_negative] => keep[usize::from(is_negative)],
     }
 }
 
@@ -203,33 +197,51 @@ mod tests {
                 })
                 .collect();
             let mut chart = Chart::default();
-            let gathered = chart.gather_triangles(1, faces.iter().map(|&(uv, dies)| (0, uv, dies)));
-            let expected = gathered.map(|()| chart.is_flat() || chart.keeps(moved));
-            let found = all_triangles_keep(faces.into_iter(), moved);
-            assert_eq!(found, expected, "{seed}");
-            told[found.map_or(2, usize::from)] += 1;
+            chart.gather_triangles(1, faces.iter().map(|&(uv, dies)| (0, uv, dies)));
+            let (is_folded, keeps) = (chart.has[0] == [true; 2], chart.is_flat() || chart.keeps(moved));
+            assert_eq!(all_triangles_keep(faces.into_iter(), moved), !is_folded && keeps, "{seed}");
+            told[if is_folded { 2 } else { usize::from(keeps) }] += 1;
         }
         assert!(told.iter().all(|&count| count > 100), "{told:?}");
     }
 
     /// Triangles by the numbers of their sides.
     fn chart(faces: &[(usize, [[f64; 2]; 3])]) -> Chart {
-        let mut chart = Chart { signs: vec![0.0; faces.len()], ..Chart::default() };
-        for &(side, uv) in faces {
-            let uv = uv.map(DVec2::from);
-            let area = orientation(uv[0], uv[1], uv[2]);
-            chart.signs[side] = area.signum();
-            chart.faces.push(ChartFace { side, dies: false, uv, area });
-        }
+        let mut chart = Chart::default();
+        let sides = faces.iter().map(|&(side, _)| side + 1).max().unwrap_or(0);
+        chart.gather_triangles(sides, faces.iter().map(|&(side, uv)| (side, uv.map(DVec2::from), false)));
         chart
     }
 
+    /// On two sides, and on one that is folded along the edge that they share.
     #[test]
     fn mirror_images_keep_a_sign_each() {
-        let mut both =
-            chart(&[(0, [[0.0, 0.0], [0.75, 0.0], [0.75, 0.75]]), (1, [[0.0, 0.0], [0.75, 0.75], [0.75, 0.0]])]);
-        assert!(both.keeps(DVec2::new(0.5, 0.25)) && !both.keeps(DVec2::new(1.5, 0.25)));
-        assert!(both.nearest(DVec2::new(1.5, 0.25)).is_some_and(|at| both.keeps(at)));
+        for sides in [[0, 1], [0, 0]] {
+            let mut both = chart(&[
+                (sides[0], [[0.0, 0.0], [0.75, 0.0], [0.75, 0.75]]),
+                (sides[1], [[0.0, 0.0], [0.75, 0.75], [0.75, 0.0]]),
+            ]);
+            assert!(both.keeps(DVec2::new(0.5, 0.25)) && !both.keeps(DVec2::new(1.5, 0.25)));
+            assert!(both.nearest(DVec2::new(1.5, 0.25)).is_some_and(|at| both.keeps(at)));
+        }
+    }
+
+    /// A face without an area has to stay as it lies, or may take the sign of the one beside it, or of either of two.
+    #[test]
+    fn faces_without_an_area_take_the_sign_of_their_side_alone() {
+        let flat = [[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]];
+        let (up, down) = ([[0.0, 0.0], [2.0, 1.0], [1.0, 2.0]], [[0.0, 0.0], [1.0, -2.0], [2.0, -1.0]]);
+        let keeps = |faces: &[[[f64; 2]; 3]], y: f64| {
+            let faces: Vec<_> = faces.iter().map(|&face| (0, face)).collect();
+            chart(&faces).keeps(DVec2::new(0.0, y))
+        };
+        // Seen from above the flat one is positive.
+        let of = |faces: &[[[f64; 2]; 3]]| [-0.125, 0.125].map(|y| keeps(faces, y));
+        assert_eq!(of(&[flat, up]), [false, true]);
+        let mirrored = up.map(|[x, y]| [-x, y]);
+        assert_eq!(of(&[flat, mirrored]), [true, false]);
+        let folded = [down, down.map(|[x, y]| [-x, y])];
+        assert_eq!(of(&[flat, folded[0], folded[1]]), [true, true]);
     }
 
     #[test]
@@ -270,11 +282,8 @@ mod tests {
             let sign = if case % 2 == 0 { 1.0 } else { -1.0 };
             let corners: Vec<DVec2> = (0..count).map(at).map(|corner| DVec2::new(corner.x * sign, corner.y)).collect();
             let uv = |k: usize| [DVec2::ZERO, corners[k], corners[(k + 1) % corners.len()]];
-            let mut fan = Chart { signs: vec![sign], ..Chart::default() };
-            for uv in (0..corners.len()).map(uv) {
-                let area = orientation(uv[0], uv[1], uv[2]);
-                fan.faces.push(ChartFace { side: 0, dies: false, uv, area });
-            }
+            let mut fan = Chart::default();
+            fan.gather_triangles(1, (0..corners.len()).map(|k| (0, uv(k), false)));
             let place = rounded(DVec2::new(own(50) - 0.5, own(51) - 0.5) * 1.5);
             // A gap of more than half a turn makes no fan.
             if fan.faces.iter().all(|face| face.area * sign > 0.0) && fan.keeps(place) {
