@@ -8,6 +8,7 @@ use super::accessor::Store;
 use super::container::Origin;
 use super::json::{Json, array_mut, list_mut, object_mut};
 use super::number::Number;
+use super::orphans::stop_animations;
 use super::part::Part;
 use super::references;
 use crate::error::Result;
@@ -171,14 +172,19 @@ pub(super) fn drop_primitives(json: &mut Value, lost: &[[usize; 2]]) {
     }
     let mut kept = numbers.iter();
     list_mut(json, "meshes").retain(|_| kept.next().is_some_and(Option::is_some));
-    for node in array_mut(json, "nodes") {
+    let mut bereft = Vec::new();
+    for (at, node) in array_mut(json, "nodes").iter_mut().enumerate() {
         let Some(number) = node.get("mesh").and_then(Value::as_u64) else { continue };
         let node = object_mut(node);
         match numbers.get(number as usize).copied().flatten() {
             Some(number) => drop(node.insert("mesh".into(), number.into())),
-            None => ["mesh", "skin", "weights"].iter().for_each(|key| drop(node.remove(*key))),
+            None => {
+                ["mesh", "skin", "weights"].iter().for_each(|key| drop(node.remove(*key)));
+                bereft.push(at as u64);
+            }
         }
     }
+    stop_animations(json, &bereft, &numbers);
 }
 
 /// Whether a primitive is left whose numbers are what only `KHR_mesh_quantization` allows.

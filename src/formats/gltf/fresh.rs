@@ -43,7 +43,7 @@ pub(super) fn document(mesh: &Mesh, described: &[Material]) -> Gltf {
         json["nodes"][0]["translation"] = json!(shift.to_array());
     }
     let mut binary = Vec::new();
-    materials::put(&mut json, &mut binary, &materials);
+    materials::put(&mut json, &mut binary, &materials, mesh.texcoords.is_some());
     Gltf { json, binary, parts, folder: None, has_data_uris: false }
 }
 

@@ -88,8 +88,9 @@ fn map(document: &Gltf, named: &Json<'_>) -> Result<Map> {
     Ok(Map { offset: down.turned_offset(), ..down })
 }
 
-/// Puts materials into a document, of those names that are described and of the others the name; pictures go into its bytes.
-pub(super) fn put(json: &mut Value, binary: &mut Vec<u8>, materials: &Named<'_>) {
+/// Puts materials into a document, of those names that are described and of the others the name; pictures go into its bytes, where
+/// there are coordinates to look them up by.
+pub(super) fn put(json: &mut Value, binary: &mut Vec<u8>, materials: &Named<'_>, has_texcoords: bool) {
     let mut list = Vec::with_capacity(materials.len());
     for (name, described) in materials {
         let mut material = json!({ "name": name });
@@ -102,6 +103,7 @@ pub(super) fn put(json: &mut Value, binary: &mut Vec<u8>, materials: &Named<'_>)
                 material["alphaMode"] = "BLEND".into();
             }
             if let Some(Map { picture: Picture::Inside(bytes), scale, is_clamped, .. }) = &described.map
+                && has_texcoords
                 && let Some((_, kind)) = kind_of(bytes)
             {
                 let index = put_texture(json, binary, bytes, kind, *is_clamped);

@@ -27,6 +27,7 @@ mod json;
 mod looks;
 mod materials;
 mod number;
+mod orphans;
 mod part;
 mod read;
 mod references;
@@ -94,6 +95,9 @@ pub(super) fn prepare(mesh: &Mesh, document: Option<&Gltf>, described: &[Materia
                 let message =
                     "the result does not tell its materials apart: nodes, materials and textures are not written";
                 warnings.push(message.into());
+            }
+            if mesh.texcoords.is_none() && described.iter().any(|material| material.map.is_some()) {
+                warnings.push(untextured::UNTEXTURED.into());
             }
             write::fill(mesh, &fresh::document(mesh, described))
         }

@@ -6,6 +6,9 @@ use serde_json::{Map, Value};
 
 use super::json::{array_mut, list_mut, object_mut};
 
+/// What the user is told.
+pub(super) const UNTEXTURED: &str = "the result has no texture coordinates: materials are written without textures";
+
 /// A primitive that lacks some of its sets of texture coordinates.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Bare {

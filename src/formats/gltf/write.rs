@@ -1,15 +1,18 @@
 //! A mesh back into the primitives it came from.
 
+use std::collections::BTreeSet;
+
 use rayon::prelude::*;
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 
 use super::color;
 use super::document::{Gltf, QUANTIZED, drop_primitives, forget, is_quantized, primitive_mut};
 use super::file::File;
 use super::json::object_mut;
 use super::number::Number;
+use super::orphans::take_skins_off;
 use super::part::{Attribute, JOINTS, Part, Place};
-use super::untextured::{Bare, take_textures_out};
+use super::untextured::{Bare, UNTEXTURED, take_textures_out};
 use crate::formats::attributes;
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::mesh::{Channel, ChannelKind, Mesh};
@@ -27,20 +30,26 @@ pub(super) fn fill(mesh: &Mesh, document: &Gltf) -> File {
         }
         _ => of_part.iter_mut().for_each(|faces| *faces = (0..mesh.faces.len() as u32).collect()),
     }
-    let (mut lost, mut bare) = (Vec::new(), Vec::new());
+    let (mut lost, mut bare, mut unmoved) = (Vec::new(), Vec::new(), Vec::new());
     for (part, faces) in document.parts.iter().zip(&of_part) {
         if faces.is_empty() {
             lost.push([part.mesh, part.primitive]);
-        } else {
-            let sets = file.put(mesh, part, faces);
-            if !sets.is_empty() {
-                bare.push(Bare { mesh: part.mesh, primitive: part.primitive, sets });
-            }
+            continue;
+        }
+        let gone = file.put(mesh, part, faces);
+        let mut sets: Vec<u64> = gone.iter().filter_map(|name| name.strip_prefix("TEXCOORD_")?.parse().ok()).collect();
+        if !sets.is_empty() {
+            sets.sort_unstable();
+            bare.push(Bare { mesh: part.mesh, primitive: part.primitive, sets });
+        }
+        if gone.contains("JOINTS_0") {
+            unmoved.push(part.mesh);
         }
     }
     if take_textures_out(&mut file.json, bare) {
-        file.warnings.push("the result has no texture coordinates: materials are written without textures".into());
+        file.warnings.push(UNTEXTURED.into());
     }
+    take_skins_off(&mut file.json, &unmoved);
     if !lost.is_empty() {
         let (count, all) = (lost.len(), document.parts.len());
         file.warnings.push(format!("{count} of {all} primitives have no faces left and are not written"));
@@ -54,8 +63,8 @@ pub(super) fn fill(mesh: &Mesh, document: &Gltf) -> File {
 }
 
 impl File {
-    /// Writes some faces of a mesh as a primitive; returns the sets of texture coordinates that it has no more.
-    fn put(&mut self, mesh: &Mesh, part: &Part, faces: &[u32]) -> Vec<u64> {
+    /// Writes some faces of a mesh as a primitive; returns the attributes that it has no more.
+    fn put<'a>(&mut self, mesh: &Mesh, part: &'a Part, faces: &[u32]) -> BTreeSet<&'a str> {
         let corners = corners(mesh, faces);
         let mut keys = corners.clone();
         keys.par_sort_unstable();
@@ -67,39 +76,49 @@ impl File {
         }
         let vertices = Vertices { mesh, part, keys: &keys, faces };
         let mut attributes = Map::new();
-        let mut targets: Vec<Value> = Vec::new();
-        let mut lost_sets = Vec::new();
+        let mut targets: Vec<Map<String, Value>> = Vec::new();
+        let mut gone = BTreeSet::new();
         for attribute in &part.attributes {
             let to = match attribute.target {
                 None => &mut attributes,
                 Some(target) => {
-                    targets.resize(targets.len().max(target + 1), json!({}));
-                    object_mut(&mut targets[target])
+                    targets.resize(targets.len().max(target + 1), Map::new());
+                    &mut targets[target]
                 }
             };
             match self.attribute(&vertices, attribute) {
                 Some(accessor) => drop(to.insert(attribute.semantic.clone(), accessor.into())),
                 None => {
-                    lost_sets
-                        .extend(attribute.semantic.strip_prefix("TEXCOORD_").and_then(|set| set.parse::<u64>().ok()));
+                    gone.insert(attribute.semantic.as_str());
                     self.note_loss(attribute);
                 }
             }
+        }
+        if gone.contains("NORMAL") {
+            // A tangent is one of a normal's.
+            gone.extend(attributes.remove("TANGENT").map(|_| "TANGENT"));
         }
         if !attributes.contains_key("NORMAL") && vertices.have_normals() {
             let accessor = self.floats(&vertices.normals(), 3, "VEC3", false, &Map::new());
             attributes.insert("NORMAL".into(), accessor.into());
         }
+        for target in &mut targets {
+            // What a target adds to has to be there, and a target needs something: nothing is what it does.
+            target.retain(|semantic, _| !gone.contains(semantic.as_str()));
+            if target.is_empty() {
+                let accessor = self.floats(&vec![0.0; 3 * keys.len()], 3, "VEC3", true, &Map::new());
+                target.insert("POSITION".into(), accessor.into());
+            }
+        }
         let indices = self.indices(&indices, keys.len(), &part.indices_said);
-        lost_sets.sort_unstable();
-        let Some(primitive) = primitive_mut(&mut self.json, part) else { return lost_sets };
+        let Some(primitive) = primitive_mut(&mut self.json, part) else { return gone };
         let primitive = object_mut(primitive);
         primitive.insert("attributes".into(), Value::Object(attributes));
         primitive.insert("indices".into(), indices.into());
         if !targets.is_empty() {
-            primitive.insert("targets".into(), Value::Array(targets));
+            primitive.insert("targets".into(), targets.into_iter().map(Value::Object).collect());
         }
-        lost_sets
+        gone
     }
 
     /// An accessor for an attribute; `None` where the mesh has not got it any more.
