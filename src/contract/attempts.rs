@@ -12,6 +12,7 @@ use super::checkpoint::Checkpoints;
 use super::driver::{self, Job};
 use super::prepare::{Prepared, begin};
 use super::pressure::{Pressure, compared, face_counts, has_error};
+use super::seam_pressure::{FARTHER_WITH_SEAMS, are_pressing, closer};
 use super::yielding::Yields;
 use super::{Attributes, Options, Placement, Seams};
 
@@ -20,13 +21,13 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
     let mut left: Vec<usize> = (0..job.budgets.len()).collect();
     let mut made: Vec<Option<Outcome>> = vec![None; job.budgets.len()];
     let (mut next, mut checkpoints) = (Some(Yields::Nothing), Checkpoints::default());
+    let mut are_dear = false;
     while let Some(least) = next {
         job.awake.rouse();
         let clock = Instant::now();
         let budgets: Vec<Budget> = left.iter().map(|&index| job.budgets[index]).collect();
         let job = Job { budgets: &budgets, ..job };
         let Attempt { prepared, yields, more, is_pressed } = Attempt::new(job, least, checkpoints.ahead())?;
-        next = more;
         let faces = job.mesh.faces.len();
         let outcomes: Vec<Outcome> = if is_pressed {
             compared(job, prepared, &mut checkpoints, progress.as_deref_mut())?
@@ -34,15 +35,24 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
             let target = face_counts(&budgets, faces).map(|[least, _]| least);
             checkpoints.begin(&prepared, target, more, job.options);
             let outcomes = driver::run(job, prepared, &mut checkpoints, progress.as_deref_mut())?.into_iter().flatten();
-            outcomes.map(|outcome| outcome.with_warning(yields.warning())).collect()
+            let warning = if are_dear { Some(FARTHER_WITH_SEAMS) } else { yields.warning() };
+            outcomes.map(|outcome| outcome.with_warning(warning)).collect()
         };
         let spent = clock.elapsed().as_secs_f64();
         let was_cancelled = outcomes.iter().any(|outcome| outcome.stop == StopReason::Cancelled);
         // By this run, not by the best: where its seams hold nothing, others that yield do not help.
+        let all = || left.iter().zip(&outcomes).zip(&budgets);
         let is_held = |((_, outcome), budget): &((&usize, &Outcome), &Budget)| may_help(outcome, budget, faces);
-        let held = left.iter().zip(&outcomes).zip(&budgets).filter(is_held).map(|((&index, _), _)| index).collect();
+        let mut again: Vec<usize> = all().filter(is_held).map(|((&index, _), _)| index).collect();
+        (next, are_dear) = (more, again.is_empty() && yields < Yields::Seams && may_yield(job.options));
+        if are_dear {
+            let diagonal = job.mesh.diagonal();
+            let is_dear =
+                |((_, outcome), budget): &((&usize, &Outcome), &Budget)| are_pressing(outcome, budget, diagonal);
+            (next, again) = (Some(Yields::Seams), all().filter(is_dear).map(|((&index, _), _)| index).collect());
+        }
         left.iter().zip(outcomes).for_each(|(&index, outcome)| keep(&mut made[index], outcome, spent));
-        left = held;
+        left = again;
         if left.is_empty() || was_cancelled {
             break;
         }
@@ -53,7 +63,8 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
 /// Keeps an outcome that took so many seconds, or the one that was made before.
 fn keep(made: &mut Option<Outcome>, outcome: Outcome, spent: f64) {
     *made = Some(match made.take() {
-        Some(before) => fewer(before, outcome, spent),
+        Some(before) if before.stop == StopReason::Stuck => fewer(before, outcome, spent),
+        Some(before) => closer(before, outcome, spent),
         None => outcome,
     });
 }

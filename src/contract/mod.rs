@@ -61,6 +61,7 @@ mod restore;
 mod scan;
 mod seam_filter;
 mod seam_flags;
+mod seam_pressure;
 mod select;
 mod side_edges;
 mod side_faces;

@@ -21,9 +21,9 @@ pub(super) fn to_bytes(color: [f32; 4]) -> [u8; 4] {
 
 /// The factor that takes stored channels to `[0, 1]`: text files hold fractions or bytes and do not say which.
 ///
-/// `greatest` is the greatest channel of the whole file.
+/// `greatest` is the greatest channel of the whole file. Bytes are whole numbers: just above 1 it is a fraction, rounded.
 pub(super) fn unit_factor(greatest: f64) -> f64 {
-    if greatest > 1.0 { 1.0 / 255.0 } else { 1.0 }
+    if greatest >= 2.0 { 1.0 / 255.0 } else { 1.0 }
 }
 
 /// A channel scaled and clamped to `[0, 1]`; NaN becomes 0.
@@ -65,6 +65,11 @@ pub(super) fn needs_double(mesh: &Mesh) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn whole_numbers_from_two_on_are_bytes() {
+        assert_eq!([0.5, 1.0, 1.0001, 2.0, 255.0].map(unit_factor), [1.0, 1.0, 1.0, 1.0 / 255.0, 1.0 / 255.0]);
+    }
 
     #[test]
     fn bytes_survive_the_round_trip() {

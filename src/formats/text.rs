@@ -3,6 +3,9 @@
 use crate::error::{Error, Place, Result};
 use crate::math::DVec3;
 
+/// What some editors begin UTF-8 with.
+pub(super) const MARK: &[u8] = b"\xef\xbb\xbf";
+
 /// The words of a line.
 pub(super) fn tokens(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(u8::is_ascii_whitespace).filter(|token| !token.is_empty())

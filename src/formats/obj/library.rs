@@ -35,9 +35,9 @@ impl Libraries {
     /// The materials of all that can be read, and of the others what is wrong.
     pub(in crate::formats) fn read(&self) -> (Vec<Material>, Vec<String>) {
         let (mut known, mut warnings) = (Vec::new(), Vec::new());
-        for library in &self.names {
+        for (library, bytes) in self.names.iter().flat_map(|library| read_libraries(self.folder.as_deref(), library)) {
             let shown = text::quote(library.as_bytes());
-            match read_library(self.folder.as_deref(), library) {
+            match bytes {
                 Ok(bytes) => {
                     let (materials, faults) = materials(&bytes);
                     known.extend(materials);
@@ -60,19 +60,22 @@ pub(in crate::formats) fn described<'a>(known: &'a [Material], names: &[String])
     names.iter().map(|name| by_name.get(name.lines().next().unwrap_or_default()).copied()).collect()
 }
 
-/// The text of what stands behind `mtllib`: a name that may have spaces, or several names.
-fn read_library(folder: Option<&Path>, library: &str) -> Result<Vec<u8>> {
+/// The text of what stands behind `mtllib`: a name that may have spaces, or several names, of which some may be missing.
+fn read_libraries<'a>(folder: Option<&Path>, library: &'a str) -> Vec<(&'a str, Result<Vec<u8>>)> {
     let whole = read_beside(folder, library);
-    if whole.is_ok() || !library.contains(char::is_whitespace) {
-        return whole;
+    if whole.is_err() && library.contains(char::is_whitespace) {
+        let parts: Vec<_> = library.split_whitespace().map(|name| (name, read_beside(folder, name))).collect();
+        if parts.iter().any(|(_, bytes)| bytes.is_ok()) {
+            return parts;
+        }
     }
-    let parts: Result<Vec<_>> = library.split_whitespace().map(|name| read_beside(folder, name)).collect();
-    parts.map_or(whole, |parts| Ok(parts.join(&b'\n')))
+    vec![(library, whole)]
 }
 
 /// The materials of a library, and the first line that says what it should not.
 fn materials(bytes: &[u8]) -> (Vec<Material>, Option<String>) {
     let (mut materials, mut fault): (Vec<Material>, _) = (Vec::new(), None);
+    let bytes = bytes.strip_prefix(text::MARK).unwrap_or(bytes);
     for (number, line) in (1..).zip(bytes.split(|&byte| byte == b'\n')) {
         let line = line.trim_ascii();
         let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
@@ -250,6 +253,17 @@ mod tests {
         assert_eq!(again.1, None);
         assert_eq!((&again.0[1], &again.0[0].map), (&found[1], &found[0].map), "{}", String::from_utf8_lossy(&written));
         assert!((exponent(roughness(96.0)) - 96.0).abs() < 1e-9);
+    }
+
+    /// Of several names the missing are told, and the others read; a mark before the text is none of it.
+    #[test]
+    fn what_is_there_is_read_beside_what_is_missing() {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("here.mtl"), b"\xef\xbb\xbfnewmtl red\nKd 1 0 0\n").expect("a library");
+        let names = vec!["here.mtl gone.mtl".into()];
+        let (known, warnings) = Libraries { names, folder: Some(folder.path().into()) }.read();
+        assert_eq!((known.len(), known[0].name.as_str()), (1, "red"));
+        assert!(warnings.len() == 1 && warnings[0].contains("'gone.mtl' are missing"), "{warnings:?}");
     }
 
     #[test]

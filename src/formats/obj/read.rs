@@ -6,11 +6,14 @@ use super::{FORMAT, plain, shading};
 use crate::error::{Error, Place, Result};
 use crate::formats::attributes;
 use crate::formats::polygon::Triangulator;
+use crate::formats::text;
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::mesh::Mesh;
 
 /// Reads OBJ text; also returns its libraries of materials.
 pub(in crate::formats) fn read(bytes: &[u8]) -> Result<(Mesh, Vec<String>)> {
+    // Editors put a mark of three bytes before UTF-8.
+    let bytes = bytes.strip_prefix(text::MARK).unwrap_or(bytes);
     plain::read(bytes).map_or_else(|| read_any(bytes), Ok)
 }
 
@@ -103,6 +106,17 @@ mod tests {
 
     fn read(bytes: &[u8]) -> Result<Mesh> {
         super::read(bytes).map(|(mesh, _)| mesh)
+    }
+
+    /// The first line counts, whatever an editor put before it.
+    #[test]
+    fn a_mark_before_the_text_hides_no_line() {
+        let text = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 2 3 4\n";
+        let marked = [b"\xef\xbb\xbf".as_slice(), text].concat();
+        let [plain, marked] = [text.as_slice(), &marked].map(|bytes| super::read(bytes).expect("a mesh"));
+        assert_eq!(plain, marked);
+        let named = b"\xef\xbb\xbfmtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        assert_eq!(super::read(named).expect("a mesh").1, ["a.mtl"]);
     }
 
     #[test]
