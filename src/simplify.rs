@@ -166,7 +166,7 @@ pub struct Blocked {
     /// Both ends are locked, or one is a hub of hundreds of faces; of vertex removal the vertices that stay. Counted when
     /// a run is stuck.
     pub lock: u64,
-    /// Both ends are on a seam of the texture, which stays; counted when a run is stuck.
+    /// Both ends are on a seam of the texture, which stays.
     pub seam: u64,
     /// The link condition fails: the surface would change its topology or lose manifoldness.
     pub link: u64,

@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 
 use coarsen::backend::GpuOptions;
 use coarsen::contract::{Attributes, Options, Seams};
-use coarsen::math::{DVec3, Vec2, Vec3};
+use coarsen::math::{DVec3, Vec3};
 use coarsen::mesh::shapes;
 use coarsen::simplify::Progress;
 use coarsen::{Budget, Device, Mesh, Method, Outcome, StopReason, metrics, simplify, simplify_levels};
@@ -106,21 +106,6 @@ fn creases_hold_where_they_are_not_in_the_way() {
     };
     let [both, one] = [Seams::Yield, Seams::Hold].map(build);
     assert!(both > one, "{both} s of two runs, {one} s of one");
-}
-
-/// A texture that folds in the right half, so that no run reaches the number of faces.
-#[test]
-fn creases_are_given_up_only_where_there_is_shading() {
-    let mut mesh = shapes::plane(8, 8);
-    let at = |v: u32| match (v % 9, v / 9) {
-        (x, y) if x < 4 => Vec2::new(x as f32, y as f32),
-        _ => Vec2::new((v * 7919 % 97) as f32, (v * 104_729 % 89) as f32),
-    };
-    mesh.texcoords = Some(mesh.faces.iter().map(|face| face.map(at)).collect());
-    let count = |mesh: &Mesh| runs(mesh, Budget::faces(4)).len();
-    assert_eq!(count(&mesh), 3);
-    mesh.normals = Some(vec![Vec3::Z; mesh.positions.len()]);
-    assert_eq!(count(&mesh), 4);
 }
 
 #[test]

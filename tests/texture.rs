@@ -107,7 +107,7 @@ fn what_would_fold_is_refused_and_counted() {
     assert!(outcome.rounds.iter().map(|round| round.blocked.texture).sum::<u64>() > 0);
     assert_eq!(folds(&outcome.mesh), 0);
 
-    // Coordinates at random fold everywhere: nothing may be contracted, and the reason is told.
+    // Coordinates at random fold everywhere: no face may turn over, whichever way it lies, and what would is told.
     let mut state = 1_u32;
     let mut random = || {
         state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
@@ -117,8 +117,8 @@ fn what_would_fold_is_refused_and_counted() {
     let of_vertex: Vec<Vec2> = mesh.positions.iter().map(|_| Vec2::new(random(), random())).collect();
     mesh.texcoords = Some(mesh.faces.iter().map(|face| face.map(|v| of_vertex[v as usize])).collect());
     let outcome = run(&mesh, &keeping(), Budget::keep(0.5));
-    assert_eq!((outcome.stop, &outcome.mesh), (StopReason::Stuck, &mesh));
-    assert!(outcome.blocked.texture > 0, "{:?}", outcome.blocked);
+    assert!(outcome.rounds.iter().map(|round| round.blocked.texture).sum::<u64>() > 0);
+    assert!(folds(&mesh) > 50 && folds(&outcome.mesh) <= folds(&mesh), "{}", folds(&outcome.mesh));
 }
 
 /// Seams contract along themselves, both sides together: two loops that cross once, as before, and all of the texture.

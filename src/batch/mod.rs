@@ -109,6 +109,10 @@ pub struct Summary {
     pub done: usize,
     /// Files that an earlier run had done.
     pub skipped: usize,
+    /// Of these, those with a level that has more faces than it was asked for, or is farther off.
+    pub missed: usize,
+    /// And those that their records have a warning about.
+    pub warned: usize,
     /// The names of files that failed, sorted, and why.
     pub failed: Vec<(String, Failure)>,
     /// Files that were not begun or not ended.
@@ -209,6 +213,8 @@ impl Summary {
             Ended::Done(records) => {
                 self.done += 1;
                 let made = || records.iter().filter_map(|record| record.made.as_ref());
+                self.missed += usize::from(made().any(|made| !made.reached));
+                self.warned += usize::from(made().any(|made| !made.warnings.is_empty()));
                 self.faces_in += made().next().map_or(0, |made| made.faces_in as u64);
                 self.faces_out += made().map(|made| made.faces_out as u64).sum::<u64>();
             }

@@ -8,7 +8,7 @@ use std::time::Duration;
 use super::*;
 use crate::backend::Selector;
 use crate::formats::{self, WriteOptions};
-use crate::mesh::{Mesh, sample};
+use crate::mesh::{Mesh, sample, shapes};
 use crate::simplify::{Budget, Method, OnProgress, Outcome};
 
 const FILES: [&str; 5] = ["a/one.ply", "a/two.obj", "b/one.ply", "b/three.stl", "four.off.gz"];
@@ -281,6 +281,27 @@ fn what_lies_beside_outputs_belongs_to_them() {
     let refused = run(&plan, &device, &Options::default(), &|_: Event<'_>| ControlFlow::Continue(()));
     let error = refused.expect_err("bytes are there").to_string();
     assert!(error.contains(".bin': it exists"), "{error}");
+}
+
+/// A closed surface has four faces at least, and a touching one warns.
+#[test]
+fn files_that_are_short_or_warned_about_are_counted() {
+    let dir = tempfile::tempdir().expect("a folder");
+    fs::create_dir_all(dir.path().join("in")).expect("a folder");
+    let write = |name: &str, mesh: &Mesh| {
+        formats::write(mesh, &dir.path().join("in").join(name), &WriteOptions::default()).expect("a file");
+    };
+    let ball = shapes::icosphere(1);
+    write("whole.ply", &ball);
+    let mut twice = ball;
+    twice.faces.push(twice.faces[0]);
+    write("twice.ply", &twice);
+    let few = Recipe { budgets: vec![Budget::keep(0.5), Budget::faces(2)], ..recipe() };
+    let summary = go(&plan(dir.path(), "few", few, Shard::WHOLE), Options::default());
+    assert_eq!((summary.done, summary.missed, summary.warned), (2, 2, 1), "{summary:?}");
+    let half = Recipe { budgets: vec![Budget::keep(0.5)], pattern: Pattern::for_levels(1), ..recipe() };
+    let summary = go(&plan(dir.path(), "half", half, Shard::WHOLE), Options::default());
+    assert_eq!((summary.done, summary.missed, summary.warned), (2, 0, 1), "{summary:?}");
 }
 
 #[expect(clippy::print_stdout, reason = "a skip must be seen")]

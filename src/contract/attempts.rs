@@ -93,10 +93,8 @@ impl Attempt {
         let faces = mesh.faces.len();
         let first = first_count(faces, budgets)?;
         let mut prepared = at.map_or_else(|| begin(mesh, options), Ok)?;
-        let more = |prepared: &Prepared, yields: Yields| match yields.more().filter(|_| may_yield(options)) {
-            // Without shading there are no creases.
-            Some(Yields::Creases) if !prepared.has_shading() => Yields::Creases.more(),
-            more => more,
+        let more = |prepared: &Prepared, yields: Yields| {
+            may_yield(options).then(|| more_than(yields, prepared.has_shading())).flatten()
         };
         loop {
             let seams = prepared.seam_flags(mesh, yields, options);
@@ -126,6 +124,11 @@ impl Attempt {
             return Ok(Self { prepared, yields, more: next, is_pressed: false });
         }
     }
+}
+
+/// What yields when this was not enough: without shading there are no creases.
+fn more_than(yields: Yields, has_shading: bool) -> Option<Yields> {
+    yields.more().and_then(|more| if more == Yields::Creases && !has_shading { more.more() } else { Some(more) })
 }
 
 /// The face count that comes first, where all that is asked for is a count; an error limit may end a run before seams do.
@@ -192,6 +195,16 @@ mod tests {
         let stuck = [[0, 0], [2, 0], [3, 0], [1, 2]].map(|[seam, texture]| helps(StopReason::Stuck, seam, texture));
         assert_eq!(stuck, [false, false, true, true]);
         assert!(!helps(StopReason::FacesReached, 50, 50));
+    }
+
+    #[test]
+    fn creases_are_given_up_only_where_there_is_shading() {
+        let chain = |has_shading: bool| {
+            let next = |yields: &Yields| more_than(*yields, has_shading);
+            std::iter::successors(Some(Yields::Nothing), next).collect::<Vec<_>>()
+        };
+        assert_eq!(chain(true), [Yields::Nothing, Yields::Creases, Yields::Corners, Yields::Seams]);
+        assert_eq!(chain(false), [Yields::Nothing, Yields::Corners, Yields::Seams]);
     }
 
     #[test]

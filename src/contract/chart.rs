@@ -102,8 +102,12 @@ impl Chart {
         })
     }
 
-    /// The place nearest to `best` where they do; `None` where there is none.
+    /// The place nearest to `best` where they do; `None` where there is none, and where a side is folded: pairs that do not run along
+    /// the fold would drag it over the surface.
     pub fn nearest(&mut self, best: DVec2) -> Option<DVec2> {
+        if self.has.contains(&[true; 2]) {
+            return None;
+        }
         let (low, high) = self.bounds();
         self.kernel.start(low, high);
         for face in self.faces.iter().filter(|face| !face.dies && face.sign != 0.0) {
@@ -222,11 +226,13 @@ mod tests {
                 (sides[1], [[0.0, 0.0], [0.75, 0.75], [0.75, 0.0]]),
             ]);
             assert!(both.keeps(DVec2::new(0.5, 0.25)) && !both.keeps(DVec2::new(1.5, 0.25)));
-            assert!(both.nearest(DVec2::new(1.5, 0.25)).is_some_and(|at| both.keeps(at)));
+            // Along a fold nothing is moved to where it has to be.
+            let nearest = both.nearest(DVec2::new(1.5, 0.25));
+            assert_eq!(nearest.is_some_and(|at| both.keeps(at)), sides[0] != sides[1]);
         }
     }
 
-    /// A face without an area has to stay as it lies, or may take the sign of the one beside it, or of either of two.
+    /// A face without an area may take the sign of those of its side, and where these have both, either.
     #[test]
     fn faces_without_an_area_take_the_sign_of_their_side_alone() {
         let flat = [[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]];

@@ -2,9 +2,9 @@
 //! one in which all seams yield.
 //!
 //! Seams that hold keep faces where they are many: around the poles of a globe, along the rims of small charts. The others have to be
-//! so much fewer, and what no seam is on is wrecked for them, the texture as well.
+//! so much fewer, and what no seam is on is wrecked for them, the texture as well. Of a run to one number of faces, not of a chain.
 
-use crate::simplify::{Budget, Outcome, StopReason};
+use crate::simplify::{Budget, Outcome, RoundRecord, StopReason};
 
 use super::pressure::has_error;
 
@@ -24,7 +24,9 @@ pub const FARTHER_WITH_SEAMS: &str = "seams yield: the surface is estimated fart
 /// limit it is as far off as it may be.
 pub fn are_pressing(outcome: &Outcome, budget: &Budget, diagonal: f64) -> bool {
     let is_reached = outcome.stop == StopReason::FacesReached && budget.counts_faces() && !has_error(budget);
-    let late = outcome.rounds.iter().filter(|round| round.faces as usize <= LATE * outcome.mesh.faces.len());
+    // Textures alone have nothing that could yield.
+    let is_late = |round: &&RoundRecord| round.faces as usize <= LATE * outcome.mesh.faces.len();
+    let late = outcome.rounds.iter().filter(is_late).filter(|round| round.blocked.seam > 0);
     let most = late.map(|round| (round.blocked.seam + round.blocked.texture) as f64 / round.pairs.max(1) as f64);
     is_reached && outcome.error_estimate > SEEN * diagonal && most.fold(0.0, f64::max) >= PRESSING
 }
@@ -46,7 +48,7 @@ mod tests {
     use crate::backend::Device;
     use crate::math::Vec2;
     use crate::mesh::{Mesh, shapes};
-    use crate::simplify::{Blocked, RoundRecord};
+    use crate::simplify::Blocked;
 
     fn made(mesh: &Mesh, faces: usize, options: &Options) -> Outcome {
         let device = Device::cpu(1).expect("a device");
@@ -73,6 +75,11 @@ mod tests {
         let counted = Budget::faces(20);
         assert!(press(&[[40, 8], [22, 0]], 0.01, counted) && !press(&[[41, 8], [22, 7]], 0.01, counted));
         assert!(!press(&[[40, 8]], 1e-3, counted) && !press(&[[40, 8]], 0.01, Budget { error: Some(0.1), ..counted }));
+        let folded = Outcome {
+            rounds: vec![RoundRecord { blocked: Blocked { texture: 70, ..Blocked::default() }, ..round(30, 0) }],
+            ..with(StopReason::FacesReached, 0.01)
+        };
+        assert!(!are_pressing(&folded, &counted, 1.0));
         let stuck = Outcome { rounds: vec![round(30, 70)], ..with(StopReason::Stuck, 0.01) };
         assert!(!are_pressing(&stuck, &counted, 1.0));
     }

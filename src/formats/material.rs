@@ -27,6 +27,11 @@ impl Material {
         let is_black = self.map.is_some() && [red, green, blue] == [0.0; 3];
         if is_black { [1.0, 1.0, 1.0, opacity] } else { self.color }
     }
+
+    /// Whether it has a picture that can be put into a file.
+    pub fn has_picture(&self) -> bool {
+        matches!(&self.map, Some(Map { picture: Picture::Inside(bytes), .. }) if kind_of(bytes).is_some())
+    }
 }
 
 /// A picture on a surface.

@@ -23,6 +23,8 @@ struct Told {
     schema: u32,
     files: usize,
     done: usize,
+    missed: usize,
+    warned: usize,
     skipped: usize,
     failed: usize,
     left: usize,
@@ -84,6 +86,8 @@ fn told(plan: &Plan, summary: &Summary, device: &Device, seconds: f64) -> Told {
         schema: 1,
         files: plan.jobs().len(),
         done: summary.done,
+        missed: summary.missed,
+        warned: summary.warned,
         skipped: summary.skipped,
         failed: summary.failed.len(),
         left: summary.left,
@@ -103,9 +107,15 @@ fn tell(plan: &Plan, summary: &Summary, seconds: f64) {
     if !summary.failed.is_empty() {
         console::say(failures(summary));
     }
-    let Summary { done, skipped, failed, left, faces_in, faces_out } = summary;
+    let Summary { done, missed, warned, skipped, failed, left, faces_in, faces_out } = summary;
     let mut line = format!("{done} of {} files done", plan.jobs().len());
-    for (count, what) in [(*skipped, "done before"), (failed.len(), "failed"), (*left, "left for --resume")] {
+    for (count, what) in [
+        (*missed, "short of what was asked for"),
+        (*warned, "with warnings"),
+        (*skipped, "done before"),
+        (failed.len(), "failed"),
+        (*left, "left for --resume"),
+    ] {
         if count > 0 {
             line += &format!(", {count} {what}");
         }

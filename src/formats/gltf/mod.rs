@@ -43,7 +43,7 @@ use base64::Engine as _;
 use serde_json::Value;
 
 use super::material::Material;
-use super::{Compression, Format, output};
+use super::{Compression, Format, obj, output};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use accessor::Store;
@@ -96,7 +96,10 @@ pub(super) fn prepare(mesh: &Mesh, document: Option<&Gltf>, described: &[Materia
                     "the result does not tell its materials apart: nodes, materials and textures are not written";
                 warnings.push(message.into());
             }
-            if mesh.texcoords.is_none() && described.iter().any(|material| material.map.is_some()) {
+            let names = mesh.materials.as_ref().map_or(&[][..], |materials| &materials.names);
+            if mesh.texcoords.is_none()
+                && obj::described(described, names).iter().flatten().any(|one| one.has_picture())
+            {
                 warnings.push(untextured::UNTEXTURED.into());
             }
             write::fill(mesh, &fresh::document(mesh, described))

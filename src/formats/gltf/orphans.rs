@@ -26,6 +26,9 @@ pub(super) fn stop_animations(json: &mut Value, bereft: &[u64], numbers: &[Optio
     let mut has_lost = false;
     for animation in array_mut(json, "animations") {
         let before = array_mut(animation, "channels").len();
+        if before == 0 {
+            continue;
+        }
         list_mut(animation, "channels").retain_mut(moves);
         has_lost |= array_mut(animation, "channels").len() < before;
     }
@@ -44,20 +47,21 @@ enum Renamed {
 
 /// What becomes of a path to a mesh, or to the weights of a node; `None` of others.
 fn renamed(path: &str, bereft: &[u64], numbers: &[Option<usize>]) -> Option<Renamed> {
-    if let Some((node, "weights")) = path.strip_prefix("/nodes/").and_then(|rest| rest.split_once('/')) {
-        return node.parse().is_ok_and(|node| bereft.contains(&node)).then_some(Renamed::Gone);
+    if let Some((node, what)) = path.strip_prefix("/nodes/").and_then(|rest| rest.split_once('/')) {
+        let is_weight = what == "weights" || what.starts_with("weights/");
+        return (is_weight && node.parse().is_ok_and(|node| bereft.contains(&node))).then_some(Renamed::Gone);
     }
     let (mesh, rest) = path.strip_prefix("/meshes/")?.split_once('/')?;
     let mesh: usize = mesh.parse().ok()?;
     Some(numbers.get(mesh)?.map_or(Renamed::Gone, |number| Renamed::To(format!("/meshes/{number}/{rest}"))))
 }
 
-/// Takes the skin off nodes of these meshes where no primitive has joints any more.
-pub(super) fn take_skins_off(json: &mut Value, meshes: &[usize]) {
-    let has_joints = |primitive: &Value| primitive.pointer("/attributes/JOINTS_0").is_some();
+/// Takes the skin off nodes of these meshes where no primitive has joints any more, but for those that are `lost`.
+pub(super) fn take_skins_off(json: &mut Value, meshes: &[usize], lost: &[[usize; 2]]) {
     let bare = |&mesh: &usize| {
         let primitives = json["meshes"][mesh]["primitives"].as_array();
-        primitives.is_some_and(|primitives| !primitives.iter().any(has_joints))
+        let left = (0..).zip(primitives.into_iter().flatten()).filter(|&(number, _)| !lost.contains(&[mesh, number]));
+        !left.map(|(_, primitive)| primitive).any(|primitive| primitive.pointer("/attributes/JOINTS_0").is_some())
     };
     let bare: Vec<u64> = meshes.iter().copied().filter(bare).map(|mesh| mesh as u64).collect();
     for node in array_mut(json, "nodes") {
@@ -103,9 +107,16 @@ mod tests {
     fn skins_stay_where_a_primitive_has_joints() {
         let (plain, moved) = (json!({ "attributes": {} }), json!({ "attributes": { "JOINTS_0": 1 } }));
         let nodes = [0, 1, 2].map(|mesh| json!({ "mesh": mesh, "skin": 0 }));
-        let meshes = json!([{ "primitives": [plain] }, { "primitives": [plain, moved] }, { "primitives": [plain] }]);
-        let mut json = json!({ "nodes": nodes, "meshes": meshes });
-        take_skins_off(&mut json, &[0, 1]);
-        assert_eq!(json["nodes"], json!([{ "mesh": 0 }, { "mesh": 1, "skin": 0 }, { "mesh": 2, "skin": 0 }]));
+        let both = json!({ "primitives": [plain, moved] });
+        let meshes = json!([{ "primitives": [plain] }, both, { "primitives": [plain] }]);
+        let file = json!({ "nodes": nodes, "meshes": meshes });
+        let left_with = |lost: &[[usize; 2]]| {
+            let mut json = file.clone();
+            take_skins_off(&mut json, &[0, 1], lost);
+            [0, 1, 2].map(|node| json["nodes"][node].get("skin").is_some())
+        };
+        assert_eq!(left_with(&[]), [false, true, true]);
+        // Of what is written later on without the one that has joints.
+        assert_eq!(left_with(&[[1, 1]]), [false, false, true]);
     }
 }

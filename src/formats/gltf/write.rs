@@ -34,6 +34,7 @@ pub(super) fn fill(mesh: &Mesh, document: &Gltf) -> File {
     for (part, faces) in document.parts.iter().zip(&of_part) {
         if faces.is_empty() {
             lost.push([part.mesh, part.primitive]);
+            unmoved.push(part.mesh);
             continue;
         }
         let gone = file.put(mesh, part, faces);
@@ -49,7 +50,7 @@ pub(super) fn fill(mesh: &Mesh, document: &Gltf) -> File {
     if take_textures_out(&mut file.json, bare) {
         file.warnings.push(UNTEXTURED.into());
     }
-    take_skins_off(&mut file.json, &unmoved);
+    take_skins_off(&mut file.json, &unmoved, &lost);
     if !lost.is_empty() {
         let (count, all) = (lost.len(), document.parts.len());
         file.warnings.push(format!("{count} of {all} primitives have no faces left and are not written"));
