@@ -77,7 +77,7 @@ fn a_run_writes_levels_and_records_and_goes_on() {
         "warning: 'broken.ply': PLY",
         "failed        files",
         "malformed         1  broken.ply: PLY",
-        "4 of 5 files done, 1 failed",
+        "4 of 5 files done, 1 short of what was asked for, 1 failed",
     ] {
         assert!(ran.err.contains(part), "{part} is not in {}", ran.err);
     }
