@@ -44,7 +44,9 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
         let all = || left.iter().zip(&outcomes).zip(&budgets);
         let is_held = |((_, outcome), budget): &((&usize, &Outcome), &Budget)| may_help(outcome, budget, faces);
         let mut again: Vec<usize> = all().filter(is_held).map(|((&index, _), _)| index).collect();
-        (next, are_dear) = (more, again.is_empty() && yields < Yields::Seams && may_yield(job.options));
+        // Of a chain no level may be farther off than a coarser one: it is made as it comes.
+        let may_compare = made.len() == 1 && yields < Yields::Seams && may_yield(job.options);
+        (next, are_dear) = (more, again.is_empty() && may_compare);
         if are_dear {
             let diagonal = job.mesh.diagonal();
             let is_dear =

@@ -97,9 +97,8 @@ mod tests {
         assert_eq!(chosen((Cancelled, 0.1)), (1.0, Cancelled, true));
     }
 
-    /// A globe whose poles have a place in the texture for every face: held, these are most of what is left, and the rest is far off.
-    #[test]
-    fn the_poles_of_a_globe_do_not_wreck_it() {
+    /// A globe whose poles have a place in the texture for every face: held, these are most of what is left of it.
+    fn globe() -> Mesh {
         let (around, down) = (48, 24);
         let place = |column: usize, row: usize| {
             let angles = [column as f64 / around as f64, row as f64 / (2 * down) as f64];
@@ -140,6 +139,12 @@ mod tests {
             }
         }
         globe.texcoords = Some(texcoords);
+        globe
+    }
+
+    #[test]
+    fn the_poles_of_a_globe_do_not_wreck_it() {
+        let globe = globe();
         let mut options = Options::default();
         let outcome = made(&globe, 140, &options);
         assert_eq!((outcome.stop, outcome.mesh.faces.len()), (StopReason::FacesReached, 140));
@@ -148,5 +153,22 @@ mod tests {
         let held = made(&globe, 140, &options);
         let [closer, farther] = [&outcome, &held].map(|outcome| outcome.error_estimate);
         assert!(closer < 0.5 * farther, "{closer} with seams that yield, {farther} with those that hold");
+    }
+
+    /// Whose levels would have to be as close as those that are coarser.
+    #[test]
+    fn a_chain_is_not_compared() {
+        let (globe, device) = (globe(), Device::cpu(1).expect("a device"));
+        let chain = |seams: Seams| {
+            let mut options = Options::default();
+            options.attributes.seams = seams;
+            let levels = [Budget::faces(400), Budget::faces(140)];
+            run(&globe, &options, &levels, &device, None).expect("a valid mesh")
+        };
+        for (found, held) in chain(Seams::Yield).iter().zip(chain(Seams::Hold)) {
+            assert_eq!(found.stop, StopReason::FacesReached);
+            assert!(found.warnings.iter().all(|warning| warning != FARTHER_WITH_SEAMS), "{:?}", found.warnings);
+            assert!(found.mesh.faces.len() <= held.mesh.faces.len());
+        }
     }
 }
