@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use crate::kernel::count_spanning::spans;
 use crate::mesh::key_table::KeyTable;
+use crate::mesh::layers::Layers;
 use crate::mesh::weld::{Twins, used_vertices};
 
 /// Rows that a thread takes at a time.
@@ -44,7 +45,7 @@ impl Left {
         let (_, lowest) = KeyTable::new(&vertex_keys);
         corners.par_iter_mut().with_min_len(ROWS).for_each(|face| *face = face.map(|v| lowest[v as usize]));
 
-        let twins = Twins::new(corners.len(), vertices.len(), |f| corners[f]);
+        let twins = Twins::new(corners.len(), vertices.len(), |f| corners[f], Layers::ONE);
         if !(twins.duplicates.is_empty() && twins.opposites.is_empty()) {
             let mut stays = vec![true; corners.len()];
             let dropped = twins.duplicates.iter().chain(twins.opposites.as_flattened());

@@ -13,9 +13,10 @@ use crate::mesh::arrange::{self, Arranged, NO_FACE_LEFT};
 use crate::mesh::cut::cut;
 use crate::mesh::fan::Fan;
 use crate::mesh::frame::Frame;
+use crate::mesh::layers::{Layers, separate};
 use crate::mesh::orient::{Oriented, turn_to_agree};
 use crate::mesh::prune::prune;
-use crate::mesh::weld::{Welded, joined_attributes};
+use crate::mesh::weld::{Welded, joined_attributes, weld_layers};
 use crate::mesh::{self, FACE_COLORS_DROPPED, Mesh};
 
 use super::attributes::Attributes;
@@ -120,10 +121,18 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
 pub fn begin(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     arrange::check(mesh, options.weld)?;
     let clock = std::time::Instant::now();
-    let (arranged, mut warnings) = arranged(mesh, options)?;
+    let kept = mesh.materials.as_ref().filter(|_| options.cuts() && !options.attributes.dropped.materials);
+    let layers = Layers::new(kept);
+    let (arranged, mut warnings) = arranged(mesh, options, layers)?;
     let weld_secs = clock.elapsed().as_secs_f64();
 
-    let Arranged { mut vertex_source, mut faces, mut face_source, mut rings, lowest, bounds, .. } = arranged;
+    let Arranged { mut vertex_source, mut faces, mut face_source, mut rings, lowest, bounds, covering_faces, .. } =
+        arranged;
+    if covering_faces > 0
+        && let Some(was) = separate(&mut faces, &mut rings, |f| layers.of(face_source[f as usize]))
+    {
+        vertex_source = mesh::take(&vertex_source, &was);
+    }
     let Oriented { mut fans, warning, .. } = turn_to_agree(&mut faces, &mut face_source, &rings);
     warnings.extend(warning);
     if options.cuts()
@@ -165,14 +174,14 @@ fn check_count(vertices: usize) -> Result<()> {
     Ok(())
 }
 
-/// Welds, prunes and sorts `mesh`; also returns warnings.
-fn arranged(mesh: &Mesh, options: &Options) -> Result<(Arranged, Vec<String>)> {
+/// Welds, prunes and sorts `mesh`, of such layers; also returns warnings.
+fn arranged(mesh: &Mesh, options: &Options, layers: Layers<'_>) -> Result<(Arranged, Vec<String>)> {
     let mut arranged;
     let mut pruned = 0;
     if options.prune > 0.0 {
-        let mut welded = weld(mesh, options.weld);
+        let mut welded = weld(mesh, options.weld, layers);
         pruned = prune(&mut welded, options.prune);
-        arranged = Arranged::new(&welded.mesh, None);
+        arranged = Arranged::new(&welded.mesh, None, Layers::ONE);
         let onto =
             |sources: &mut [u32], before: &[u32]| sources.iter_mut().for_each(|row| *row = before[*row as usize]);
         onto(&mut arranged.vertex_source, &welded.vertex_source);
@@ -181,7 +190,7 @@ fn arranged(mesh: &Mesh, options: &Options) -> Result<(Arranged, Vec<String>)> {
         arranged.unreferenced_vertices = welded.unreferenced_vertices;
         arranged.lowest = Some(welded.lowest);
     } else {
-        arranged = Arranged::new(mesh, options.weld);
+        arranged = Arranged::new(mesh, options.weld, layers);
     }
     if arranged.faces.is_empty() {
         let reason = if pruned > 0 { "every part is below the prune limit: give a smaller one" } else { NO_FACE_LEFT };
@@ -273,9 +282,9 @@ fn held(mut locked: Vec<bool>, lowest: Option<&[u32]>) -> Vec<bool> {
 }
 
 /// The mesh welded, or as it is less faces with a repeated corner.
-fn weld(mesh: &Mesh, tolerance: Option<f64>) -> Welded {
+fn weld(mesh: &Mesh, tolerance: Option<f64>, layers: Layers<'_>) -> Welded {
     if let Some(tolerance) = tolerance {
-        return mesh::weld(mesh, tolerance);
+        return weld_layers(mesh, tolerance, layers);
     }
     let live = |face: &[u32; 3]| face[0] != face[1] && face[1] != face[2] && face[2] != face[0];
     let face_source: Vec<u32> = (0..mesh.faces.len() as u32).filter(|&f| live(&mesh.faces[f as usize])).collect();

@@ -12,8 +12,10 @@ use rayon::prelude::*;
 
 use super::adjacency::Rings;
 use super::curve::Curve;
+use super::layers::Layers;
 use super::limits::check_weld;
 use super::near::within;
+use super::repeated::{Repeated, Sorted};
 use super::topology::has_repeated_corner;
 use super::{Mesh, PARALLEL_ROWS, task_len};
 use crate::error::{Error, Result};
@@ -40,6 +42,8 @@ pub(crate) struct Arranged {
     pub unreferenced_vertices: usize,
     pub degenerate_faces: usize,
     pub duplicate_faces: usize,
+    /// Faces that lie on one of another layer, and stay.
+    pub covering_faces: usize,
 }
 
 /// What any run asks of a mesh and of the distance within which it joins vertices.
@@ -61,7 +65,7 @@ impl Arranged {
     /// [`Error::Mesh`] for an invalid mesh or one that has no face left, [`Error::Parameter`] for a tolerance that is no length.
     pub fn checked(mesh: &Mesh, tolerance: Option<f64>) -> Result<Self> {
         check(mesh, tolerance)?;
-        let arranged = Self::new(mesh, tolerance);
+        let arranged = Self::new(mesh, tolerance, Layers::ONE);
         if arranged.faces.is_empty() {
             return Err(Error::Mesh(NO_FACE_LEFT.into()));
         }
@@ -70,9 +74,9 @@ impl Arranged {
 
     /// Arranges `mesh`, which passed its check.
     ///
-    /// Joins vertices like [`weld`](super::weld()) with this tolerance. `None` joins nothing, keeps duplicate faces and
-    /// unreferenced vertices.
-    pub fn new(mesh: &Mesh, tolerance: Option<f64>) -> Self {
+    /// Joins vertices like [`weld`](super::weld()) with this tolerance; faces of different `layers` are no duplicates. `None`
+    /// joins nothing, keeps duplicate faces and unreferenced vertices.
+    pub fn new(mesh: &Mesh, tolerance: Option<f64>, layers: Layers<'_>) -> Self {
         let Curve { order: mut vertex_source, repeats, bounds } = Curve::new(&mesh.positions);
         let lowest = match tolerance {
             Some(tolerance) if tolerance > 0.0 => Some(within(&mesh.positions, tolerance)),
@@ -88,8 +92,8 @@ impl Arranged {
         }
         let renamed = names(&vertex_source, lowest.as_deref(), mesh.positions.len());
 
-        let SortedFaces { mut faces, sources: mut face_source, duplicates } =
-            sort_faces(&mesh.faces, &renamed, vertex_source.len());
+        let SortedFaces { mut faces, sources: mut face_source, duplicates, covering: covering_faces } =
+            sort_faces(&mesh.faces, &renamed, vertex_source.len(), layers);
         drop(renamed);
         let degenerate_faces = mesh.faces.len() - faces.len();
         let drops_duplicates = tolerance.is_some() && !duplicates.is_empty();
@@ -107,6 +111,7 @@ impl Arranged {
             unreferenced_vertices: 0,
             degenerate_faces,
             duplicate_faces: if drops_duplicates { duplicates.len() } else { 0 },
+            covering_faces,
         };
         arranged.settle(mesh, tolerance);
         arranged
@@ -195,8 +200,10 @@ fn remove<T: Copy>(rows: &mut Vec<T>, indices: &[u32]) {
 struct SortedFaces {
     faces: Vec<[u32; 3]>,
     sources: Vec<u32>,
-    /// Indices of those with the corners and the turning sense of an earlier one, ascending.
+    /// Indices of those with the corners, the turning sense and the layer of an earlier one, ascending.
     duplicates: Vec<u32>,
+    /// How many have the corners and the turning sense of an earlier one, but a layer that none of these has.
+    covering: usize,
 }
 
 /// Vertices whose faces a task sorts, at least, and in large meshes.
@@ -269,7 +276,7 @@ fn lowest_of(&[a, b, c]: &[u32; 3]) -> u32 {
 }
 
 /// Renames the corners of `faces`, drops those with a repeated one, and sorts the rest.
-fn sort_faces(faces: &[[u32; 3]], names: &[u32], vertex_count: usize) -> SortedFaces {
+fn sort_faces(faces: &[[u32; 3]], names: &[u32], vertex_count: usize, layers: Layers<'_>) -> SortedFaces {
     let band_len = task_len(vertex_count, BAND).max(vertex_count.div_ceil(MOST_BANDS)).next_power_of_two();
     let band_count = vertex_count.div_ceil(band_len).max(1);
     let chunk_len = task_len(faces.len(), CHUNK).max(faces.len().div_ceil(MOST_CHUNKS));
@@ -296,14 +303,15 @@ fn sort_faces(faces: &[[u32; 3]], names: &[u32], vertex_count: usize) -> SortedF
         outputs.push((band, first, band_faces, band_sources));
         first += len as u32;
     }
-    let duplicates: Vec<Vec<u32>> = outputs
+    let (duplicates, covering): (Vec<Vec<u32>>, Vec<usize>) = outputs
         .into_par_iter()
         .map_init(BandRoom::default, |room, (band, first, faces, sources)| {
             room.sort(chunks.iter().flat_map(|chunk| chunk.band(band)), renamed, faces, sources);
-            duplicates(faces, &room.ends).into_iter().map(|face| first + face).collect()
+            let Repeated { faces, covering } = Sorted { faces, sources, layers }.repeated(&room.ends);
+            (faces.into_iter().map(|face| first + face).collect(), covering)
         })
-        .collect();
-    SortedFaces { faces: sorted, sources, duplicates: duplicates.concat() }
+        .unzip();
+    SortedFaces { faces: sorted, sources, duplicates: duplicates.concat(), covering: covering.into_iter().sum() }
 }
 
 /// Room to sort a band.
@@ -346,49 +354,11 @@ impl BandRoom {
     }
 }
 
-/// Faces of one lowest corner that are compared each with each.
-const FEW: usize = 16;
-
-fn duplicates(faces: &[[u32; 3]], ends: &[u32]) -> Vec<u32> {
-    let mut duplicates = Vec::new();
-    let mut start = 0;
-    for &end in ends {
-        let group = &faces[start as usize..end as usize];
-        if group.len() > FEW {
-            let mut sorted: Vec<([u32; 3], u32)> = group.iter().map(lowest_first).zip(start..).collect();
-            sorted.sort_unstable();
-            let equal = sorted.windows(2).filter(|pair| pair[0].0 == pair[1].0);
-            let before = duplicates.len();
-            duplicates.extend(equal.map(|pair| pair[1].1));
-            duplicates[before..].sort_unstable();
-        } else {
-            for (i, face) in group.iter().enumerate().skip(1) {
-                let face = lowest_first(face);
-                if group[..i].iter().any(|lower| lowest_first(lower) == face) {
-                    duplicates.push(start + i as u32);
-                }
-            }
-        }
-        start = end;
-    }
-    duplicates
-}
-
-/// The corners turned so that the lowest comes first.
-fn lowest_first(&[a, b, c]: &[u32; 3]) -> [u32; 3] {
-    if a < b && a < c {
-        [a, b, c]
-    } else if b < c {
-        [b, c, a]
-    } else {
-        [c, a, b]
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
+    use super::super::Materials;
     use super::super::weld::weld;
     use super::*;
 
@@ -401,7 +371,8 @@ mod tests {
     }
 
     fn check(mesh: &Mesh, tolerance: f64) {
-        let (arranged, welded) = (Arranged::new(mesh, Some(tolerance)), weld(mesh, tolerance));
+        let (arranged, welded) =
+            (Arranged::new(mesh, Some(tolerance), Layers::new(mesh.materials.as_ref())), weld(mesh, tolerance));
         let corners = welded.mesh.faces.iter().map(|face| face.map(|v| welded.vertex_source[v as usize]));
         let expected: Vec<_> = welded.face_source.iter().copied().zip(corners).collect();
         assert_eq!(in_input_order(&arranged), expected);
@@ -420,7 +391,7 @@ mod tests {
         let mut faces: Vec<[u32; 3]> = (1..39).map(|i| [0, i, i + 1]).collect();
         faces.extend([[4, 5, 0], [6, 5, 0], [0, 20, 21], [4, 5, 0]]);
         let mesh = Mesh::new(positions, faces);
-        assert_eq!(Arranged::new(&mesh, Some(0.0)).duplicate_faces, 3);
+        assert_eq!(Arranged::new(&mesh, Some(0.0), Layers::ONE).duplicate_faces, 3);
         check(&mesh, 0.0);
     }
 
@@ -428,7 +399,7 @@ mod tests {
     fn without_welding_everything_stays_but_broken_faces() {
         let positions = [9.0, 0.0, 1.0, 0.0, 2.0].map(DVec3::splat).to_vec();
         let mesh = Mesh::new(positions, vec![[1, 2, 3], [2, 3, 1], [1, 1, 2]]);
-        let arranged = Arranged::new(&mesh, None);
+        let arranged = Arranged::new(&mesh, None, Layers::ONE);
         assert_eq!(in_input_order(&arranged), [(0, [1, 2, 3]), (1, [2, 3, 1])]);
         assert_eq!(arranged.vertex_source, [1, 3, 2, 4, 0]);
         assert_eq!(arranged.bounds, (DVec3::ZERO, DVec3::ONE));
@@ -442,7 +413,7 @@ mod tests {
         let mesh = Mesh::new(positions, faces);
         check(&mesh, 0.0);
         let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
-        let [one, seven] = [1, 7].map(|threads| pool(threads).install(|| Arranged::new(&mesh, Some(0.0))));
+        let [one, seven] = [1, 7].map(|threads| pool(threads).install(|| Arranged::new(&mesh, Some(0.0), Layers::ONE)));
         assert_eq!((one.faces, one.face_source, one.rings), (seven.faces, seven.face_source, seven.rings));
     }
 
@@ -454,7 +425,14 @@ mod tests {
 
     proptest! {
         #[test]
-        fn it_is_what_welding_makes(mesh in any_mesh(), tolerance in prop::sample::select(vec![0.0, 0.5, 1.0])) {
+        fn it_is_what_welding_makes(
+            mut mesh in any_mesh(),
+            tolerance in prop::sample::select(vec![0.0, 0.5, 1.0]),
+            of_face in prop::collection::vec(0u32..2, 40),
+        ) {
+            check(&mesh, tolerance);
+            let of_face = of_face[..mesh.faces.len()].to_vec();
+            mesh.materials = Some(Materials { of_face, names: vec!["a".into(), "b".into()] });
             check(&mesh, tolerance);
         }
     }

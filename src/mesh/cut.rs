@@ -15,8 +15,8 @@ use rayon::prelude::*;
 
 use crate::math::DVec3;
 
-use super::PARALLEL_ROWS;
 use super::adjacency::{EdgeUse, Rings};
+use super::copies::{Copies, hand_out};
 use super::disjoint::DisjointSets;
 use super::fan::{self, Fan, VERTICES_EACH};
 
@@ -25,22 +25,6 @@ const STEPS: f64 = 1024.0;
 
 /// The cosine of the angle between two faces that lie on each other: of less than a degree.
 const FOLDED: f64 = 0.9999;
-
-/// Where faces leave a vertex for its copies.
-struct Copies {
-    vertex: u32,
-    /// How many there are.
-    count: u32,
-    /// Faces, ascending, and the number of the copy from 1 on.
-    faces: Vec<(u32, u32)>,
-}
-
-impl Copies {
-    /// The number of the copy that a face around the vertex goes to; 0 for the vertex itself.
-    fn of(&self, face: u32) -> u32 {
-        self.faces.binary_search_by_key(&face, |&(face, _)| face).map_or(0, |at| self.faces[at].1)
-    }
-}
 
 /// Cuts `faces` at the vertices whose fan is complex: renames their corners, and puts rings and fans right. Returns the vertex
 /// that each was, ascending, a copy after the vertex that it is of; `None` where there is nothing to cut.
@@ -60,24 +44,7 @@ pub(crate) fn cut(
     if all.is_empty() {
         return None;
     }
-    // Copies follow their vertices, so that those along a curve stay together.
-    let mut number = Vec::with_capacity(fans.len());
-    let mut was = Vec::with_capacity(fans.len() + all.len());
-    let mut next = all.iter().peekable();
-    for vertex in 0..fans.len() as u32 {
-        number.push(was.len() as u32);
-        let copies = next.next_if(|copies| copies.vertex == vertex).map_or(0, |copies| copies.count);
-        was.extend((0..=copies).map(|_| vertex));
-    }
-    faces.par_iter_mut().with_min_len(PARALLEL_ROWS).for_each(|face| *face = face.map(|v| number[v as usize]));
-    for Copies { vertex, faces: left, .. } in &all {
-        let first = number[*vertex as usize];
-        for &(face, copy) in left {
-            let corners = &mut faces[face as usize];
-            *corners = corners.map(|v| if v == first { first + copy } else { v });
-        }
-    }
-    split_rings(rings, &was, &all);
+    let was = hand_out(faces, rings, &all);
     let surface = Surface { faces, rings, position: |v: u32| position(was[v as usize]) };
     let fan = |scratch: &mut Scratch, v: u32| match fans[was[v as usize] as usize] {
         Fan::Complex if surface.is_folded(v, scratch) => Fan::Complex,
@@ -87,25 +54,6 @@ pub(crate) fn cut(
     };
     *fans = (0..was.len() as u32).into_par_iter().with_min_len(VERTICES_EACH).map_init(Scratch::default, fan).collect();
     Some(was)
-}
-
-/// Deals the ring of each vertex that was cut to its copies.
-fn split_rings(rings: &mut Rings, was: &[u32], all: &[Copies]) {
-    let before = std::mem::take(&mut rings.starts);
-    for copies in all {
-        let v = copies.vertex as usize;
-        rings.faces[before[v] as usize..before[v + 1] as usize].sort_by_key(|&face| copies.of(face));
-    }
-    rings.starts.reserve(was.len() + 1);
-    let mut next = all.iter().peekable();
-    for (vertex, &start) in (0..).zip(&before) {
-        rings.starts.push(start);
-        let Some(copies) = next.next_if(|copies| copies.vertex == vertex) else { continue };
-        let ring = &rings.faces[start as usize..before[vertex as usize + 1] as usize];
-        for copy in 1..=copies.count {
-            rings.starts.push(start + ring.partition_point(|&face| copies.of(face) < copy) as u32);
-        }
-    }
 }
 
 /// Room that outlives a vertex.
@@ -140,18 +88,7 @@ impl<P: Fn(u32) -> DVec3> Surface<'_, P> {
                 }),
             }
         }
-        let (mut found, mut copies) = (0, Vec::with_capacity(ring.len()));
-        for place in 0..ring.len() as u32 {
-            let first = parts.find(place);
-            if first == place {
-                copies.push(found);
-                found += 1;
-            } else {
-                copies.push(copies[first as usize]);
-            }
-        }
-        let faces = ring.iter().copied().zip(copies).filter(|&(_, copy)| copy > 0).collect();
-        (found > 1).then(|| Copies { vertex, count: found - 1, faces })
+        Copies::of_parts(vertex, ring, &mut parts)
     }
 
     /// The two pairs in which the four faces on an edge go on; `None` for other numbers of faces, and where not two of them run

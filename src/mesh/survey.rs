@@ -7,19 +7,20 @@ use super::adjacency::Rings;
 use super::cut::cut;
 use super::disjoint::DisjointSets;
 use super::fan::{Fan, fans};
+use super::layers::{Layers, separate};
 use super::topology::{Components, Stars, Topology, topology_of};
 use super::{Mesh, PARALLEL_ROWS, orient, take, weld};
 
 /// What a reduction of a mesh will meet, after equal positions are joined and neighboring faces agree in orientation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Survey {
-    /// The topology after welding and orienting.
+    /// The topology after welding and orienting; layers of several materials that lie on each other are counted apart.
     pub topology: Topology,
     /// Vertices joined into another at the same position.
     pub joined_vertices: usize,
     /// Faces dropped because two of their corners fall together.
     pub degenerate_faces: usize,
-    /// Faces dropped because a lower one has the same corners in the same sense.
+    /// Faces dropped because a lower one of the same material has the same corners in the same sense.
     pub duplicate_faces: usize,
     /// Faces turned over to agree with their neighbors.
     pub turned_faces: usize,
@@ -90,6 +91,12 @@ pub fn survey(mesh: &Mesh) -> Survey {
     let welded = weld(mesh, 0.0);
     let mut mesh = welded.mesh;
     let mut rings = Rings::new(&mesh.faces, mesh.positions.len());
+    let layers = Layers::new(mesh.materials.as_ref());
+    if mesh.materials.is_some()
+        && let Some(was) = separate(&mut mesh.faces, &mut rings, |f| layers.of(f))
+    {
+        mesh.positions = take(&mesh.positions, &was);
+    }
     let mut turned_faces = 0;
     if let Some(turned) = orient(&mesh.faces, &rings) {
         for (face, _) in mesh.faces.iter_mut().zip(&turned).filter(|(_, turn)| **turn) {

@@ -6,6 +6,7 @@ use serde::Serialize;
 use super::adjacency::{EdgeUse, Rings};
 use super::disjoint::DisjointSets;
 use super::fan::{Fan, fans};
+use super::layers::Layers;
 use super::weld::Twins;
 use super::{Mesh, PARALLEL_ROWS};
 use crate::math::DVec3;
@@ -73,7 +74,7 @@ pub fn topology_of(mesh: &Mesh, rings: &Rings) -> Topology {
         .with_min_len(PARALLEL_ROWS)
         .filter(|&f| !has_repeated_corner(&faces[f]) && has_no_area(mesh, f))
         .count();
-    let twins = Twins::new(faces.len(), vertex_count, |f| faces[f]);
+    let twins = Twins::new(faces.len(), vertex_count, |f| faces[f], Layers::ONE);
     let components = Components::new(faces, vertex_count);
 
     let unreferenced_vertices = (0..vertex_count as u32).filter(|&v| rings.ring(v).is_empty()).count();

@@ -4,6 +4,7 @@ use std::fmt;
 
 use super::Mesh;
 use super::adjacency::{EdgeUse, Rings};
+use super::layers::Layers;
 use super::topology::{Stars, has_no_area, has_repeated_corner};
 use super::weld::Twins;
 
@@ -124,7 +125,8 @@ fn surface_defects(mesh: &Mesh) -> Vec<Defect> {
         |bad: &dyn Fn(usize) -> bool| (0..faces.len()).filter(|&f| bad(f)).map(|f| f as u32).collect::<Vec<_>>();
     let repeated = of_faces(&|f| has_repeated_corner(&faces[f]));
     let flat = of_faces(&|f| !has_repeated_corner(&faces[f]) && has_no_area(mesh, f));
-    let duplicates = Twins::new(faces.len(), mesh.positions.len(), |f| faces[f]).duplicates;
+    let duplicates =
+        Twins::new(faces.len(), mesh.positions.len(), |f| faces[f], Layers::new(mesh.materials.as_ref())).duplicates;
 
     let (mut crowded, mut misoriented, mut folded) = (Vec::new(), Vec::new(), Vec::new());
     let mut scratch = Vec::new();

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::adjacency::group;
 use super::key_table::KeyTable;
+use super::layers::Layers;
 use super::near::within;
 use super::{Mesh, PARALLEL_ROWS};
 use crate::math::{DVec3, Vec3};
@@ -27,7 +28,7 @@ pub struct Welded {
     pub unreferenced_vertices: usize,
     /// Dropped: two corners became one vertex, or were from the start.
     pub degenerate_faces: usize,
-    /// Dropped: the same corners in the same turning sense as a lower face.
+    /// Dropped: the same corners in the same turning sense as a lower face, and its material.
     pub duplicate_faces: usize,
     /// Kept: pairs of faces with the same corners in opposite senses, as on a thin sheet modeled with both sides.
     pub opposite_faces: usize,
@@ -41,6 +42,11 @@ pub struct Welded {
 /// out fall back to that of the lowest vertex. Texture coordinates stay with their corners, so that seams are kept, and colors
 /// and materials of faces with their faces. Channels are those of the lowest vertex.
 pub fn weld(mesh: &Mesh, tolerance: f64) -> Welded {
+    weld_layers(mesh, tolerance, Layers::new(mesh.materials.as_ref()))
+}
+
+/// [`weld`], where faces of different `layers` are no duplicates.
+pub(crate) fn weld_layers(mesh: &Mesh, tolerance: f64, layers: Layers<'_>) -> Welded {
     let lowest = if tolerance > 0.0 { within(&mesh.positions, tolerance) } else { lowest_at_position(&mesh.positions) };
     let joined_vertices = count(lowest.len(), |v| lowest[v] as usize != v);
 
@@ -51,7 +57,7 @@ pub fn weld(mesh: &Mesh, tolerance: f64) -> Welded {
             out.push(f as u32);
         }
     });
-    let twins = Twins::new(mesh.faces.len(), mesh.positions.len(), joined);
+    let twins = Twins::new(mesh.faces.len(), mesh.positions.len(), joined, layers);
     let face_source = all_but(mesh.faces.len(), &degenerate, &twins.duplicates);
 
     let mut faces: Vec<[u32; 3]> =
@@ -120,18 +126,23 @@ pub(crate) fn joined_attributes(
 
 /// Faces on the same three corners. Faces with a repeated corner take no part.
 pub(crate) struct Twins {
-    /// Faces with the corners and the turning sense of a lower one, ascending.
+    /// Faces with the corners, the turning sense and the layer of a lower one, ascending.
     pub duplicates: Vec<u32>,
     /// The lowest face of either sense, of corner sets that have both; ascending by lowest corner.
     pub opposites: Vec<[u32; 2]>,
 }
 
-/// A face under its lowest corner: the other two in order, whether they were swapped for that, and the face itself.
-type UnderLowest = (u32, u32, bool, u32);
+/// A face under its lowest corner: the other two in order, whether they were swapped for that, its layer, and the face itself.
+type UnderLowest = (u32, u32, bool, u32, u32);
 
 impl Twins {
     /// Compares every face with the others of the same lowest corner: on average two.
-    pub fn new(face_count: usize, vertex_count: usize, face: impl Fn(usize) -> [u32; 3] + Sync) -> Self {
+    pub fn new(
+        face_count: usize,
+        vertex_count: usize,
+        face: impl Fn(usize) -> [u32; 3] + Sync,
+        layers: Layers<'_>,
+    ) -> Self {
         let (starts, items) = group(face_count, vertex_count, |f| [face(f).into_iter().min().unwrap_or(0)]);
         let chunks: Vec<Self> = (0..vertex_count)
             .into_par_iter()
@@ -141,7 +152,7 @@ impl Twins {
                 |(mut twins, mut under), v| {
                     let row = &items[starts[v] as usize..starts[v + 1] as usize];
                     if row.len() > 1 {
-                        twins.compare(row, v as u32, &face, &mut under);
+                        twins.compare((row, v as u32), &face, layers, &mut under);
                     }
                     (twins, under)
                 },
@@ -157,20 +168,30 @@ impl Twins {
         all
     }
 
-    fn compare(&mut self, row: &[u32], lowest: u32, face: &impl Fn(usize) -> [u32; 3], under: &mut Vec<UnderLowest>) {
+    /// Compares the faces of a row, all with this lowest corner.
+    fn compare(
+        &mut self,
+        (row, lowest): (&[u32], u32),
+        face: &impl Fn(usize) -> [u32; 3],
+        layers: Layers<'_>,
+        under: &mut Vec<UnderLowest>,
+    ) {
         under.clear();
         under.extend(row.iter().filter_map(|&f| {
             let [_, next, last] = super::adjacency::from_corner(face(f as usize), lowest)?;
-            Some((next.min(last), next.max(last), last < next, f))
+            Some((next.min(last), next.max(last), last < next, layers.of(f), f))
         }));
         under.sort_unstable();
         for same in under.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).filter(|same| same.len() > 1) {
             // Those of one sense come first.
-            let turn = same.partition_point(|&(.., swapped, _)| swapped == same[0].2);
+            let turn = same.partition_point(|row| row.2 == same[0].2);
             let (one, other) = same.split_at(turn);
-            self.duplicates.extend([one, other].into_iter().flat_map(|sense| sense.iter().skip(1)).map(|row| row.3));
-            if let (Some(one), Some(other)) = (one.first(), other.first()) {
-                self.opposites.push([one.3, other.3]);
+            let repeated = |two: &&[UnderLowest]| two[0].3 == two[1].3;
+            let of_senses = [one, other].into_iter().flat_map(|sense| sense.windows(2).filter(repeated));
+            self.duplicates.extend(of_senses.map(|two| two[1].4));
+            let lowest = |sense: &[UnderLowest]| sense.iter().map(|row| row.4).min();
+            if let (Some(one), Some(other)) = (lowest(one), lowest(other)) {
+                self.opposites.push([one, other]);
             }
         }
     }
@@ -366,6 +387,16 @@ mod tests {
         assert_eq!(welded.mesh.texcoords, Some(vec![row(0), row(4)]));
         assert_eq!(welded.mesh.face_colors, Some(vec![[0.0; 4], [4.0; 4]]));
         assert!(welded.mesh.check().is_ok());
+    }
+
+    #[test]
+    fn faces_of_two_materials_are_no_duplicates() {
+        let mut mesh = soup();
+        mesh.faces = vec![[1, 2, 3], [3, 1, 2], [2, 3, 1], [2, 1, 3], [1, 2, 3]];
+        let names = ["wall", "decal"].map(String::from).to_vec();
+        mesh.materials = Some(crate::mesh::Materials { of_face: vec![0, 1, 0, 0, 1], names });
+        let welded = weld(&mesh, 0.0);
+        assert_eq!((welded.face_source, welded.duplicate_faces, welded.opposite_faces), (vec![0, 1, 3], 2, 1));
     }
 
     #[test]
