@@ -94,7 +94,10 @@ impl Budget {
             return Err(Error::Parameter("no target: give a face count, a fraction to keep or an error limit".into()));
         }
         let by_keep = match self.keep {
-            Some(keep) if (0.0..=1.0).contains(&keep) => Some((faces_in as f64 * keep).round() as usize),
+            // A part of a mesh is no less than a face.
+            Some(keep) if (0.0..=1.0).contains(&keep) => {
+                Some(((faces_in as f64 * keep).round() as usize).max(usize::from(keep > 0.0)))
+            }
             Some(keep) => return Err(Error::Parameter(format!("the fraction to keep is {keep}, not in 0 … 1"))),
             None => None,
         };

@@ -67,6 +67,9 @@ fn fractions_and_counts_agree() {
             assert_eq!(contract(&ball, &options(metric), budget).mesh, faces, "{metric:?} {budget:?}");
         }
     }
+    // Of little the part is a face, and of nothing none.
+    let target = |keep: f64, faces_in: usize| Budget::keep(keep).target_faces(faces_in).expect("a target");
+    assert_eq!([target(0.1, 1), target(0.1, 14), target(0.1, 15), target(0.0, 14)], [1, 1, 2, 0]);
 }
 
 #[test]

@@ -99,7 +99,7 @@ fn ply_keeps_properties_and_comments() {
     assert_eq!(channels, [("confidence", &[0.5, 0.25, 0.0][..]), ("quality", &[200.0, 1.0, 0.0])]);
     let written = text(&mesh, &document, Format::Ply);
     assert!(written.contains("format ascii 1.0\ncomment TextureFile skin.png\nobj_info num_cols 512\n"), "{written}");
-    assert!(written.contains("property float confidence\nproperty float quality\n"), "{written}");
+    assert!(written.contains("property float confidence\nproperty int quality\n"), "{written}");
     let again = scene(&written, Format::Ply);
     assert_eq!(again.mesh, mesh);
     // The same from bytes, through a file.
@@ -108,7 +108,7 @@ fn ply_keeps_properties_and_comments() {
     formats::write_scene(&mesh, &document, &path, &WriteOptions::default()).expect("written");
     let Scene { mesh: found, document } = formats::read_scene(&path).expect("a scene");
     assert_eq!(found, mesh);
-    assert!(matches!(document, Document::Ply(comments) if comments.len() == 2));
+    assert!(matches!(document, Document::Ply(notes) if notes.comments().len() == 2));
     // Numbers that are no scalars become several properties, and names words.
     let mut wide = mesh.clone();
     wide.channels[0].name = "two words".into();
@@ -117,6 +117,37 @@ fn ply_keeps_properties_and_comments() {
     let names = scene(&text(&wide, &Document::None, Format::Ply), Format::Ply).mesh.channels;
     let names: Vec<String> = names.into_iter().map(|channel| channel.name).collect();
     assert_eq!(names, ["two_words", "quality_0", "quality_1"]);
+}
+
+#[test]
+fn ply_tells_what_it_does_not_read() {
+    let text_of = |vertex: &str, face: &str, more: &str| {
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n{vertex}\
+            element face 1\nproperty list uchar int vertex_indices\n{face}{more}end_header\n"
+        )
+    };
+    let rich = text_of(
+        "property float s\nproperty int u\nproperty int v\nproperty uchar red\nproperty list uchar int near\n",
+        "property int texnumber\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n",
+        "element edge 1\nproperty int vertex1\nproperty int vertex2\nelement camera 0\nproperty float fov\n",
+    ) + "0 0 0 1 640 480 9 1 2\n1 0 0 2 641 481 8 0\n0 1 0 3 642 482 7 2 0 1\n3 0 1 2 5 255 0 0\n0 1\n";
+    let Scene { mesh, document } = scene(&rich, Format::Ply);
+    // Names that mean something else with others only are numbers like any.
+    let written = text(&mesh, &document, Format::Ply);
+    assert!(written.contains("property float s\nproperty int u\nproperty int v\nproperty int red\n"), "{written}");
+    assert_eq!(scene(&written, Format::Ply).mesh, mesh);
+    let losses = |text: &str, format: Format| {
+        let Scene { mesh, document } = scene(text, Format::Ply);
+        formats::write_scene_to(&mesh, &document, format, &WriteOptions::default(), &mut Vec::new()).expect("written")
+    };
+    for format in [Format::Ply, Format::Obj, Format::Glb] {
+        let expected = "not read of the PLY file, and lost: 'near' of the element 'vertex', 'texnumber' of the element 'face', \
+            the element 'edge'";
+        assert!(losses(&rich, format).iter().any(|warning| warning == expected), "{:?}", losses(&rich, format));
+    }
+    let plain = text_of("", "", "") + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    assert_eq!(losses(&plain, Format::Ply), [""; 0]);
 }
 
 #[test]

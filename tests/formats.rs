@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use coarsen::formats::{self, Compression, Format, WriteOptions};
 use coarsen::math::{DVec3, Vec2, Vec3};
+use coarsen::mesh::ChannelKind;
 use coarsen::{Error, Mesh};
 
 const SUFFIXES: [&str; 3] = ["", ".gz", ".zst"];
@@ -101,6 +102,33 @@ fn every_format_survives_a_round_trip() {
     assert_eq!(cases, 2 * 6 * 2 * 3);
     // A glTF has its bytes beside it, where it is not compressed.
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), cases + 2 * 2, "temporary files are left behind");
+}
+
+#[test]
+fn whole_numbers_of_ply_are_labels_and_stay_whole() {
+    let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        property uchar class\nproperty int id\nproperty float heat\nelement face 1\n\
+        property list uchar int vertex_indices\nend_header\n";
+    let text = format!("{header}0 0 0 200 -7 1\n1 0 0 3 16777216 2\n0 1 0 0 12 0.5\n3 0 1 2\n");
+    let mesh = formats::read_bytes(text.as_bytes(), Format::Ply).expect("a good file");
+    let kinds: Vec<_> = mesh.channels.iter().map(|channel| channel.kind).collect();
+    assert_eq!(kinds, [ChannelKind::Label, ChannelKind::Label, ChannelKind::Linear]);
+    for ascii in [false, true] {
+        let mut bytes = Vec::new();
+        formats::write_to(&mesh, Format::Ply, &WriteOptions { ascii }, &mut bytes).expect("it is written");
+        let text = String::from_utf8_lossy(&bytes);
+        assert!(text.contains("property int class\nproperty int id\nproperty float heat\n"), "{text}");
+        assert_eq!(formats::read_bytes(&bytes, Format::Ply).expect("a good file"), mesh);
+    }
+    // One that is none any more, or larger than an `int`, is a number like others.
+    for value in [0.5, 3e9] {
+        let mut mesh = mesh.clone();
+        mesh.channels[0].values[1] = value;
+        let mut bytes = Vec::new();
+        formats::write_to(&mesh, Format::Ply, &WriteOptions { ascii: true }, &mut bytes).expect("it is written");
+        assert!(String::from_utf8_lossy(&bytes).contains("property float class\nproperty int id\n"));
+        assert_eq!(formats::read_bytes(&bytes, Format::Ply).expect("a good file").channels[0].values[1], value);
+    }
 }
 
 fn every_output() -> impl Iterator<Item = (Format, bool, &'static str)> {

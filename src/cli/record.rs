@@ -255,7 +255,7 @@ impl fmt::Display for Record {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} → {} faces, stop={}{}, estimated error {:.3}% of the diagonal, read {:.2} solve {:.2} write {:.2} s, {}",
+            "{} → {} faces, stop={}{}, estimated error {} of the diagonal, read {:.2} solve {:.2} write {:.2} s, {}",
             self.faces_in,
             self.faces_out,
             name(self.stop_reason),
@@ -264,7 +264,7 @@ impl fmt::Display for Record {
                 None if self.reached => String::new(),
                 None => blocked_by(&self.blocked),
             },
-            self.error.estimate_relative * 100.0,
+            percent(self.error.estimate_relative),
             self.seconds.read,
             self.simplify_ms / 1e3,
             self.seconds.write,
@@ -333,6 +333,12 @@ pub fn name(stop: StopReason) -> &'static str {
     }
 }
 
+/// A fraction in percent; of what is no whole thousandth of one, that it is less.
+pub fn percent(fraction: f64) -> String {
+    let percent = fraction * 100.0;
+    if percent > 0.0 && percent < 1e-3 { "<0.001%".into() } else { format!("{percent:.3}%") }
+}
+
 /// The reasons for refusals with their counts: `, blocked by link 12, flip 3`.
 pub fn blocked_by(blocked: &Blocked) -> String {
     let Blocked { border, lock, seam, link, flip, aspect, texture, error } = *blocked;
@@ -372,6 +378,11 @@ mod tests {
         for stop in [FacesReached, ErrorReached, Stuck, GridReached, RegionsRebuilt, Cancelled] {
             assert_eq!(serde_json::to_value(stop).ok(), Some(name(stop).into()));
         }
+    }
+
+    #[test]
+    fn a_little_is_not_nothing() {
+        assert_eq!([0.0, 9.9e-6, 1e-5, 0.01234].map(percent), ["0.000%", "<0.001%", "0.001%", "1.234%"]);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use super::checkpoint::Checkpoints;
 use super::driver::{self, Job};
 use super::prepare::{Prepared, begin};
 use super::pressure::{Pressure, compared, face_counts, has_error};
-use super::seam_pressure::{FARTHER_WITH_SEAMS, are_pressing, closer};
+use super::seam_pressure::{FARTHER_WITH_SEAMS, are_pressing, is_seen, keep_closer};
 use super::yielding::Yields;
 use super::{Attributes, Options, Placement, Seams};
 
@@ -21,13 +21,13 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
     let mut left: Vec<usize> = (0..job.budgets.len()).collect();
     let mut made: Vec<Option<Outcome>> = vec![None; job.budgets.len()];
     let (mut next, mut checkpoints) = (Some(Yields::Nothing), Checkpoints::default());
-    let mut are_dear = false;
+    let (mut are_dear, mut from) = (false, 0);
     while let Some(least) = next {
         job.awake.rouse();
         let clock = Instant::now();
         let budgets: Vec<Budget> = left.iter().map(|&index| job.budgets[index]).collect();
         let job = Job { budgets: &budgets, ..job };
-        let Attempt { prepared, yields, more, is_pressed } = Attempt::new(job, least, checkpoints.ahead())?;
+        let Attempt { prepared, yields, more, is_pressed } = Attempt::new(job, least, checkpoints.ahead(from))?;
         let faces = job.mesh.faces.len();
         let outcomes: Vec<Outcome> = if is_pressed {
             compared(job, prepared, &mut checkpoints, progress.as_deref_mut())?
@@ -44,16 +44,23 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
         let all = || left.iter().zip(&outcomes).zip(&budgets);
         let is_held = |((_, outcome), budget): &((&usize, &Outcome), &Budget)| may_help(outcome, budget, faces);
         let mut again: Vec<usize> = all().filter(is_held).map(|((&index, _), _)| index).collect();
-        // Of a chain no level may be farther off than a coarser one: it is made as it comes.
-        let may_compare = made.len() == 1 && yields < Yields::Seams && may_yield(job.options);
-        (next, are_dear) = (more, again.is_empty() && may_compare);
+        let was_dear =
+            std::mem::replace(&mut are_dear, again.is_empty() && yields < Yields::Seams && may_yield(job.options));
+        next = more;
+        let diagonal = job.mesh.diagonal();
+        are_dear &= all().any(|((_, outcome), budget)| are_pressing(outcome, budget, diagonal));
         if are_dear {
-            let diagonal = job.mesh.diagonal();
-            let is_dear =
-                |((_, outcome), budget): &((&usize, &Outcome), &Budget)| are_pressing(outcome, budget, diagonal);
-            (next, again) = (Some(Yields::Seams), all().filter(is_dear).map(|((&index, _), _)| index).collect());
+            // With what presses all levels that are as far off: none may be farther off than a coarser one.
+            let seen = |((_, outcome), budget): &((&usize, &Outcome), &Budget)| is_seen(outcome, budget, diagonal);
+            from = all().filter(seen).map(|((_, outcome), _)| outcome.mesh.faces.len()).fold(0, usize::max);
+            (next, again) = (Some(Yields::Seams), all().filter(seen).map(|((&index, _), _)| index).collect());
         }
-        left.iter().zip(outcomes).for_each(|(&index, outcome)| keep(&mut made[index], outcome, spent));
+        let outcomes = left.iter().copied().zip(outcomes);
+        if was_dear {
+            keep_closer(&mut made, outcomes.collect(), spent);
+        } else {
+            outcomes.for_each(|(index, outcome)| keep(&mut made[index], outcome, spent));
+        }
         left = again;
         if left.is_empty() || was_cancelled {
             break;
@@ -65,8 +72,7 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
 /// Keeps an outcome that took so many seconds, or the one that was made before.
 fn keep(made: &mut Option<Outcome>, outcome: Outcome, spent: f64) {
     *made = Some(match made.take() {
-        Some(before) if before.stop == StopReason::Stuck => fewer(before, outcome, spent),
-        Some(before) => closer(before, outcome, spent),
+        Some(before) => fewer(before, outcome, spent),
         None => outcome,
     });
 }

@@ -2,7 +2,7 @@
 //! one in which all seams yield.
 //!
 //! Seams that hold keep faces where they are many: around the poles of a globe, along the rims of small charts. The others have to be
-//! so much fewer, and what no seam is on is wrecked for them, the texture as well. Of a run to one number of faces, not of a chain.
+//! so much fewer, and what no seam is on is wrecked for them, the texture as well.
 
 use crate::simplify::{Budget, Outcome, RoundRecord, StopReason};
 
@@ -20,25 +20,44 @@ const CLOSER: f64 = 0.7;
 /// What the user is told where seams yield for that.
 pub const FARTHER_WITH_SEAMS: &str = "seams yield: the surface is estimated farther off with them";
 
-/// Whether seams pressed on the run of an outcome, and it is so far off that another in which they yield may be closer. Under an error
-/// limit it is as far off as it may be.
-pub fn are_pressing(outcome: &Outcome, budget: &Budget, diagonal: f64) -> bool {
+/// Whether an outcome is so far off that a run in which seams yield may be worth it. Under an error limit it is as far off as it may
+/// be.
+pub fn is_seen(outcome: &Outcome, budget: &Budget, diagonal: f64) -> bool {
     let is_reached = outcome.stop == StopReason::FacesReached && budget.counts_faces() && !has_error(budget);
+    is_reached && outcome.error_estimate > SEEN * diagonal
+}
+
+/// Whether seams pressed on the run of an outcome, and it is so far off that another in which they yield may be closer.
+pub fn are_pressing(outcome: &Outcome, budget: &Budget, diagonal: f64) -> bool {
     // Textures alone have nothing that could yield.
     let is_late = |round: &&RoundRecord| round.faces as usize <= LATE * outcome.mesh.faces.len();
     let late = outcome.rounds.iter().filter(is_late).filter(|round| round.blocked.seam > 0);
     let most = late.map(|round| (round.blocked.seam + round.blocked.texture) as f64 / round.pairs.max(1) as f64);
-    is_reached && outcome.error_estimate > SEEN * diagonal && most.fold(0.0, f64::max) >= PRESSING
+    is_seen(outcome, budget, diagonal) && most.fold(0.0, f64::max) >= PRESSING
 }
 
-/// The closer of two outcomes, of which the other took so many seconds more, and has to be closer by much; the first if that was
-/// cancelled, as it is through.
-pub fn closer(held: Outcome, yielding: Outcome, spent: f64) -> Outcome {
-    if yielding.stop == StopReason::Cancelled {
-        return Outcome { stop: StopReason::Cancelled, ..held.later(spent) };
+/// Of levels that were made, with seams that hold, and the `found` of them in which seams yield, under their numbers, keeps the closer
+/// ones; the latter took so many seconds more, and have to be closer by much, or no farther off than a coarser one that is. All of the
+/// former if the others were cancelled, as they are through.
+pub fn keep_closer(made: &mut [Option<Outcome>], mut found: Vec<(usize, Outcome)>, spent: f64) {
+    let was_cancelled = found.iter().any(|(_, yielding)| yielding.stop == StopReason::Cancelled);
+    found.sort_by_key(|(_, yielding)| yielding.mesh.faces.len());
+    // The least error of those taken that are coarser.
+    let mut limit = f64::INFINITY;
+    for (level, yielding) in found {
+        let Some(mut held) = made[level].take() else { continue };
+        let error = yielding.error_estimate;
+        let is_closer = error <= CLOSER * held.error_estimate || held.error_estimate > limit;
+        made[level] = Some(if !was_cancelled && is_closer && yielding.stop == held.stop {
+            limit = limit.min(error);
+            yielding
+        } else {
+            if was_cancelled {
+                held.stop = StopReason::Cancelled;
+            }
+            held.later(spent)
+        });
     }
-    let is_closer = yielding.stop == held.stop && yielding.error_estimate <= CLOSER * held.error_estimate;
-    if is_closer { yielding } else { held.later(spent) }
 }
 
 #[cfg(test)]
@@ -84,17 +103,45 @@ mod tests {
         assert!(!are_pressing(&stuck, &counted, 1.0));
     }
 
+    /// Which of levels are taken, from such ends and errors with seams that hold and with those that yield; the finest first.
+    fn taken<const N: usize>(held: [f64; N], yielding: [(StopReason, f64); N]) -> [bool; N] {
+        let of_level = |level: usize, stop: StopReason, error: f64| {
+            let mut outcome = with(stop, error);
+            outcome.mesh.faces.truncate(20 - level);
+            outcome
+        };
+        let mut made: Vec<_> =
+            (0..N).map(|level| Some(of_level(level, StopReason::FacesReached, held[level]))).collect();
+        let found = (0..N).map(|level| (level, of_level(level, yielding[level].0, yielding[level].1)));
+        keep_closer(&mut made, found.collect(), 2.0);
+        std::array::from_fn(|level| {
+            let kept = made[level].as_ref().expect("a level");
+            let is_yielding = kept.error_estimate.to_bits() != held[level].to_bits();
+            assert_eq!(kept.seconds.total > 2.0, !is_yielding);
+            let was_cancelled = yielding.iter().any(|(stop, _)| *stop == StopReason::Cancelled);
+            assert_eq!(kept.stop == StopReason::Cancelled, was_cancelled);
+            is_yielding
+        })
+    }
+
     #[test]
     fn only_what_is_much_closer_is_taken() {
         use StopReason::{Cancelled, FacesReached, Stuck};
-        let chosen = |yielding: (StopReason, f64)| {
-            let chosen = closer(with(FacesReached, 1.0), with(yielding.0, yielding.1), 2.0);
-            (chosen.error_estimate, chosen.stop, chosen.seconds.total > 2.0)
-        };
-        assert_eq!(chosen((FacesReached, 0.7)), (0.7, FacesReached, false));
-        assert_eq!(chosen((FacesReached, 0.71)), (1.0, FacesReached, true));
-        assert_eq!(chosen((Stuck, 0.1)), (1.0, FacesReached, true));
-        assert_eq!(chosen((Cancelled, 0.1)), (1.0, Cancelled, true));
+        let is_taken = |yielding: (StopReason, f64)| taken([1.0], [yielding]) == [true];
+        assert!(is_taken((FacesReached, 0.7)) && !is_taken((FacesReached, 0.71)));
+        assert!(!is_taken((Stuck, 0.1)) && !is_taken((Cancelled, 0.1)));
+    }
+
+    #[test]
+    fn no_level_is_farther_off_than_a_coarser_one() {
+        let all = |errors: [f64; 3]| errors.map(|error| (StopReason::FacesReached, error));
+        // What is closer by little alone is taken where a coarser one is closer than it.
+        assert_eq!(taken([1.0, 2.0, 9.0], all([0.9, 1.6, 1.8])), [false, true, true]);
+        assert_eq!(taken([1.0, 2.0, 9.0], all([0.9, 1.6, 2.5])), [false, false, true]);
+        assert_eq!(taken([1.0, 2.0, 3.0], all([0.2, 1.9, 2.9])), [true, false, false]);
+        let [finest, middle, coarsest] = all([0.1, 0.1, 0.1]);
+        assert_eq!(taken([1.0, 2.0, 3.0], [finest, (StopReason::Cancelled, 0.1), coarsest]), [false; 3]);
+        assert_eq!(taken([1.0, 2.0, 3.0], [finest, middle, (StopReason::Stuck, 0.1)]), [true, true, false]);
     }
 
     /// A globe whose poles have a place in the texture for every face: held, these are most of what is left of it.
@@ -155,20 +202,22 @@ mod tests {
         assert!(closer < 0.5 * farther, "{closer} with seams that yield, {farther} with those that hold");
     }
 
-    /// Whose levels would have to be as close as those that are coarser.
     #[test]
-    fn a_chain_is_not_compared() {
+    fn levels_of_a_chain_are_compared_as_one_number_is() {
         let (globe, device) = (globe(), Device::cpu(1).expect("a device"));
         let chain = |seams: Seams| {
             let mut options = Options::default();
             options.attributes.seams = seams;
-            let levels = [Budget::faces(400), Budget::faces(140)];
+            let levels = [Budget::faces(1400), Budget::faces(400), Budget::faces(140)];
             run(&globe, &options, &levels, &device, None).expect("a valid mesh")
         };
-        for (found, held) in chain(Seams::Yield).iter().zip(chain(Seams::Hold)) {
-            assert_eq!(found.stop, StopReason::FacesReached);
-            assert!(found.warnings.iter().all(|warning| warning != FARTHER_WITH_SEAMS), "{:?}", found.warnings);
-            assert!(found.mesh.faces.len() <= held.mesh.faces.len());
-        }
+        let (found, held) = (chain(Seams::Yield), chain(Seams::Hold));
+        let is_told = |outcome: &Outcome| outcome.warnings.iter().any(|warning| warning == FARTHER_WITH_SEAMS);
+        assert_eq!([0, 1, 2].map(|level| found[level].mesh.faces.len()), [1400, 400, 140]);
+        let errors = [0, 1, 2].map(|level| found[level].error_estimate);
+        assert!(errors.is_sorted(), "{errors:?}");
+        assert!(is_told(&found[2]) && !is_told(&found[0]));
+        assert_eq!(found[0].mesh, held[0].mesh);
+        assert!(found[2].error_estimate < 0.5 * held[2].error_estimate);
     }
 }

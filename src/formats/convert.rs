@@ -157,7 +157,7 @@ pub(super) fn losses(mesh: &Mesh, document: &Document, format: Format) -> Option
             _ if is_gltf => continue,
             ChannelKind::Texcoords => "further texture coordinates",
             ChannelKind::Tangent => "tangents",
-            ChannelKind::Linear => "further properties of vertices",
+            ChannelKind::Linear | ChannelKind::Label => "further properties of vertices",
         };
         lost.extend((!lost.contains(&word)).then_some(word));
     }

@@ -37,7 +37,7 @@ pub fn looks(scene: &Scene, folder: Option<&Path>) -> Looks {
     let of_material = match &scene.document {
         Document::Gltf(document) => gltf::looks(document, &mut pictures),
         Document::Obj(libraries) => obj::looks(libraries, names, folder, &mut pictures),
-        Document::Ply(comments) => ply::look(comments, folder, &mut pictures).into_iter().collect(),
+        Document::Ply(notes) => ply::look(notes.comments(), folder, &mut pictures).into_iter().collect(),
         Document::None => Vec::new(),
     };
     Looks { of_material, warnings: pictures.warnings }

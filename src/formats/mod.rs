@@ -63,6 +63,7 @@ pub use looks::{Looks, looks};
 pub use obj::Libraries;
 pub(crate) use output::is_temporary_of;
 pub use pieces::write_pieces;
+pub use ply::Notes;
 pub use property::{Weights, read_indices, read_numbers, read_property, write_with_property};
 pub use scene::{Document, Scene, read_scene, read_scene_bytes, read_scene_from, write_scene, write_scene_to};
 pub(crate) use scratch::{Scratch, ScratchFile};

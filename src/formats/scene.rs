@@ -18,8 +18,8 @@ pub enum Document {
     None,
     /// The libraries of materials of an OBJ file.
     Obj(obj::Libraries),
-    /// The comments of a PLY file, each with its first word.
-    Ply(Vec<String>),
+    /// The comments of a PLY file, and what of it is not read.
+    Ply(ply::Notes),
     /// Nodes, materials, textures, skins, animations of a glTF file.
     Gltf(Box<gltf::Gltf>),
 }
@@ -92,7 +92,7 @@ pub fn read_scene_bytes(bytes: &[u8], format: Format, folder: Option<&Path>) -> 
         Format::Obj => obj::read(bytes).map(|(mesh, names)| {
             (mesh, Document::Obj(obj::Libraries { names, folder: folder.map(Path::to_path_buf) }))
         }),
-        Format::Ply => ply::read(bytes).map(|(mesh, comments)| (mesh, Document::Ply(comments))),
+        Format::Ply => ply::read(bytes).map(|(mesh, notes)| (mesh, Document::Ply(notes))),
         Format::Stl => stl::read(bytes).map(plain),
         Format::Off => off::read(bytes).map(plain),
         Format::Gltf | Format::Glb => {
@@ -197,7 +197,7 @@ fn encode(
             obj::write(mesh, faces, (libraries, materials.as_ref()), out)
         }
         (Format::Obj, _) => obj::write(mesh, faces, (libraries, mesh.materials.as_ref()), out),
-        (Format::Ply, Document::Ply(comments)) => ply::write(mesh, faces, options, (None, comments), out),
+        (Format::Ply, Document::Ply(notes)) => ply::write(mesh, faces, options, (None, notes.comments()), out),
         (Format::Ply, _) => ply::write(mesh, faces, options, (None, &[]), out),
         (Format::Stl, _) => stl::write(mesh, options, out),
         (Format::Off, _) => off::write(mesh, out),
@@ -270,6 +270,7 @@ impl Document {
                 let has_any = !libraries.names.is_empty();
                 has_any.then(|| format!("the materials of the OBJ's libraries are not written: {name} names none"))
             }
+            Self::Ply(notes) => notes.loss(),
             _ => None,
         };
         loss.into_iter().collect()

@@ -1,6 +1,6 @@
 //! What vertices and faces carry beside the standard attributes: channels of numbers, materials.
 
-use super::first_where;
+use super::{Mesh, first_where};
 use crate::error::{Error, Result};
 
 /// How the numbers of a [`Channel`] pass from the vertices of a face to a point between them.
@@ -12,6 +12,8 @@ pub enum ChannelKind {
     Texcoords,
     /// A unit vector and a sign, as the tangents of glTF: the vector linearly and at unit length, the sign of the nearest.
     Tangent,
+    /// Whole numbers that name something, a class or an object: those of the nearest corner, never any between. Exact up to 2²⁴.
+    Label,
     /// Numbers of joints, then as many weights of them: weights of a joint add up, the greatest stay, their sum is 1.
     Joints,
 }
@@ -45,7 +47,7 @@ impl Channel {
     pub(super) fn check(&self, vertices: usize) -> Result<()> {
         let Self { name, width, .. } = self;
         let fits = match self.kind {
-            ChannelKind::Linear => *width > 0,
+            ChannelKind::Linear | ChannelKind::Label => *width > 0,
             ChannelKind::Texcoords => *width == 2,
             ChannelKind::Tangent => *width == 4,
             ChannelKind::Joints => *width > 0 && width.is_multiple_of(2),
@@ -62,6 +64,14 @@ impl Channel {
             )));
         }
         Ok(())
+    }
+}
+
+impl Mesh {
+    /// The names of its channels in a row, for a message.
+    pub(crate) fn channel_names(&self) -> String {
+        let names: Vec<&str> = self.channels.iter().map(|channel| channel.name.as_str()).collect();
+        if names.is_empty() { "none".into() } else { names.join(", ") }
     }
 }
 

@@ -99,6 +99,7 @@ impl<'a> Corners<'a> {
                     texture(source, &corners, greatest(&mut channel.values.iter().copied()))
                 }
                 ChannelKind::Tangent => Layer { source, width, names: 0, tolerance: direction },
+                ChannelKind::Label => Layer { source, width, names: width, tolerance: step },
                 ChannelKind::Joints => Layer { source, width, names: width / 2, tolerance: step },
                 ChannelKind::Linear => {
                     let (low, high) = finite().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));

@@ -133,6 +133,32 @@ fn joints_and_targets_are_channels() {
 }
 
 #[test]
+fn whole_numbers_stay_what_they_were() {
+    let mut builder = square();
+    let classes = builder.accessor(&[200, 0, 0, 0, 3, 0, 0, 0, 3, 0, 0, 0, 7, 0, 0, 0], U8, 4, "SCALAR");
+    let view = builder.json["accessors"][classes]["bufferView"].as_u64().expect("a view") as usize;
+    builder.json["bufferViews"][view]["byteStride"] = 4.into();
+    let features = builder.floats(&[[5.0], [6.0], [6.0], [70_000.0]]);
+    let heat = builder.floats(&[[0.5], [1.0], [0.0], [0.25]]);
+    let attributes = &mut builder.json["meshes"][0]["primitives"][0]["attributes"];
+    attributes["_CLASS"] = classes.into();
+    attributes["_FEATURE_ID_0"] = features.into();
+    attributes["_HEAT"] = heat.into();
+    let Scene { mesh, document } = builder.scene();
+    let kind = |name: &str| mesh.channels.iter().find(|channel| channel.name == name).map(|channel| channel.kind);
+    let kinds = ["_CLASS", "_FEATURE_ID_0", "_HEAT"].map(kind);
+    assert_eq!(kinds, [ChannelKind::Label, ChannelKind::Label, ChannelKind::Linear].map(Some));
+    let (json, ..) = written(&mesh, &document);
+    let component = |name: &str| {
+        let number = json["meshes"][0]["primitives"][0]["attributes"][name].as_u64().expect(name) as usize;
+        json["accessors"][number]["componentType"].as_u64()
+    };
+    assert_eq!(component("_CLASS"), Some(U8.into()));
+    assert_eq!(component("_FEATURE_ID_0"), component("_HEAT"));
+    assert_eq!(again(&mesh, &document), mesh);
+}
+
+#[test]
 fn a_primitive_without_faces_goes_and_its_node_stays() {
     let mut builder = square();
     let (positions, indices) = (builder.floats(&SQUARE), builder.indices(&[0, 1, 2]));

@@ -13,7 +13,7 @@ pub struct Attributes {
     /// along and decides nothing. 'normal': a difference of 1, about a radian, is a thousandth of the diagonal. 'uv': a slip of the
     /// texture along the surface counts as its length. 'color': a difference of 1, from black to full red, is a
     /// fiftieth of the diagonal. A further channel by its name, which counts 0 unless it is given: its whole range is a
-    /// fiftieth of the diagonal. For --metric volume; 'plane' carries attributes along.
+    /// fiftieth of the diagonal; whole numbers are labels, unless they are given, and are not blended. For --metric volume; 'plane' carries attributes along.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::weight_of)]
     pub attribute_weights: Vec<(String, f32)>,
 

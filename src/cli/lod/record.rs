@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::job::{Job, Outputs, Screen};
 use super::write::Ranges;
 use crate::cli::memory;
-use crate::cli::record::{Clocks, Seconds, blocked_by, driver, name, words_of};
+use crate::cli::record::{Clocks, Seconds, blocked_by, driver, name, percent, words_of};
 
 /// A chain, as `--json` prints it. Fields are only ever added under this `schema`.
 #[derive(Debug, Serialize)]
@@ -247,14 +247,14 @@ struct Entry {
 impl fmt::Display for Record {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for level in &self.levels {
-            let percent = level.error.estimate_relative * 100.0;
             write!(
                 f,
-                "level {}: {} faces, stop={}{}, estimated error {percent:.3}% of the diagonal",
+                "level {}: {} faces, stop={}{}, estimated error {} of the diagonal",
                 level.level,
                 level.faces,
                 name(level.stop_reason),
                 if level.reached { "" } else { &level.reasons },
+                percent(level.error.estimate_relative),
             )?;
             if let Some(measured) = &level.error.measured {
                 let [max, rms] = [measured.max_relative, measured.rms_relative];

@@ -96,13 +96,14 @@ fn attributes_of(mesh: &Mesh) -> Vec<Attribute> {
         let semantic = match channel.kind {
             // Joints say nothing without a skin, nor targets without their mesh.
             ChannelKind::Joints => continue,
-            ChannelKind::Linear if channel.name.contains('.') || channel.width > 4 => continue,
-            ChannelKind::Linear if channel.name.starts_with('_') => channel.name.clone(),
-            ChannelKind::Linear => format!("_{}", channel.name.to_ascii_uppercase()),
+            ChannelKind::Linear | ChannelKind::Label if channel.name.contains('.') || channel.width > 4 => continue,
+            ChannelKind::Linear | ChannelKind::Label if channel.name.starts_with('_') => channel.name.clone(),
+            ChannelKind::Linear | ChannelKind::Label => format!("_{}", channel.name.to_ascii_uppercase()),
             ChannelKind::Texcoords | ChannelKind::Tangent => channel.name.clone(),
         };
         let place = Place::Channel(channel.name.clone(), channel.kind);
-        attributes.push(of((true, &semantic, place, channel.width, Number::F32)));
+        let number = if channel.kind == ChannelKind::Label { Number::U16 } else { Number::F32 };
+        attributes.push(of((true, &semantic, place, channel.width, number)));
     }
     attributes
 }

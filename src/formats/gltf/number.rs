@@ -67,6 +67,25 @@ impl Number {
         }
     }
 
+    /// Whole numbers as bytes; `None` where one is none that this type has, or the type is none that vertices may have whole.
+    pub(super) fn pack_whole(self, numbers: impl Iterator<Item = f32>) -> Option<Vec<u8>> {
+        let (least, greatest) = match self {
+            Self::I8 => (-128.0, 127.0),
+            Self::U8 => (0.0, 255.0),
+            Self::I16 => (-32768.0, 32767.0),
+            Self::U16 => (0.0, 65535.0),
+            Self::U32 | Self::F32 => return None,
+        };
+        let mut bytes = Vec::new();
+        for number in numbers {
+            if number.fract() != 0.0 || !(least..=greatest).contains(&number) {
+                return None;
+            }
+            bytes.extend_from_slice(&(number as i32).to_le_bytes()[..self.size()]);
+        }
+        Some(bytes)
+    }
+
     /// The same as a whole number; `None` where this is no unsigned type.
     pub(super) fn decode_index(self, bytes: &[u8]) -> Option<u32> {
         match self {

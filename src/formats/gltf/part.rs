@@ -70,7 +70,7 @@ impl Attribute {
             (None, _, Some(("WEIGHTS", set))) if set.parse::<u8>().is_ok() => {
                 (Place::Weights(set.parse::<u8>().unwrap_or(0).into()), &[4])
             }
-            (None, ..) => (Place::Channel(semantic.into(), ChannelKind::Linear), &[]),
+            (None, ..) => (Place::Channel(semantic.into(), kind_of(semantic, accessor)), &[]),
             (Some(target), ..) => (Place::Channel(displacement(target, semantic), ChannelKind::Linear), &[]),
         };
         if !widths.is_empty() {
@@ -82,6 +82,12 @@ impl Attribute {
         let shape = accessor.json.text("type")?.unwrap_or_default().into();
         Ok(Self { semantic: semantic.into(), target, place, width, shape, number, said: said(accessor) })
     }
+}
+
+/// What the numbers of an attribute are that glTF does not define: of whole ones labels, and so are the numbers of features.
+fn kind_of(semantic: &str, accessor: &Accessor<'_>) -> ChannelKind {
+    let is_whole = accessor.number != Number::F32 && !accessor.is_normalized;
+    if is_whole || semantic.starts_with("_FEATURE_ID_") { ChannelKind::Label } else { ChannelKind::Linear }
 }
 
 /// The channel of what a morph target adds to an attribute. In the space of the mesh: however it is turned, the sums between

@@ -158,6 +158,13 @@ impl File {
                     return attribute.target.map(|_| self.zeros(keys.len(), attribute));
                 };
                 let row = |v| &channel.row(v)[..*width];
+                let packed = (*kind == ChannelKind::Label)
+                    .then(|| attribute.number.pack_whole(rows().flat_map(row).copied()))
+                    .flatten();
+                if let Some(packed) = packed {
+                    let size = width * attribute.number.size();
+                    return Some(self.elements(&packed, size, (attribute.number, false), shape, said));
+                }
                 match (kind, width) {
                     (ChannelKind::Tangent, 4) => rows()
                         .flat_map(|v| part.placement.tangent_from_scene([0, 1, 2, 3].map(|i| channel.row(v)[i])))

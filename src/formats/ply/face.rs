@@ -37,6 +37,12 @@ impl FaceLayout {
         };
         Ok(Self { corners, texcoords: list(&["texcoord"], Scalar::is_float), color: ColorLayout::of(properties) })
     }
+
+    /// Whether the property at this place is read.
+    pub(super) fn reads(&self, place: usize) -> bool {
+        let is_color = self.color.as_ref().is_some_and(|color| color.contains(place));
+        place == self.corners || self.texcoords == Some(place) || is_color
+    }
 }
 
 /// The faces of a mesh as they are read, row by row.

@@ -11,7 +11,7 @@
 //! | | list texcoord, two numbers a corner or none | float |
 //! | | red green blue \[alpha\], as at vertices | float in `[0, 1]`, ushort, or byte |
 //!
-//! All else is skipped. Rows of a fixed size (every common file: scalar vertices, faces of three corners) are decoded
+//! All else is skipped, and told where a scene is written again. Rows of a fixed size (every common file: scalar vertices, faces of three corners) are decoded
 //! by all threads straight from the mapped file; lists of varying length are walked row by row.
 //!
 //! Written positions are `float`, or `double` when rounding to f32 would move a vertex by more than
@@ -26,6 +26,7 @@ mod face;
 mod fixed;
 mod header;
 mod looks;
+mod notes;
 mod property;
 mod scalar;
 mod stream;
@@ -33,6 +34,7 @@ mod vertex;
 mod write;
 
 pub(super) use looks::look;
+pub use notes::Notes;
 pub(super) use property::read_property;
 pub(crate) use stream::Tables;
 pub(super) use write::write;
@@ -43,12 +45,12 @@ use crate::mesh::Mesh;
 
 const FORMAT: &str = "PLY";
 
-/// Reads any of the three encodings; also returns the comments of the header.
-pub(super) fn read(bytes: &[u8]) -> Result<(Mesh, Vec<String>)> {
+/// Reads any of the three encodings; also returns what the header says beside the mesh.
+pub(super) fn read(bytes: &[u8]) -> Result<(Mesh, Notes)> {
     let header = Header::parse(bytes)?;
     let mesh = match header.body {
         Body::Text => ascii::read(&header, bytes),
         Body::Binary(order) => binary::read(&header, order, bytes),
     }?;
-    Ok((mesh, header.comments))
+    Ok((mesh, Notes::of(header)))
 }

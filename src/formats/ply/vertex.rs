@@ -15,8 +15,8 @@ pub(super) struct VertexLayout {
     pub(super) normal: Option<[usize; 3]>,
     pub(super) color: Option<ColorLayout>,
     pub(super) texcoord: Option<[usize; 2]>,
-    /// All other numbers, by their names.
-    pub(super) channels: Vec<(String, usize)>,
+    /// All other numbers, by their names: whole ones are labels.
+    pub(super) channels: Vec<(String, ChannelKind, usize)>,
 }
 
 /// Vertices as they are read: the texture coordinates wait here for the faces, whose corners get them.
@@ -60,9 +60,12 @@ impl VertexLayout {
             let mut listed = position.iter().chain(normal.iter().flatten()).chain(texcoord.iter().flatten());
             listed.any(|standard| standard == place) || color.as_ref().is_some_and(|color| color.contains(*place))
         };
-        let scalars = properties.iter().enumerate().filter(|(_, property)| matches!(property.kind, Kind::Scalar(_)));
-        let others = scalars.filter(|(place, _)| !is_standard(place));
-        let channels = others.map(|(place, property)| (property.name.clone(), place)).collect();
+        let channel = |(place, property): (usize, &Property)| {
+            let Kind::Scalar(scalar) = property.kind else { return None };
+            let kind = if scalar.is_float() { ChannelKind::Linear } else { ChannelKind::Label };
+            (!is_standard(&place)).then(|| (property.name.clone(), kind, place))
+        };
+        let channels = properties.iter().enumerate().filter_map(channel).collect();
         Ok(Self { position, normal, color, texcoord, channels })
     }
 
@@ -85,16 +88,16 @@ impl VertexLayout {
         if let (Some(places), Some(texcoords)) = (self.texcoord, texcoords) {
             texcoords.push(texcoord(places, &value));
         }
-        for ((_, place), channel) in self.channels.iter().zip(&mut mesh.channels) {
+        for ((.., place), channel) in self.channels.iter().zip(&mut mesh.channels) {
             channel.values.push(scalar_of(value(*place)));
         }
     }
 
     /// The channels, of these values.
     pub(super) fn channels(&self, values: impl Fn(usize) -> Vec<f32>) -> Vec<Channel> {
-        let channel = |(name, place): &(String, usize)| Channel {
+        let channel = |(name, kind, place): &(String, ChannelKind, usize)| Channel {
             name: name.clone(),
-            kind: ChannelKind::Linear,
+            kind: *kind,
             width: 1,
             values: values(*place),
         };

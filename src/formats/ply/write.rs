@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use crate::formats::faces::Faces;
 use crate::formats::{WriteOptions, attributes, output};
-use crate::mesh::Mesh;
+use crate::mesh::{ChannelKind, Mesh};
 
 /// A name and a number for each vertex.
 type Property<'a> = (&'a str, &'a [f32]);
@@ -15,11 +15,23 @@ struct Column<'a> {
     values: &'a [f32],
     width: usize,
     at: usize,
+    /// Whether all of them are whole, and stand for that.
+    is_whole: bool,
 }
 
 impl Column<'_> {
     fn value(&self, vertex: usize) -> f32 {
         self.values[vertex * self.width + self.at]
+    }
+
+    /// Its type in the file.
+    fn type_name(&self) -> &'static str {
+        if self.is_whole { "int" } else { "float" }
+    }
+
+    fn bytes(&self, vertex: usize) -> [u8; 4] {
+        let value = self.value(vertex);
+        if self.is_whole { (value as i32).to_le_bytes() } else { value.to_le_bytes() }
     }
 }
 
@@ -29,47 +41,52 @@ fn columns<'a>(mesh: &'a Mesh, own: Option<Property<'a>>) -> Vec<Column<'a>> {
     for channel in &mesh.channels {
         let plain: String =
             channel.name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '_' }).collect();
+        // The greatest single-precision number that an `int` holds.
+        let is_whole = |x: &f32| x.fract() == 0.0 && (-2_147_483_648.0..=2_147_483_520.0).contains(x);
+        let is_whole = channel.kind == ChannelKind::Label && channel.values.iter().all(is_whole);
         for at in 0..channel.width {
             let name = if channel.width == 1 { plain.clone() } else { format!("{plain}_{at}") };
-            columns.push(Column { name, values: &channel.values, width: channel.width, at });
+            columns.push(Column { name, values: &channel.values, width: channel.width, at, is_whole });
         }
     }
     if let Some((name, values)) = own {
-        columns.push(Column { name: name.into(), values, width: 1, at: 0 });
+        columns.push(Column { name: name.into(), values, width: 1, at: 0, is_whole: false });
     }
     // The last of a name counts, and none of those that mean something else.
     let names: Vec<String> = columns.iter().map(|column| column.name.clone()).collect();
+    // Whole numbers are no places in a texture, nor normals.
+    let is_there = |name: &&str| columns.iter().any(|column| column.name == *name && !column.is_whole);
+    let standard = STANDARD.iter().filter(|(names, _)| is_own(names, mesh) || names.iter().all(is_there));
+    let taken: Vec<&str> = standard.flat_map(|(names, more)| names.iter().chain(*more)).copied().collect();
     let mut place = 0;
     columns.retain(|column| {
         place += 1;
-        !column.name.is_empty() && !names[place..].contains(&column.name) && !STANDARD.contains(&column.name.as_str())
+        let is_last = !names[place..].contains(&column.name);
+        !column.name.is_empty() && is_last && !taken.contains(&column.name.as_str())
     });
     columns
 }
 
-/// Names of properties that readers take for something else.
-const STANDARD: [&str; 20] = [
-    "x",
-    "y",
-    "z",
-    "nx",
-    "ny",
-    "nz",
-    "red",
-    "green",
-    "blue",
-    "alpha",
-    "s",
-    "t",
-    "u",
-    "v",
-    "texture_u",
-    "texture_v",
-    "diffuse_red",
-    "diffuse_green",
-    "diffuse_blue",
-    "diffuse_alpha",
+/// Names of properties that readers take for something else where all of them are there, and what goes with them then.
+const STANDARD: [(&[&str], &[&str]); 7] = [
+    (&["x", "y", "z"], &[]),
+    (&["nx", "ny", "nz"], &[]),
+    (&["red", "green", "blue"], &["alpha"]),
+    (&["diffuse_red", "diffuse_green", "diffuse_blue"], &["diffuse_alpha"]),
+    (&["s", "t"], &[]),
+    (&["u", "v"], &[]),
+    (&["texture_u", "texture_v"], &[]),
 ];
+
+/// Whether a mesh has the properties of such names itself.
+fn is_own(names: &[&str], mesh: &Mesh) -> bool {
+    match names[0] {
+        "x" => true,
+        "nx" => mesh.normals.is_some(),
+        "red" => mesh.colors.is_some(),
+        _ => false,
+    }
+}
 
 /// Writes binary PLY, or text with [`WriteOptions::ascii`]; with a property beside the mesh's own, and lines of the header.
 pub(in crate::formats) fn write(
@@ -134,7 +151,7 @@ fn header(
         property("float", &["nx", "ny", "nz"]);
     }
     property("uchar", &CHANNELS[..form.channels]);
-    columns.iter().for_each(|column| property("float", &[&column.name]));
+    columns.iter().for_each(|column| property(column.type_name(), &[&column.name]));
     let count = if form.counts_int { "int" } else { "uchar" };
     header.push_str(&format!("element face {}\nproperty list {count} int vertex_indices\n", faces.len()));
     if faces.texcoords(mesh).is_some() {
@@ -167,7 +184,7 @@ fn write_binary(
         if let Some(colors) = &mesh.colors {
             buffer.extend_from_slice(&attributes::to_bytes(colors[vertex])[..form.channels]);
         }
-        columns.iter().for_each(|column| buffer.extend_from_slice(&column.value(vertex).to_le_bytes()));
+        columns.iter().for_each(|column| buffer.extend_from_slice(&column.bytes(vertex)));
     })?;
     let texcoords = faces.texcoords(mesh);
     output::rows(out, faces.len(), |face, buffer| {
@@ -207,7 +224,10 @@ fn write_text(
             output::push_channels(buffer, &attributes::to_bytes(colors[vertex])[..form.channels]);
         }
         let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
-        columns.iter().for_each(|column| output::push_floats(buffer, &[finite(column.value(vertex))]));
+        columns.iter().for_each(|column| match column.is_whole {
+            true => buffer.extend_from_slice(format!(" {}", column.value(vertex) as i32).as_bytes()),
+            false => output::push_floats(buffer, &[finite(column.value(vertex))]),
+        });
         buffer.push(b'\n');
     })?;
     let texcoords = faces.texcoords(mesh);
