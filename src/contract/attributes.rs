@@ -20,7 +20,7 @@ pub struct AttributeWeights {
     /// Colors: a difference of 1, from black to full red, counts as a distance of this share of a fiftieth of the diagonal.
     pub color: f32,
     /// Further channels by name: the whole range of a channel counts as a distance of this share of a fiftieth of the
-    /// diagonal; texture coordinates and tangents as those above.
+    /// diagonal; texture coordinates and tangents as those above. Labels that have a weight are amounts.
     pub channels: Arc<[(String, f32)]>,
 }
 
@@ -34,6 +34,14 @@ impl AttributeWeights {
     /// Attributes are carried and decide nothing.
     pub fn none() -> Self {
         Self { normal: 0.0, texcoord: 0.0, color: 0.0, channels: Arc::new([]) }
+    }
+
+    /// What a user should know of weights for channels that `mesh` has not.
+    pub(super) fn warnings<'a>(&'a self, mesh: &'a Mesh) -> impl Iterator<Item = String> + 'a {
+        let is_known = |name: &str| mesh.channels.iter().any(|channel| channel.name == name);
+        let unknown = self.channels.iter().filter(move |(name, _)| !is_known(name));
+        unknown
+            .map(|(name, _)| format!("no channel '{name}' to give a weight to: the mesh has {}", mesh.channel_names()))
     }
 
     /// The weight of the channel of this name, if it was given.

@@ -186,7 +186,7 @@ impl Blend {
                     for &side in &members[1..] {
                         let other = sides.weight(side as usize);
                         let share = if weight + other > 0.0 { (other / (weight + other)) as f32 } else { 0.5 };
-                        if layer.kind != Kind::Joints {
+                        if !layer.kind.has_names() {
                             let numbers = layer.of(&rows[row(side)]);
                             own.iter_mut().zip(numbers).for_each(|(a, b)| *a = toward(*a, *b, share));
                         }
@@ -293,8 +293,11 @@ fn nearest_row<'a>(
 
 /// The numbers of a layer between three corners.
 fn between(layer: &Layer, rows: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
-    if layer.kind == Kind::Joints {
-        return joints_between(rows, weights, out);
+    let nearest = (0..3).fold(0, |best, k| if weights[k] > weights[best] { k } else { best });
+    match layer.kind {
+        Kind::Joints => return joints_between(rows, weights, out),
+        Kind::Label => return out.copy_from_slice(rows[nearest]),
+        _ => {}
     }
     for (i, out) in out.iter_mut().enumerate() {
         let sum = rows[0][i] * weights[0] + rows[1][i] * weights[1] + rows[2][i] * weights[2];
@@ -302,7 +305,6 @@ fn between(layer: &Layer, rows: [&[f32]; 3], weights: [f32; 3], out: &mut [f32])
         *out = sum.clamp(f32::MIN, f32::MAX);
     }
     if layer.kind == Kind::Tangent {
-        let nearest = (0..3).fold(0, |best, k| if weights[k] > weights[best] { k } else { best });
         out[3] = rows[nearest][3];
     }
     restrict(layer, out);
@@ -349,6 +351,6 @@ fn restrict(layer: &Layer, numbers: &mut [f32]) {
         }
         Kind::Color => numbers.iter_mut().for_each(|x| *x = x.clamp(0.0, layer.scale)),
         Kind::Luv => numbers[3] = numbers[3].clamp(0.0, layer.scale),
-        Kind::Texcoords | Kind::Linear | Kind::Joints => {}
+        Kind::Texcoords | Kind::Linear | Kind::Label | Kind::Joints => {}
     }
 }

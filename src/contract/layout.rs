@@ -38,8 +38,17 @@ pub enum Kind {
     Tangent,
     /// As they are.
     Linear,
+    /// Those of one corner.
+    Label,
     /// As many joints as weights.
     Joints,
+}
+
+impl Kind {
+    /// Whether there are names in it, which have no mean.
+    pub fn has_names(self) -> bool {
+        matches!(self, Self::Label | Self::Joints)
+    }
 }
 
 /// Where the numbers of a layer come from.
@@ -130,7 +139,7 @@ impl Layout {
         let unit = |share: f64, weight: f32| (share * diagonal * f64::from(weight)) as f32 * counts;
         let mut all: Vec<(Layer, bool)> = Vec::new();
         let mut add = |origin: Origin, kind: Kind, width: usize, factor: f32| {
-            let is_costed = factor > 0.0 && factor.is_finite() && kind != Kind::Joints && width <= 4;
+            let is_costed = factor > 0.0 && factor.is_finite() && !kind.has_names() && width <= 4;
             let scale = if is_costed { factor } else { 1.0 };
             all.push((Layer { origin, kind, first: 0, width, scale }, is_costed));
         };
@@ -164,7 +173,11 @@ impl Layout {
                 _ if dropped.channels => {}
                 ChannelKind::Tangent => add(origin, Kind::Tangent, 4, unit(NORMAL_UNIT, given.unwrap_or(0.0))),
                 ChannelKind::Joints => add(origin, Kind::Joints, channel.width, 0.0),
-                ChannelKind::Linear => {
+                ChannelKind::Label if given.is_none_or(|weight| weight <= 0.0) => {
+                    add(origin, Kind::Label, channel.width, 0.0)
+                }
+                // A label with a weight is an amount.
+                ChannelKind::Linear | ChannelKind::Label => {
                     let finite = || channel.values.iter().copied().filter(|x| x.is_finite());
                     let range = finite().fold(f32::NEG_INFINITY, f32::max) - finite().fold(f32::INFINITY, f32::min);
                     let factor = unit(COLOR_UNIT, given.unwrap_or(0.0)) / range;
@@ -192,7 +205,7 @@ impl Layout {
         (layout.costed, layout.summed, layout.width) = (used, used, used);
         for layer in carried {
             let averaged = match layer.kind {
-                Kind::Joints => None,
+                kind if kind.has_names() => None,
                 // But for its sign.
                 Kind::Tangent => Some(3),
                 _ => Some(layer.width),

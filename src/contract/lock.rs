@@ -42,8 +42,7 @@ impl Options {
             }
             Some(Lock::Channel(name)) => {
                 let channel = mesh.channels.iter().find(|channel| channel.name == *name).ok_or_else(|| {
-                    let known: Vec<&str> = mesh.channels.iter().map(|channel| channel.name.as_str()).collect();
-                    let known = if known.is_empty() { "none".into() } else { known.join(", ") };
+                    let known = mesh.channel_names();
                     Error::Parameter(format!("no channel '{name}' to lock vertices by: the mesh has {known}"))
                 })?;
                 let held = held.get_or_insert_with(|| vec![false; count]);

@@ -201,7 +201,8 @@ fn arranged(mesh: &Mesh, options: &Options, layers: Layers<'_>) -> Result<(Arran
         "a log holds one normal and one color a vertex: texture coordinates, creases, materials and channels are dropped".into()
     });
     let face_colors = mesh.face_colors.is_some().then(|| FACE_COLORS_DROPPED.into());
-    let warnings = arranged.warnings().chain(parts).chain(dropped).chain(face_colors).collect();
+    let weights = options.attributes.weights.warnings(mesh);
+    let warnings = arranged.warnings().chain(weights).chain(parts).chain(dropped).chain(face_colors).collect();
     Ok((arranged, warnings))
 }
 
