@@ -394,20 +394,21 @@ fn what_seams_refuse_does_not_fill_the_next_gate() {
     }
 }
 
-/// Differences of such numbers are infinite, along seams that hold and along others that yield.
 /// Three classes on a torus, with numbers that no mean of two others is.
 #[test]
 fn labels_are_those_of_a_corner() {
     const CLASSES: [f32; 3] = [7.0, 100.0, 16_777_215.0];
     let class = |p: DVec3| CLASSES[if p.x < 0.5 { 0 } else { usize::from(p.y > 0.3) + 1 }];
-    let found = |kind: ChannelKind, weight: f32| {
+    let found = |kind: ChannelKind, weight: Option<f32>| {
         let mut mesh = shapes::torus(96, 48);
         mesh.channels = vec![channel(&mesh, "class", kind, |p| vec![class(p), -class(p)])];
-        let weights = AttributeWeights { channels: [("class".into(), weight)].into(), ..AttributeWeights::default() };
+        let channels = weight.map(|weight| ("class".to_string(), weight)).into_iter().collect();
+        let weights = AttributeWeights { channels, ..AttributeWeights::default() };
         let mut found = run(&mesh, Attributes { weights, ..Attributes::default() }, 0.1).mesh;
         (found.channels.pop().expect("a channel"), found.positions)
     };
-    let (labels, positions) = found(ChannelKind::Label, 0.0);
+    let (labels, positions) = found(ChannelKind::Label, None);
+    assert_eq!(labels.kind, ChannelKind::Label);
     let is_class = |row: &[f32]| CLASSES.contains(&row[0]) && row[1] == -row[0];
     assert!(positions.len() < 500 && (0..positions.len()).all(|v| is_class(labels.row(v))));
     // Where nothing but one class is near, it stays.
@@ -415,9 +416,12 @@ fn labels_are_those_of_a_corner() {
     let far: Vec<usize> = (0..positions.len()).filter(|&v| is_far(&positions[v])).collect();
     assert!(far.len() > 100 && far.iter().all(|&v| labels.row(v)[0] == class(positions[v])));
     // Amounts have means, and so have labels that are given a weight.
-    for (kind, weight) in [(ChannelKind::Linear, 0.0), (ChannelKind::Label, 1e-3)] {
+    for (kind, weight) in
+        [(ChannelKind::Linear, Some(0.0)), (ChannelKind::Label, Some(1e-3)), (ChannelKind::Label, Some(0.0))]
+    {
         let (amounts, positions) = found(kind, weight);
-        assert!((0..positions.len()).any(|v| !is_class(amounts.row(v))), "{kind:?} {weight}");
+        assert!((0..positions.len()).any(|v| !is_class(amounts.row(v))), "{kind:?} {weight:?}");
+        assert_eq!(amounts.kind, ChannelKind::Linear);
     }
 }
 
@@ -432,6 +436,7 @@ fn a_weight_for_nothing_is_told() {
     assert_eq!(told, ["no channel 'haet' to give a weight to: the mesh has heat, TEXCOORD_1, TANGENT, JOINTS_0"]);
 }
 
+/// Differences of such numbers are infinite, along seams that hold and along others that yield.
 #[test]
 fn numbers_of_any_size_are_carried() {
     let wild = |texture: bool| {

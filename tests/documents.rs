@@ -6,7 +6,7 @@ use std::path::Path;
 use coarsen::Mesh;
 use coarsen::formats::{self, Document, Format, Scene, WriteOptions};
 use coarsen::math::{DVec3, Vec3};
-use coarsen::mesh::Materials;
+use coarsen::mesh::{Channel, ChannelKind, Materials};
 
 /// Two squares that meet in a crease, of two materials and three groups.
 const ROOF: &str = "mtllib two words.mtl\nmtllib second.mtl\no roof\nv 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 1\nv 1 2 0\nv 0 2 0\n\
@@ -146,6 +146,14 @@ fn ply_tells_what_it_does_not_read() {
             the element 'edge'";
         assert!(losses(&rich, format).iter().any(|warning| warning == expected), "{:?}", losses(&rich, format));
     }
+    // Whole numbers that would be taken for a color are not written under its names.
+    let mut mesh = mesh;
+    for name in ["diffuse_red", "diffuse_green", "diffuse_blue"] {
+        let values = vec![1.0, 2.0, 3.0];
+        mesh.channels.push(Channel { name: name.into(), kind: ChannelKind::Label, width: 1, values });
+    }
+    let written = text(&mesh, &Document::None, Format::Ply);
+    assert!(!written.contains("diffuse") && scene(&written, Format::Ply).mesh.colors.is_none(), "{written}");
     let plain = text_of("", "", "") + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
     assert_eq!(losses(&plain, Format::Ply), [""; 0]);
 }

@@ -5,7 +5,7 @@ mod support;
 
 use coarsen::backend::GpuOptions;
 use coarsen::contract::{Attributes, Dropped, Options};
-use coarsen::mesh::{Materials, shapes};
+use coarsen::mesh::{Defect, Materials, shapes, validate};
 use coarsen::{Budget, Device, Mesh, Method, Outcome, metrics, simplify};
 use support::engine::{bytes, cpu, gpu};
 use support::independent::topology;
@@ -64,6 +64,42 @@ fn each_layer_is_reduced_and_none_is_dropped() {
             assert!(apart.symmetric().rms < 0.01, "{material}: {apart:?}");
         }
     }
+}
+
+#[test]
+fn what_pruning_leaves_comes_apart_too() {
+    let mut mesh = layered(true);
+    let crumb = shapes::tetrahedron();
+    let first = mesh.positions.len() as u32;
+    mesh.positions.extend(crumb.positions.iter().map(|&p| 0.01 * p + 3.0));
+    mesh.faces.extend(crumb.faces.iter().map(|face| face.map(|v| v + first)));
+    mesh.materials.iter_mut().for_each(|materials| materials.of_face.resize(mesh.faces.len(), 1));
+    for weld in [None, Some(0.0)] {
+        let options = Options { prune: 0.05, weld, ..Options::default() };
+        let outcome = run(&cpu(1), &mesh, options, 0.1);
+        assert!(is_told(&outcome, "1 small parts dropped"), "{:?}", outcome.warnings);
+        assert!(outcome.mesh.faces.len() <= mesh.faces.len() / 10, "{weld:?}: {}", outcome.mesh.faces.len());
+        assert!((0..3).all(|material| !of_material(&outcome.mesh, material).faces.is_empty()));
+    }
+}
+
+#[test]
+fn only_faces_of_one_material_repeat_each_other() {
+    let mesh = layered(true);
+    let repeated = |mesh: &Mesh| {
+        let defects = validate(mesh);
+        defects.iter().filter(|defect| matches!(defect, Defect::DuplicateFace { .. })).count()
+    };
+    let count = mesh.faces.len() - shapes::icosphere(4).faces.len();
+    assert_eq!(repeated(&mesh), 0);
+    assert_eq!(repeated(&Mesh { materials: None, ..mesh.clone() }), count);
+    // With another defect, which takes a face out; and with materials that are no materials of this mesh.
+    let mut broken = mesh.clone();
+    broken.faces[0][0] = u32::MAX;
+    assert_eq!(repeated(&broken), 0);
+    let mut short = mesh;
+    short.materials.iter_mut().for_each(|materials| materials.of_face.clear());
+    assert_eq!(repeated(&short), count);
 }
 
 #[test]

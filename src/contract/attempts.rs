@@ -18,51 +18,55 @@ use super::{Attributes, Options, Placement, Seams};
 
 /// Runs a job.
 pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Vec<Outcome>> {
-    let mut left: Vec<usize> = (0..job.budgets.len()).collect();
-    let mut made: Vec<Option<Outcome>> = vec![None; job.budgets.len()];
+    let (all, diagonal, faces) = (job.budgets, job.mesh.diagonal(), job.mesh.faces.len());
+    let mut left: Vec<usize> = (0..all.len()).collect();
+    let mut made: Vec<Option<Outcome>> = vec![None; all.len()];
+    // The levels that a run reached in which seams hold.
+    let mut held = vec![false; all.len()];
     let (mut next, mut checkpoints) = (Some(Yields::Nothing), Checkpoints::default());
-    let (mut are_dear, mut from) = (false, 0);
+    let (mut are_dear, mut is_compared, mut from) = (false, false, 0);
     while let Some(least) = next {
         job.awake.rouse();
         let clock = Instant::now();
-        let budgets: Vec<Budget> = left.iter().map(|&index| job.budgets[index]).collect();
+        let budgets: Vec<Budget> = left.iter().map(|&index| all[index]).collect();
         let job = Job { budgets: &budgets, ..job };
-        let Attempt { prepared, yields, more, is_pressed } = Attempt::new(job, least, checkpoints.ahead(from))?;
-        let faces = job.mesh.faces.len();
+        let Attempt { prepared, yields, more, kept, is_pressed } = Attempt::new(job, least, checkpoints.ahead(from))?;
         let outcomes: Vec<Outcome> = if is_pressed {
             compared(job, prepared, &mut checkpoints, progress.as_deref_mut())?
         } else {
             let target = face_counts(&budgets, faces).map(|[least, _]| least);
             checkpoints.begin(&prepared, target, more, job.options);
             let outcomes = driver::run(job, prepared, &mut checkpoints, progress.as_deref_mut())?.into_iter().flatten();
-            let warning = if are_dear { Some(FARTHER_WITH_SEAMS) } else { yields.warning() };
+            let warning = if is_compared { Some(FARTHER_WITH_SEAMS) } else { yields.warning() };
             outcomes.map(|outcome| outcome.with_warning(warning)).collect()
         };
         let spent = clock.elapsed().as_secs_f64();
+        if is_compared {
+            keep_closer(&mut made, left.into_iter().zip(outcomes).collect(), spent);
+            break;
+        }
         let was_cancelled = outcomes.iter().any(|outcome| outcome.stop == StopReason::Cancelled);
-        // By this run, not by the best: where its seams hold nothing, others that yield do not help.
-        let all = || left.iter().zip(&outcomes).zip(&budgets);
-        let is_held = |((_, outcome), budget): &((&usize, &Outcome), &Budget)| may_help(outcome, budget, faces);
-        let mut again: Vec<usize> = all().filter(is_held).map(|((&index, _), _)| index).collect();
-        let was_dear =
-            std::mem::replace(&mut are_dear, again.is_empty() && yields < Yields::Seams && may_yield(job.options));
-        next = more;
-        let diagonal = job.mesh.diagonal();
-        are_dear &= all().any(|((_, outcome), budget)| are_pressing(outcome, budget, diagonal));
-        if are_dear {
+        let mut again = Vec::new();
+        for (index, outcome) in left.into_iter().zip(outcomes) {
+            // By this run, not by the best: where its seams hold nothing, others that yield do not help.
+            again.extend(may_help(&outcome, &all[index], faces).then_some(index));
+            held[index] = yields < Yields::Seams && is_seen(&outcome, &all[index], diagonal);
+            are_dear |= held[index] && are_pressing(&outcome, faces, kept);
+            keep(&mut made[index], outcome, spent);
+        }
+        (left, next) = (again, more);
+        if was_cancelled {
+            break;
+        }
+        // Where an error limit ends a level nobody knows with how many faces.
+        let may_compare = may_yield(job.options) && !all.iter().any(has_error);
+        if are_dear && may_compare && (left.is_empty() || next.is_none()) {
             // With what presses all levels that are as far off: none may be farther off than a coarser one.
-            let seen = |((_, outcome), budget): &((&usize, &Outcome), &Budget)| is_seen(outcome, budget, diagonal);
-            from = all().filter(seen).map(|((_, outcome), _)| outcome.mesh.faces.len()).fold(0, usize::max);
-            (next, again) = (Some(Yields::Seams), all().filter(seen).map(|((&index, _), _)| index).collect());
+            left = (0..all.len()).filter(|&index| held[index]).collect();
+            from = left.iter().filter_map(|&index| Some(made[index].as_ref()?.mesh.faces.len())).fold(0, usize::max);
+            (next, is_compared) = (Some(Yields::Seams), true);
         }
-        let outcomes = left.iter().copied().zip(outcomes);
-        if was_dear {
-            keep_closer(&mut made, outcomes.collect(), spent);
-        } else {
-            outcomes.for_each(|(index, outcome)| keep(&mut made[index], outcome, spent));
-        }
-        left = again;
-        if left.is_empty() || was_cancelled {
+        if left.is_empty() {
             break;
         }
     }
@@ -90,6 +94,8 @@ struct Attempt {
     yields: Yields,
     /// What yields if this is not enough.
     more: Option<Yields>,
+    /// How many faces more the seams that hold leave than there would be without them, at least.
+    kept: usize,
     /// Whether creases press, and a run in which they yield is to be compared with one in which they hold: its seams are not flagged.
     is_pressed: bool,
 }
@@ -107,6 +113,7 @@ impl Attempt {
         loop {
             let seams = prepared.seam_flags(mesh, yields, options);
             let held = prepared.least_faces(&seams);
+            let free = if seams.is_empty() { held } else { prepared.least_faces(&[]) };
             let next = more(&prepared, yields);
             // Charts keep faces that no flag tells of. Where parts keep as many anyway, all seams would yield for nothing.
             let charts_hold = || {
@@ -114,7 +121,7 @@ impl Attempt {
                 least.is_some_and(|[of_charts, of_materials]| of_charts > first && of_materials <= first)
             };
             let holds = || held > first || (yields == Yields::Corners && charts_hold());
-            if let Some(next) = next.filter(|_| prepared.least_faces(&[]) <= first && holds()) {
+            if let Some(next) = next.filter(|_| free <= first && holds()) {
                 yields = next;
                 continue;
             }
@@ -125,11 +132,12 @@ impl Attempt {
                 let by_creases = held.saturating_sub(prepared.least_faces(&without));
                 if (Pressure { by_creases, ..most }).is_on_any(budgets, faces) {
                     let (yields, more) = (Yields::Creases, Yields::Creases.more());
-                    return Ok(Self { prepared, yields, more, is_pressed: true });
+                    let kept = held.saturating_sub(by_creases + free);
+                    return Ok(Self { prepared, yields, more, kept, is_pressed: true });
                 }
             }
             prepared.flag_seams(mesh, &seams, yields);
-            return Ok(Self { prepared, yields, more: next, is_pressed: false });
+            return Ok(Self { prepared, yields, more: next, kept: held.saturating_sub(free), is_pressed: false });
         }
     }
 }

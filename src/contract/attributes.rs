@@ -20,7 +20,7 @@ pub struct AttributeWeights {
     /// Colors: a difference of 1, from black to full red, counts as a distance of this share of a fiftieth of the diagonal.
     pub color: f32,
     /// Further channels by name: the whole range of a channel counts as a distance of this share of a fiftieth of the
-    /// diagonal; texture coordinates and tangents as those above. Labels that have a weight are amounts.
+    /// diagonal; texture coordinates and tangents as those above. Labels that are given one, be it 0, are amounts.
     pub channels: Arc<[(String, f32)]>,
 }
 
@@ -65,8 +65,9 @@ pub enum ColorSpace {
 pub enum Seams {
     /// Where they would keep more faces than are asked for, they yield: creases first, then corners of other seams, then all.
     /// Where creases would keep more than a fifth of the faces asked for, and most of the others have to go, they yield if the
-    /// estimated error is lower then, but not under a limit to the error. On the way to one number of faces all yield where at
-    /// last seams refuse an eighth of the pairs and the estimated error is less than 0.7 times as great then.
+    /// estimated error is lower then, but not under a limit to the error. Where seams keep two
+    /// fifths of a third of the faces or fewer, or at last refuse an eighth of the pairs, all yield if the estimated error is less than 0.7 times
+    /// as great then.
     /// Textures do not fold for it, and materials stay closed. Not with [`Placement::Endpoint`](super::Placement::Endpoint),
     /// whose vertices are those of the input, nor where parts join, nor for a log.
     #[default]

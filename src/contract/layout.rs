@@ -173,9 +173,7 @@ impl Layout {
                 _ if dropped.channels => {}
                 ChannelKind::Tangent => add(origin, Kind::Tangent, 4, unit(NORMAL_UNIT, given.unwrap_or(0.0))),
                 ChannelKind::Joints => add(origin, Kind::Joints, channel.width, 0.0),
-                ChannelKind::Label if given.is_none_or(|weight| weight <= 0.0) => {
-                    add(origin, Kind::Label, channel.width, 0.0)
-                }
+                ChannelKind::Label if given.is_none() => add(origin, Kind::Label, channel.width, 0.0),
                 // A label with a weight is an amount.
                 ChannelKind::Linear | ChannelKind::Label => {
                     let finite = || channel.values.iter().copied().filter(|x| x.is_finite());

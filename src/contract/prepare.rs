@@ -13,9 +13,10 @@ use crate::mesh::arrange::{self, Arranged, NO_FACE_LEFT};
 use crate::mesh::cut::cut;
 use crate::mesh::fan::Fan;
 use crate::mesh::frame::Frame;
-use crate::mesh::layers::{Layers, separate};
+use crate::mesh::layers::Layers;
 use crate::mesh::orient::{Oriented, turn_to_agree};
 use crate::mesh::prune::prune;
+use crate::mesh::separate::separate;
 use crate::mesh::weld::{Welded, joined_attributes, weld_layers};
 use crate::mesh::{self, FACE_COLORS_DROPPED, Mesh};
 
@@ -181,7 +182,9 @@ fn arranged(mesh: &Mesh, options: &Options, layers: Layers<'_>) -> Result<(Arran
     if options.prune > 0.0 {
         let mut welded = weld(mesh, options.weld, layers);
         pruned = prune(&mut welded, options.prune);
-        arranged = Arranged::new(&welded.mesh, None, Layers::ONE);
+        let of_face = layers.of_faces(&welded.face_source);
+        let left = of_face.as_deref().map_or(Layers::ONE, Layers::numbered);
+        arranged = Arranged::new(&welded.mesh, None, left);
         let onto =
             |sources: &mut [u32], before: &[u32]| sources.iter_mut().for_each(|row| *row = before[*row as usize]);
         onto(&mut arranged.vertex_source, &welded.vertex_source);

@@ -6,10 +6,13 @@
 
 use crate::simplify::{Budget, Outcome, RoundRecord, StopReason};
 
-use super::pressure::has_error;
-
 /// The share of the pairs of a round from which those that seams and textures refuse press.
 const PRESSING: f64 = 0.125;
+/// The share of the faces asked for that seams keep by themselves from which they press: what stays locked is no pair that could be
+/// refused.
+const KEPT: f64 = 0.4;
+/// And only if so many times as many faces were there: before, the others have room, and no checkpoint is far enough ahead.
+const FAR: usize = 3;
 /// Rounds count from this many times as many faces as were asked for.
 const LATE: usize = 2;
 /// The estimated error that is looked at, of the diagonal: a run to the tenth of a percent has what it needs.
@@ -20,43 +23,50 @@ const CLOSER: f64 = 0.7;
 /// What the user is told where seams yield for that.
 pub const FARTHER_WITH_SEAMS: &str = "seams yield: the surface is estimated farther off with them";
 
-/// Whether an outcome is so far off that a run in which seams yield may be worth it. Under an error limit it is as far off as it may
-/// be.
+/// Whether an outcome is so far off that a run in which seams yield may be worth it.
 pub fn is_seen(outcome: &Outcome, budget: &Budget, diagonal: f64) -> bool {
-    let is_reached = outcome.stop == StopReason::FacesReached && budget.counts_faces() && !has_error(budget);
+    let is_reached = outcome.stop == StopReason::FacesReached && budget.counts_faces();
     is_reached && outcome.error_estimate > SEEN * diagonal
 }
 
-/// Whether seams pressed on the run of an outcome, and it is so far off that another in which they yield may be closer.
-pub fn are_pressing(outcome: &Outcome, budget: &Budget, diagonal: f64) -> bool {
+/// Whether seams pressed on the run of an outcome from so many faces, of which they keep some.
+pub fn are_pressing(outcome: &Outcome, faces: usize, kept: usize) -> bool {
     // Textures alone have nothing that could yield.
     let is_late = |round: &&RoundRecord| round.faces as usize <= LATE * outcome.mesh.faces.len();
     let late = outcome.rounds.iter().filter(is_late).filter(|round| round.blocked.seam > 0);
     let most = late.map(|round| (round.blocked.seam + round.blocked.texture) as f64 / round.pairs.max(1) as f64);
-    is_seen(outcome, budget, diagonal) && most.fold(0.0, f64::max) >= PRESSING
+    let left = outcome.mesh.faces.len();
+    let keep_many = kept as f64 >= KEPT * left as f64 && faces >= FAR * left;
+    keep_many || most.fold(0.0, f64::max) >= PRESSING
 }
 
-/// Of levels that were made, with seams that hold, and the `found` of them in which seams yield, under their numbers, keeps the closer
-/// ones; the latter took so many seconds more, and have to be closer by much, or no farther off than a coarser one that is. All of the
-/// former if the others were cancelled, as they are through.
-pub fn keep_closer(made: &mut [Option<Outcome>], mut found: Vec<(usize, Outcome)>, spent: f64) {
+/// Of levels that were made, and those `found` in which all seams yield, by their numbers, keeps the closer ones. The latter took so
+/// many seconds more, and have to be closer by much; by little where a coarser one is closer than what was made. All that were made
+/// if the others were cancelled, as they are through.
+pub fn keep_closer(made: &mut [Option<Outcome>], found: Vec<(usize, Outcome)>, spent: f64) {
     let was_cancelled = found.iter().any(|(_, yielding)| yielding.stop == StopReason::Cancelled);
-    found.sort_by_key(|(_, yielding)| yielding.mesh.faces.len());
-    // The least error of those taken that are coarser.
+    let mut others: Vec<Option<Outcome>> = vec![None; made.len()];
+    found.into_iter().for_each(|(level, yielding)| others[level] = Some(yielding));
+    let faces = |level: &Option<Outcome>| level.as_ref().map(|level| level.mesh.faces.len());
+    let mut levels: Vec<_> = made.iter_mut().zip(others).collect();
+    levels.sort_by_key(|(level, _)| faces(level));
+    // The least error of those that are coarser.
     let mut limit = f64::INFINITY;
-    for (level, yielding) in found {
-        let Some(mut held) = made[level].take() else { continue };
-        let error = yielding.error_estimate;
-        let is_closer = error <= CLOSER * held.error_estimate || held.error_estimate > limit;
-        made[level] = Some(if !was_cancelled && is_closer && yielding.stop == held.stop {
-            limit = limit.min(error);
-            yielding
-        } else {
-            if was_cancelled {
+    for (level, yielding) in levels {
+        let Some(mut held) = level.take() else { continue };
+        let most = if held.error_estimate > limit { 1.0 } else { CLOSER };
+        let is_closer = |yielding: &Outcome| {
+            !was_cancelled && yielding.stop == held.stop && yielding.error_estimate <= most * held.error_estimate
+        };
+        let is_found = yielding.is_some();
+        let kept = yielding.filter(is_closer).unwrap_or_else(|| {
+            if is_found && was_cancelled {
                 held.stop = StopReason::Cancelled;
             }
-            held.later(spent)
+            if is_found { held.later(spent) } else { held }
         });
+        limit = limit.min(kept.error_estimate);
+        *level = Some(kept);
     }
 }
 
@@ -89,18 +99,19 @@ mod tests {
         };
         let press = |rounds: &[[u64; 2]], error: f64, budget: Budget| {
             let rounds = rounds.iter().map(|&[faces, seam]| round(faces, seam)).collect();
-            are_pressing(&Outcome { rounds, ..with(StopReason::FacesReached, error) }, &budget, 1.0)
+            let outcome = Outcome { rounds, ..with(StopReason::FacesReached, error) };
+            is_seen(&outcome, &budget, 1.0) && are_pressing(&outcome, 60, 7)
         };
         let counted = Budget::faces(20);
         assert!(press(&[[40, 8], [22, 0]], 0.01, counted) && !press(&[[41, 8], [22, 7]], 0.01, counted));
-        assert!(!press(&[[40, 8]], 1e-3, counted) && !press(&[[40, 8]], 0.01, Budget { error: Some(0.1), ..counted }));
+        assert!(!press(&[[40, 8]], 1e-3, counted));
         let folded = Outcome {
             rounds: vec![RoundRecord { blocked: Blocked { texture: 70, ..Blocked::default() }, ..round(30, 0) }],
             ..with(StopReason::FacesReached, 0.01)
         };
-        assert!(!are_pressing(&folded, &counted, 1.0));
-        let stuck = Outcome { rounds: vec![round(30, 70)], ..with(StopReason::Stuck, 0.01) };
-        assert!(!are_pressing(&stuck, &counted, 1.0));
+        let keep_many = [[60, 7], [59, 8], [60, 8]].map(|[faces, kept]| are_pressing(&folded, faces, kept));
+        assert_eq!(keep_many, [false, false, true]);
+        assert!(!is_seen(&with(StopReason::Stuck, 0.01), &counted, 1.0));
     }
 
     /// Which of levels are taken, from such ends and errors with seams that hold and with those that yield; the finest first.
@@ -130,6 +141,22 @@ mod tests {
         let is_taken = |yielding: (StopReason, f64)| taken([1.0], [yielding]) == [true];
         assert!(is_taken((FacesReached, 0.7)) && !is_taken((FacesReached, 0.71)));
         assert!(!is_taken((Stuck, 0.1)) && !is_taken((Cancelled, 0.1)));
+    }
+
+    /// The coarsest had been stuck, and was made again by itself.
+    #[test]
+    fn levels_that_are_not_compared_count_too() {
+        let level = |faces: usize, error: f64| {
+            let mut outcome = with(StopReason::FacesReached, error);
+            outcome.mesh.faces.truncate(faces);
+            outcome
+        };
+        let kept = |coarsest: f64| {
+            let mut made = vec![Some(level(20, 1.0)), Some(level(10, coarsest))];
+            keep_closer(&mut made, vec![(0, level(20, 0.8))], 2.0);
+            [0, 1].map(|level| made[level].as_ref().map(|level| level.error_estimate))
+        };
+        assert_eq!([0.9, 1.1].map(kept), [[Some(0.8), Some(0.9)], [Some(1.0), Some(1.1)]]);
     }
 
     #[test]
@@ -205,19 +232,23 @@ mod tests {
     #[test]
     fn levels_of_a_chain_are_compared_as_one_number_is() {
         let (globe, device) = (globe(), Device::cpu(1).expect("a device"));
-        let chain = |seams: Seams| {
-            let mut options = Options::default();
-            options.attributes.seams = seams;
-            let levels = [Budget::faces(1400), Budget::faces(400), Budget::faces(140)];
-            run(&globe, &options, &levels, &device, None).expect("a valid mesh")
-        };
-        let (found, held) = (chain(Seams::Yield), chain(Seams::Hold));
-        let is_told = |outcome: &Outcome| outcome.warnings.iter().any(|warning| warning == FARTHER_WITH_SEAMS);
-        assert_eq!([0, 1, 2].map(|level| found[level].mesh.faces.len()), [1400, 400, 140]);
-        let errors = [0, 1, 2].map(|level| found[level].error_estimate);
-        assert!(errors.is_sorted(), "{errors:?}");
-        assert!(is_told(&found[2]) && !is_told(&found[0]));
-        assert_eq!(found[0].mesh, held[0].mesh);
-        assert!(found[2].error_estimate < 0.5 * held[2].error_estimate);
+        // Also where the coarsest is stuck with seams that hold, and is made again by itself.
+        for (coarsest, is_stuck) in [(200, false), (60, true)] {
+            let chain = |seams: Seams| {
+                let mut options = Options::default();
+                options.attributes.seams = seams;
+                let levels = [1400, 400, 240, coarsest].map(Budget::faces);
+                run(&globe, &options, &levels, &device, None).expect("a valid mesh")
+            };
+            let (found, held) = (chain(Seams::Yield), chain(Seams::Hold));
+            assert_eq!(held[3].stop == StopReason::Stuck, is_stuck);
+            assert_eq!([0, 1, 2, 3].map(|level| found[level].mesh.faces.len()), [1400, 400, 240, coarsest]);
+            let is_told = |outcome: &Outcome| outcome.warnings.iter().any(|warning| warning == FARTHER_WITH_SEAMS);
+            assert_eq!([0, 2, 3].map(|level| is_told(&found[level])), [false, true, !is_stuck]);
+            assert_eq!(found[0].mesh, held[0].mesh);
+            assert!(found[2].error_estimate < 0.5 * held[2].error_estimate);
+            let errors = [0, 1, 2, 3].map(|level| found[level].error_estimate);
+            assert!(errors.is_sorted(), "{errors:?}");
+        }
     }
 }

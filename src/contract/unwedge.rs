@@ -5,10 +5,10 @@ use bytemuck::Pod;
 use rayon::prelude::*;
 
 use crate::math::Vec2;
-use crate::mesh::{Channel, Mesh};
+use crate::mesh::{Channel, ChannelKind, Mesh};
 
 use super::carry::MOVED_FROM;
-use super::layout::{Layer, Origin};
+use super::layout::{Kind, Layer, Origin};
 use super::ranks::Ranks;
 use super::restore::{Placed, ROWS};
 use super::wedges::{NO_VERTEX, Wedges};
@@ -111,7 +111,10 @@ impl<'a> Split<'a> {
                 Origin::Channel(number) => {
                     let channel = &self.input.channels[number];
                     let values = self.rows(layer, |v| channel.row(v));
-                    mesh.channels.push(Channel { values, name: channel.name.clone(), ..*channel });
+                    // Labels that were given a weight have become amounts.
+                    let is_amount = channel.kind == ChannelKind::Label && layer.kind == Kind::Linear;
+                    let kind = if is_amount { ChannelKind::Linear } else { channel.kind };
+                    mesh.channels.push(Channel { values, kind, name: channel.name.clone(), ..*channel });
                 }
             }
         }

@@ -32,6 +32,7 @@ pub mod prune;
 mod regions;
 mod repeated;
 pub mod samples;
+pub(crate) mod separate;
 pub mod shapes;
 pub mod survey;
 pub mod topology;

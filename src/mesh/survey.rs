@@ -7,7 +7,8 @@ use super::adjacency::Rings;
 use super::cut::cut;
 use super::disjoint::DisjointSets;
 use super::fan::{Fan, fans};
-use super::layers::{Layers, separate};
+use super::layers::Layers;
+use super::separate::separate;
 use super::topology::{Components, Stars, Topology, topology_of};
 use super::{Mesh, PARALLEL_ROWS, orient, take, weld};
 

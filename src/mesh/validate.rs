@@ -34,7 +34,7 @@ pub enum Defect {
         /// The face.
         face: u32,
     },
-    /// The same corners in the same turning sense as a lower face.
+    /// The same corners in the same turning sense as a lower face of its material.
     DuplicateFace {
         /// The higher face.
         face: u32,
@@ -96,13 +96,18 @@ pub fn validate(mesh: &Mesh) -> Vec<Defect> {
     let positions = (0..).zip(&mesh.positions);
     defects.extend(positions.filter(|(_, p)| !p.is_finite()).map(|(vertex, _)| Defect::NonFinite { vertex }));
 
+    let layers = Layers::new(mesh.materials.as_ref());
     if defects.iter().any(|defect| matches!(defect, Defect::IndexOutOfRange { .. })) {
         let (ids, faces): (Vec<u32>, Vec<[u32; 3]>) =
             (0..).zip(&mesh.faces).filter(|(_, corners)| corners.iter().all(|&v| in_range(v))).unzip();
         let sound = Mesh::new(mesh.positions.clone(), faces);
-        defects.extend(surface_defects(&sound).into_iter().map(|defect| defect.with_face(|face| ids[face as usize])));
+        let of_face = layers.of_faces(&ids);
+        let layers = of_face.as_deref().map_or(Layers::ONE, Layers::numbered);
+        defects.extend(
+            surface_defects(&sound, layers).into_iter().map(|defect| defect.with_face(|face| ids[face as usize])),
+        );
     } else {
-        defects.extend(surface_defects(mesh));
+        defects.extend(surface_defects(mesh, layers));
     }
     defects
 }
@@ -118,15 +123,14 @@ impl Defect {
     }
 }
 
-fn surface_defects(mesh: &Mesh) -> Vec<Defect> {
+fn surface_defects(mesh: &Mesh, layers: Layers<'_>) -> Vec<Defect> {
     let faces = &mesh.faces;
     let rings = Rings::new(faces, mesh.positions.len());
     let of_faces =
         |bad: &dyn Fn(usize) -> bool| (0..faces.len()).filter(|&f| bad(f)).map(|f| f as u32).collect::<Vec<_>>();
     let repeated = of_faces(&|f| has_repeated_corner(&faces[f]));
     let flat = of_faces(&|f| !has_repeated_corner(&faces[f]) && has_no_area(mesh, f));
-    let duplicates =
-        Twins::new(faces.len(), mesh.positions.len(), |f| faces[f], Layers::new(mesh.materials.as_ref())).duplicates;
+    let duplicates = Twins::new(faces.len(), mesh.positions.len(), |f| faces[f], layers).duplicates;
 
     let (mut crowded, mut misoriented, mut folded) = (Vec::new(), Vec::new(), Vec::new());
     let mut scratch = Vec::new();

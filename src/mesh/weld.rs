@@ -14,7 +14,8 @@ use crate::math::{DVec3, Vec3};
 /// A welded mesh, and where each of its parts comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Welded {
-    /// No repeated positions (within the tolerance), no unreferenced vertices, no repeated corners, no duplicate faces.
+    /// No repeated positions (within the tolerance), no unreferenced vertices, no repeated corners, no duplicate faces of one
+    /// material.
     pub mesh: Mesh,
     /// The lowest input vertex joined into each vertex; strictly ascending.
     pub vertex_source: Vec<u32>,
@@ -132,8 +133,16 @@ pub(crate) struct Twins {
     pub opposites: Vec<[u32; 2]>,
 }
 
-/// A face under its lowest corner: the other two in order, whether they were swapped for that, its layer, and the face itself.
-type UnderLowest = (u32, u32, bool, u32, u32);
+/// A face under its lowest corner; in the order of its fields.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct UnderLowest {
+    /// The other two, in order.
+    corners: [u32; 2],
+    /// Whether they were swapped for that.
+    is_swapped: bool,
+    layer: u32,
+    face: u32,
+}
 
 impl Twins {
     /// Compares every face with the others of the same lowest corner: on average two.
@@ -179,17 +188,18 @@ impl Twins {
         under.clear();
         under.extend(row.iter().filter_map(|&f| {
             let [_, next, last] = super::adjacency::from_corner(face(f as usize), lowest)?;
-            Some((next.min(last), next.max(last), last < next, layers.of(f), f))
+            let corners = [next.min(last), next.max(last)];
+            Some(UnderLowest { corners, is_swapped: last < next, layer: layers.of(f), face: f })
         }));
         under.sort_unstable();
-        for same in under.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).filter(|same| same.len() > 1) {
+        for same in under.chunk_by(|a, b| a.corners == b.corners).filter(|same| same.len() > 1) {
             // Those of one sense come first.
-            let turn = same.partition_point(|row| row.2 == same[0].2);
+            let turn = same.partition_point(|under| under.is_swapped == same[0].is_swapped);
             let (one, other) = same.split_at(turn);
-            let repeated = |two: &&[UnderLowest]| two[0].3 == two[1].3;
+            let repeated = |two: &&[UnderLowest]| two[0].layer == two[1].layer;
             let of_senses = [one, other].into_iter().flat_map(|sense| sense.windows(2).filter(repeated));
-            self.duplicates.extend(of_senses.map(|two| two[1].4));
-            let lowest = |sense: &[UnderLowest]| sense.iter().map(|row| row.4).min();
+            self.duplicates.extend(of_senses.map(|two| two[1].face));
+            let lowest = |sense: &[UnderLowest]| sense.iter().map(|under| under.face).min();
             if let (Some(one), Some(other)) = (lowest(one), lowest(other)) {
                 self.opposites.push([one, other]);
             }

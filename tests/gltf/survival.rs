@@ -159,6 +159,41 @@ fn whole_numbers_stay_what_they_were() {
 }
 
 #[test]
+fn what_is_an_amount_anywhere_is_one_everywhere() {
+    for is_whole_first in [true, false] {
+        let mut builder = square();
+        let whole = builder.accessor(&[0; 16], U8, 4, "SCALAR");
+        let view = builder.json["accessors"][whole]["bufferView"].as_u64().expect("a view") as usize;
+        builder.json["bufferViews"][view]["byteStride"] = 4.into();
+        let parts = builder.floats(&[[0.5], [1.0], [0.0], [0.25]]);
+        let first = builder.json["meshes"][0]["primitives"][0].clone();
+        builder.json["meshes"][0]["primitives"] = json!([first, first]);
+        let [one, other] = if is_whole_first { [whole, parts] } else { [parts, whole] };
+        builder.json["meshes"][0]["primitives"][0]["attributes"]["_HEAT"] = one.into();
+        builder.json["meshes"][0]["primitives"][1]["attributes"]["_HEAT"] = other.into();
+        assert_eq!(builder.mesh_read().channels[0].kind, ChannelKind::Linear, "{is_whole_first}");
+    }
+}
+
+#[test]
+fn labels_of_other_formats_stay_labels_where_vertices_may_have_them() {
+    let kinds = [[-1.0, 5.0], [0.0, 200.0], [-200.0, 7.0], [0.0, 65_535.0], [0.0, 65_536.0]].map(|[low, high]| {
+        let mut mesh = square().mesh_read();
+        let values = vec![low, high, low, high];
+        mesh.channels = vec![Channel { name: "class".into(), kind: ChannelKind::Label, width: 1, values }];
+        let mut bytes = Vec::new();
+        formats::write_scene_to(&mesh, &Document::None, Format::Glb, &WriteOptions::default(), &mut bytes)
+            .expect("written");
+        let found = formats::read_bytes(&bytes, Format::Glb).expect("a good file");
+        assert_eq!(found.channels[0].values, mesh.channels[0].values);
+        found.channels[0].kind
+    });
+    let mut expected = [ChannelKind::Label; 5];
+    expected[4] = ChannelKind::Linear;
+    assert_eq!(kinds, expected);
+}
+
+#[test]
 fn a_primitive_without_faces_goes_and_its_node_stays() {
     let mut builder = square();
     let (positions, indices) = (builder.floats(&SQUARE), builder.indices(&[0, 1, 2]));

@@ -13,7 +13,8 @@ pub struct Attributes {
     /// along and decides nothing. 'normal': a difference of 1, about a radian, is a thousandth of the diagonal. 'uv': a slip of the
     /// texture along the surface counts as its length. 'color': a difference of 1, from black to full red, is a
     /// fiftieth of the diagonal. A further channel by its name, which counts 0 unless it is given: its whole range is a
-    /// fiftieth of the diagonal; whole numbers are labels, unless they are given, and are not blended. For --metric volume; 'plane' carries attributes along.
+    /// fiftieth of the diagonal; whole numbers that are
+    /// not given are labels, which are not blended. For --metric volume; 'plane' carries attributes along.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::weight_of)]
     pub attribute_weights: Vec<(String, f32)>,
 
@@ -44,8 +45,8 @@ pub struct Attributes {
     /// asked for. With 'yield' they give way, which a warning tells: creases first, then corners of other seams, then all;
     /// textures do not fold for it, and materials stay closed. Where creases would keep more than a fifth of the faces
     /// asked for, and most of the others have to go, a run in which they yield is compared with one in which they hold, and
-    /// taken if its estimated error is lower; and where seams refuse an eighth of the pairs at last, one in which all yield is
-    /// taken if it is less than 0.7 times as far off; not under a limit to the error. With 'hold', and with --placement
+    /// taken if its estimated error is lower; and where seams keep two fifths of a third of the faces or fewer, or refuse an eighth of
+    /// the pairs at last, one in which all yield is taken if it is less than 0.7 times as far off; not under a limit to the error. With 'hold', and with --placement
     /// endpoint or --join-within, the run ends with the faces that are left.
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = Seams::Yield, hide_possible_values = true, hide_default_value = true)]
     pub seams: Seams,

@@ -102,7 +102,8 @@ fn attributes_of(mesh: &Mesh) -> Vec<Attribute> {
             ChannelKind::Texcoords | ChannelKind::Tangent => channel.name.clone(),
         };
         let place = Place::Channel(channel.name.clone(), channel.kind);
-        let number = if channel.kind == ChannelKind::Label { Number::U16 } else { Number::F32 };
+        let is_label = channel.kind == ChannelKind::Label;
+        let number = if is_label { Number::of_whole(&channel.values) } else { Number::F32 };
         attributes.push(of((true, &semantic, place, channel.width, number)));
     }
     attributes

@@ -67,6 +67,12 @@ impl Number {
         }
     }
 
+    /// The smallest type for whole numbers of a vertex; that of fractions where none has room for all.
+    pub(super) fn of_whole(numbers: &[f32]) -> Self {
+        let has_room = |number: &Self| number.pack_whole(numbers.iter().copied()).is_some();
+        [Self::U8, Self::I8, Self::U16, Self::I16].into_iter().find(has_room).unwrap_or(Self::F32)
+    }
+
     /// Whole numbers as bytes; `None` where one is none that this type has, or the type is none that vertices may have whole.
     pub(super) fn pack_whole(self, numbers: impl Iterator<Item = f32>) -> Option<Vec<u8>> {
         let (least, greatest) = match self {

@@ -59,7 +59,13 @@ impl Assembly {
         for attribute in attributes() {
             match &attribute.place {
                 Place::Channel(name, kind) => match mesh.channels.iter_mut().find(|channel| channel.name == *name) {
-                    Some(channel) => channel.width = channel.width.max(attribute.width),
+                    Some(channel) => {
+                        channel.width = channel.width.max(attribute.width);
+                        // What is an amount anywhere is one everywhere.
+                        if channel.kind == ChannelKind::Label {
+                            channel.kind = *kind;
+                        }
+                    }
                     None => mesh.channels.push(empty(name, *kind, attribute.width)),
                 },
                 Place::Joints(set) | Place::Weights(set) => sets = sets.max(set + 1),

@@ -158,7 +158,7 @@ impl File {
                     return attribute.target.map(|_| self.zeros(keys.len(), attribute));
                 };
                 let row = |v| &channel.row(v)[..*width];
-                let packed = (*kind == ChannelKind::Label)
+                let packed = (channel.kind == ChannelKind::Label)
                     .then(|| attribute.number.pack_whole(rows().flat_map(row).copied()))
                     .flatten();
                 if let Some(packed) = packed {

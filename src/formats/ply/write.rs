@@ -54,9 +54,12 @@ fn columns<'a>(mesh: &'a Mesh, own: Option<Property<'a>>) -> Vec<Column<'a>> {
     }
     // The last of a name counts, and none of those that mean something else.
     let names: Vec<String> = columns.iter().map(|column| column.name.clone()).collect();
-    // Whole numbers are no places in a texture, nor normals.
-    let is_there = |name: &&str| columns.iter().any(|column| column.name == *name && !column.is_whole);
-    let standard = STANDARD.iter().filter(|(names, _)| is_own(names, mesh) || names.iter().all(is_there));
+    let has = |name: &str, may_be_whole: bool| {
+        columns.iter().any(|column| column.name == name && (may_be_whole || !column.is_whole))
+    };
+    // Places in a texture are no whole numbers.
+    let are_there = |names: &[&str]| names.iter().all(|name| has(name, names.len() == 3));
+    let standard = STANDARD.iter().filter(|(names, _)| is_own(names, mesh) || are_there(names));
     let taken: Vec<&str> = standard.flat_map(|(names, more)| names.iter().chain(*more)).copied().collect();
     let mut place = 0;
     columns.retain(|column| {
