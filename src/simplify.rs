@@ -65,7 +65,7 @@ impl Budget {
         Self { faces: Some(faces), ..Self::default() }
     }
 
-    /// Stop when this fraction of the faces is left.
+    /// Stop when this fraction of the faces is left, one at least unless it is 0.
     pub fn keep(fraction: f64) -> Self {
         Self { keep: Some(fraction), ..Self::default() }
     }

@@ -122,8 +122,7 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
 pub fn begin(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     arrange::check(mesh, options.weld)?;
     let clock = std::time::Instant::now();
-    let kept = mesh.materials.as_ref().filter(|_| options.cuts() && !options.attributes.dropped.materials);
-    let layers = Layers::new(kept);
+    let layers = options.layers(mesh);
     let (arranged, mut warnings) = arranged(mesh, options, layers)?;
     let weld_secs = clock.elapsed().as_secs_f64();
 
@@ -166,6 +165,14 @@ pub fn begin(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     prepared.place(&mesh.positions, &faces, held.as_deref().unwrap_or_default(), options);
     prepared.faces = faces.into_iter().map(|[a, b, c]| Face { a, b, c }).collect();
     Ok(prepared)
+}
+
+impl Options {
+    /// Which faces may be repetitions of each other: all, where nothing is cut apart or no material is kept to tell them by.
+    fn layers<'a>(&self, mesh: &'a Mesh) -> Layers<'a> {
+        let keeps_materials = !(self.attributes.dropped.materials || self.attributes.smooth);
+        Layers::new(mesh.materials.as_ref().filter(|_| self.cuts() && keeps_materials))
+    }
 }
 
 fn check_count(vertices: usize) -> Result<()> {

@@ -41,7 +41,8 @@ pub struct Welded {
 /// transitive: a row of vertices each within the tolerance of the next becomes one vertex. The lowest input vertex gives the
 /// position; vertices and faces keep their order. Normals and colors of joined vertices are averaged; normals that cancel
 /// out fall back to that of the lowest vertex. Texture coordinates stay with their corners, so that seams are kept, and colors
-/// and materials of faces with their faces. Channels are those of the lowest vertex.
+/// and materials of faces with their faces. Channels are those of the lowest vertex. Of faces with the same corners in the same
+/// sense the lowest of each material stays.
 pub fn weld(mesh: &Mesh, tolerance: f64) -> Welded {
     weld_layers(mesh, tolerance, Layers::new(mesh.materials.as_ref()))
 }
