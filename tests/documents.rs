@@ -158,6 +158,37 @@ fn ply_tells_what_it_does_not_read() {
     assert_eq!(losses(&plain, Format::Ply), [""; 0]);
 }
 
+/// Older programs write names in Latin-1: one letter apart they are two, find their library, and get back as they were.
+#[test]
+fn names_in_latin1_stay_apart() {
+    let text = b"mtllib t\xfcr.mtl\no t\xfcr\nusemtl gr\xfcn\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nusemtl gr\xe4n\nf 2 4 3\n";
+    let Scene { mesh, document } = formats::read_scene_bytes(text, Format::Obj, None).expect("a scene");
+    let materials = mesh.materials.as_ref().expect("materials");
+    assert_eq!(materials.names, ["grün\no tür", "grän\no tür"]);
+    let mut written = Vec::new();
+    formats::write_scene_to(&mesh, &document, Format::Obj, &WriteOptions::default(), &mut written).expect("written");
+    for line in [&b"mtllib t\xfcr.mtl\n"[..], b"o t\xfcr\n", b"usemtl gr\xfcn\n", b"usemtl gr\xe4n\n"] {
+        assert!(written.windows(line.len()).any(|window| window == line), "{}", written.escape_ascii());
+    }
+    // A text without any such name is UTF-8, and stays it.
+    let utf8 = "usemtl grün\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let Scene { mesh, document } = scene(utf8, Format::Obj);
+    assert!(self::text(&mesh, &document, Format::Obj).contains("usemtl grün\n"));
+    // Libraries are read alike, whichever of the two they are in.
+    let folder = tempfile::tempdir().expect("a folder");
+    for library in [&b"newmtl gr\xfcn\nKd 0 1 0\n"[..], "newmtl grün\nKd 0 1 0\n".as_bytes()] {
+        fs::write(folder.path().join("tür.mtl"), library).expect("written");
+        let Scene { mesh, document } =
+            formats::read_scene_bytes(text, Format::Obj, Some(folder.path())).expect("a scene");
+        let mut glb = Vec::new();
+        formats::write_scene_to(&mesh, &document, Format::Gltf, &WriteOptions::default(), &mut glb).expect("written");
+        let json: serde_json::Value = serde_json::from_slice(&glb).expect("JSON");
+        let green = json["materials"].as_array().into_iter().flatten().find(|material| material["name"] == "grün");
+        let color = &green.expect("the material")["pbrMetallicRoughness"]["baseColorFactor"];
+        assert_eq!(*color, serde_json::json!([0.0, 1.0, 0.0, 1.0]));
+    }
+}
+
 #[test]
 fn losses_are_told() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -168,4 +199,24 @@ fn losses_are_told() {
     };
     assert!(losses("same.obj").is_empty());
     assert!(losses("other.ply")[0].contains("libraries"));
+    assert_eq!(losses("other.stl")[1], "texture coordinates are not written: STL has none");
+}
+
+#[test]
+fn what_a_format_lacks_is_told() {
+    let groups = ROOF.lines().filter(|line| !line.starts_with("mtllib")).collect::<Vec<_>>().join("\n");
+    let painted = "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nf 1 2 3\n";
+    for (text, format, expected) in [
+        (&*groups, Format::Ply, "materials and groups are not written: PLY has none"),
+        (&*groups, Format::Off, "materials and groups, texture coordinates are not written: OFF has none"),
+        (&*groups, Format::Obj, ""),
+        (painted, Format::Stl, "colors are not written: STL has none"),
+        (painted, Format::Off, ""),
+        (painted, Format::Glb, ""),
+    ] {
+        let Scene { mesh, document } = scene(text, Format::Obj);
+        let losses = formats::write_scene_to(&mesh, &document, format, &WriteOptions::default(), &mut Vec::new())
+            .expect("written");
+        assert_eq!(losses.join("; "), expected, "{format:?}");
+    }
 }

@@ -194,7 +194,7 @@ fn skins_and_targets_are_told() {
     };
     let skinned = "joints of skins, displacements of morph targets";
     assert_eq!(losses("a.obj"), format!("{skinned}, tangents are not written: OBJ has none"));
-    assert_eq!(losses("a.stl"), format!("{skinned}, tangents are not written: STL has none"));
+    assert_eq!(losses("a.stl"), format!("texture coordinates, {skinned}, tangents are not written: STL has none"));
     assert_eq!(losses("a.glb"), format!("{skinned} are not written: the input has no nodes for them"));
     assert_eq!(losses("a.ply"), "");
 }

@@ -4,7 +4,7 @@ mod support;
 
 use std::collections::BTreeMap;
 
-use coarsen::formats::{self, Format, WriteOptions};
+use coarsen::formats::{self, Document, Format, Scene, WriteOptions};
 use coarsen::math::{DVec3, Vec3};
 use coarsen::mesh::{Normals, Polygons, sample, shapes};
 use coarsen::papers::light;
@@ -83,7 +83,7 @@ fn read_back(name: &str, mesh: &Mesh, polygons: &Polygons) -> [Mesh; 3] {
         is_ascii = !is_ascii;
         let mut bytes = Vec::new();
         let options = WriteOptions { ascii: is_ascii };
-        formats::write_polygons_to(mesh, polygons, format, &options, &mut bytes).expect("polygons");
+        formats::write_polygons_to(mesh, polygons, &Document::None, format, &options, &mut bytes).expect("polygons");
         let rows = bytes.split(|&b| b == b'\n').filter(|row| row.starts_with(line.as_bytes()));
         match format {
             Format::Obj => assert_eq!(rows.count(), polygons.len(), "{name}"),
@@ -209,8 +209,15 @@ fn plates_of_many_holes_are_read_back() {
             assert_same_surface(&name, &outcome.mesh, polygons(&outcome), 1e-6);
             let mut bytes = Vec::new();
             let options = WriteOptions::default();
-            formats::write_polygons_to(&outcome.mesh, polygons(&outcome), Format::Ply, &options, &mut bytes)
-                .expect("polygons");
+            formats::write_polygons_to(
+                &outcome.mesh,
+                polygons(&outcome),
+                &Document::None,
+                Format::Ply,
+                &options,
+                &mut bytes,
+            )
+            .expect("polygons");
             let property = format!("property list {counts} int vertex_indices\n");
             assert!(bytes.windows(property.len()).any(|window| window == property.as_bytes()), "{name}");
         }
@@ -254,8 +261,15 @@ fn attributes_go_along() {
     // Normals that bend would hold the faces along the edges.
     let outcome = run(&mesh, &Options { normals: Normals::Recompute, ..coplanar() });
     let mut bytes = Vec::new();
-    formats::write_polygons_to(&outcome.mesh, polygons(&outcome), Format::Ply, &WriteOptions::default(), &mut bytes)
-        .expect("polygons");
+    formats::write_polygons_to(
+        &outcome.mesh,
+        polygons(&outcome),
+        &Document::None,
+        Format::Ply,
+        &WriteOptions::default(),
+        &mut bytes,
+    )
+    .expect("polygons");
     let read = formats::read_bytes(&bytes, Format::Ply).expect("a mesh");
     assert_eq!((read.colors, read.face_colors), (outcome.mesh.colors, outcome.mesh.face_colors));
     let off = |(a, b): (&Vec3, &Vec3)| (*a - *b).length();
@@ -268,7 +282,7 @@ fn wrong_uses_are_refused() {
     let outcome = run(&cube(2), &coplanar());
     let (mesh, polygons) = (&outcome.mesh, polygons(&outcome));
     let to = |format, polygons: &Polygons| {
-        formats::write_polygons_to(mesh, polygons, format, &WriteOptions::default(), &mut Vec::new())
+        formats::write_polygons_to(mesh, polygons, &Document::None, format, &WriteOptions::default(), &mut Vec::new())
     };
     for format in [Format::Stl, Format::Off] {
         let error = to(format, polygons).expect_err("no polygons");
@@ -276,4 +290,26 @@ fn wrong_uses_are_refused() {
     }
     let fewer = Polygons { starts: polygons.starts[..6].to_vec(), corners: polygons.corners[..20].to_vec() };
     assert!(matches!(to(Format::Obj, &fewer), Err(Error::Mesh(_))));
+}
+
+/// What the input says beside its faces goes along with polygons as with triangles.
+#[test]
+fn materials_keep_their_library() {
+    let text =
+        "mtllib things.mtl\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nvt 0 0\nusemtl red\nf 1/1 2/1 3/1\nf 1/1 3/1 4/1\n";
+    let Scene { mesh, document } = formats::read_scene_bytes(text.as_bytes(), Format::Obj, None).expect("a scene");
+    let outcome = run(&mesh, &coplanar());
+    let mut bytes = Vec::new();
+    let losses = formats::write_polygons_to(
+        &outcome.mesh,
+        polygons(&outcome),
+        &document,
+        Format::Obj,
+        &WriteOptions::default(),
+        &mut bytes,
+    );
+    let written = String::from_utf8(bytes).expect("text");
+    assert!(written.contains("mtllib things.mtl\n") && written.contains("usemtl red\nf 1 2 3 4\n"), "{written}");
+    let told = ["texture coordinates are not written: they belong to triangles, not to polygons"];
+    assert_eq!(losses.expect("written"), told);
 }

@@ -109,6 +109,7 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
     interrupt::listen();
     let clock = Instant::now();
     let Scene { mesh: input, document } = job.source.read_scene()?;
+    job.sink.check_against(&document)?;
     let log = CollapseLog::read(&job.log).map_err(|error| at(&job.log, error))?;
     let read = clock.elapsed().as_secs_f64();
 

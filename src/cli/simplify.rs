@@ -29,6 +29,7 @@ pub fn run(job: Job) -> anyhow::Result<Exit> {
         return parts::run(&job, &input, &options, &device);
     }
     let (Scene { mesh: input, document }, read) = setup.read(&device)?;
+    job.sink.check_against(&document)?;
     let device = setup.within_limit(&input, slice::from_ref(&job.budget), device)?;
     let method = weights::method(setup)?;
     weights::write_features(setup, &input, &device)?;
@@ -53,10 +54,11 @@ pub fn run(job: Job) -> anyhow::Result<Exit> {
 /// Writes the result with what the input said beside its mesh, and its log and its regions where they are asked for.
 pub fn write(job: &Job, document: &Document, outcome: &Outcome) -> anyhow::Result<()> {
     let Job { setup, sink, .. } = job;
-    match outcome.regions.as_ref().filter(|_| job.polygons) {
-        Some(regions) => sink.write_polygons(&outcome.mesh, &regions.polygons, &setup.writing)?,
-        None => warn_of_losses(setup.verbosity, &setup.source, &sink.write(&outcome.mesh, document, &setup.writing)?),
-    }
+    let losses = match outcome.regions.as_ref().filter(|_| job.polygons) {
+        Some(regions) => sink.write_polygons(&outcome.mesh, &regions.polygons, document, &setup.writing)?,
+        None => sink.write(&outcome.mesh, document, &setup.writing)?,
+    };
+    warn_of_losses(setup.verbosity, &setup.source, &losses);
     regions::write(job, outcome)?;
     match (&job.setup.log, &outcome.log) {
         (Some(path), Some(log)) => Ok(log.write(path)?),

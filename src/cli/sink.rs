@@ -82,6 +82,14 @@ impl Sink {
         Ok(probe(path).map_err(failed)?)
     }
 
+    /// Checks that writing leaves whole what an input with this document was read from.
+    ///
+    /// # Errors
+    /// As [`Document::check_output`].
+    pub fn check_against(&self, document: &Document) -> coarsen::Result<()> {
+        self.path().map_or(Ok(()), |path| document.check_output(path))
+    }
+
     /// The format, unless the name of a folder stands for a file.
     pub fn format(&self) -> Option<Format> {
         match self {
@@ -101,14 +109,22 @@ impl Sink {
         }
     }
 
-    /// Writes `polygons` in the place of the faces of `mesh`.
+    /// Writes `polygons` in the place of the faces of `mesh`, and what the input said beside it; returns what is lost.
     ///
     /// # Errors
     /// As [`formats::write_polygons`].
-    pub fn write_polygons(&self, mesh: &Mesh, polygons: &Polygons, options: &WriteOptions) -> coarsen::Result<()> {
+    pub fn write_polygons(
+        &self,
+        mesh: &Mesh,
+        polygons: &Polygons,
+        document: &Document,
+        options: &WriteOptions,
+    ) -> coarsen::Result<Vec<String>> {
         match self {
-            Self::File(path) => formats::write_polygons(mesh, polygons, path, options),
-            Self::Stdout(format) => formats::write_polygons_to(mesh, polygons, *format, options, &mut stdout()),
+            Self::File(path) => formats::write_polygons(mesh, polygons, document, path, options),
+            Self::Stdout(format) => {
+                formats::write_polygons_to(mesh, polygons, document, *format, options, &mut stdout())
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::fs;
-use std::io;
+use std::io::{self, BufRead};
 use std::path::{Path, PathBuf};
 
 use coarsen::formats::{self, Compression, Document, Format, Scene};
@@ -80,13 +80,21 @@ impl Source {
     pub fn read_scene(&self) -> anyhow::Result<Scene> {
         match self {
             Self::File(path) => formats::read_scene(path),
-            Self::Stdin(format) => formats::read_scene_from(&mut io::stdin(), *format, Compression::None, None),
+            Self::Stdin(format) => read_stdin(*format),
             Self::Sample { name, faces, .. } => {
                 sample(name, *faces).map(|mesh| Scene { mesh, document: Document::None })
             }
         }
         .map_err(|error| at(Path::new(&self.to_string()), error))
     }
+}
+
+/// Reads standard input, which has no name to tell how it is compressed: its first bytes do.
+fn read_stdin(format: Format) -> coarsen::Result<Scene> {
+    let mut stdin = io::stdin().lock();
+    let start = stdin.fill_buf().map_err(|source| Error::Read { path: "-".into(), source })?;
+    let compression = Compression::of_content(start);
+    formats::read_scene_from(&mut stdin, format, compression, None)
 }
 
 /// Refuses a sample that cannot be made, before anything is made.

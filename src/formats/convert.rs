@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use rustc_hash::FxHashMap;
 
+use super::faces::Faces;
 use super::looks::read_beside;
 use super::material::{Map, Material, Picture, kind_of};
 use super::obj::Libraries;
@@ -142,14 +143,19 @@ pub fn file_beside(output: &Path, input: Option<Format>) -> Option<PathBuf> {
 }
 
 /// What of the mesh a file of `format` will not have, which its document does not tell.
-pub(super) fn losses(mesh: &Mesh, document: &Document, format: Format) -> Option<String> {
+pub(super) fn losses(mesh: &Mesh, faces: Faces<'_>, document: &Document, format: Format) -> Vec<String> {
     let is_gltf = matches!(format, Format::Gltf | Format::Glb);
-    // A document of glTF has a place for what came with it; PLY has a property for every number.
-    if format == Format::Ply || (is_gltf && matches!(document, Document::Gltf(_))) {
-        return None;
-    }
+    let traits = format.traits();
     let mut lost: Vec<&str> = Vec::new();
-    for channel in &mesh.channels {
+    // Documents with libraries, and those of glTF, tell of their materials.
+    let is_untold = matches!(document, Document::Obj(libraries) if libraries.names.is_empty());
+    let has_names = is_gltf || format == Format::Obj;
+    lost.extend((mesh.materials.is_some() && is_untold && !has_names).then_some("materials and groups"));
+    lost.extend((mesh.colors.is_some() && traits.colors.is_empty()).then_some("colors"));
+    lost.extend((mesh.texcoords.is_some() && !traits.texcoords).then_some("texture coordinates"));
+    // A document of glTF has a place for what came with it; PLY has a property for every number.
+    let has_channels = format == Format::Ply || (is_gltf && matches!(document, Document::Gltf(_)));
+    for channel in mesh.channels.iter().filter(|_| !has_channels) {
         let is_target = channel.kind == ChannelKind::Linear && channel.name.contains('.');
         let word = match channel.kind {
             ChannelKind::Joints => "joints of skins",
@@ -162,5 +168,10 @@ pub(super) fn losses(mesh: &Mesh, document: &Document, format: Format) -> Option
         lost.extend((!lost.contains(&word)).then_some(word));
     }
     let why = if is_gltf { "the input has no nodes for them".into() } else { format!("{} has none", format.name()) };
-    (!lost.is_empty()).then(|| format!("{} are not written: {why}", lost.join(", ")))
+    let mut losses: Vec<String> =
+        if lost.is_empty() { Vec::new() } else { vec![format!("{} are not written: {why}", lost.join(", "))] };
+    if mesh.texcoords.is_some() && traits.texcoords && faces.texcoords(mesh).is_none() {
+        losses.push("texture coordinates are not written: they belong to triangles, not to polygons".into());
+    }
+    losses
 }

@@ -1,9 +1,6 @@
 //! What writers take for faces: the triangles of a mesh, or polygons in their place.
 
-use std::io::{self, Write};
-use std::path::{Path, PathBuf};
-
-use super::{Format, WriteOptions, obj, output, ply};
+use super::Format;
 use crate::error::{Error, Result};
 use crate::math::Vec2;
 use crate::mesh::{Mesh, Polygons};
@@ -60,58 +57,14 @@ impl<'a> Faces<'a> {
     }
 }
 
-/// Writes `polygons` in the place of the faces of `mesh` to the OBJ or PLY file at `path`, as atomically as
-/// [`write`](super::write()).
-///
-/// A polygon has the color of its first face. Texture coordinates, which belong to triangles, are left out.
+/// Checks that `polygons` can stand in the place of the faces of `mesh` in a file of `format`.
 ///
 /// # Errors
-/// As [`write`](super::write()); [`Error::Unsupported`] for another format, [`Error::Mesh`] where they are no polygons of the mesh.
-pub fn write_polygons(mesh: &Mesh, polygons: &Polygons, path: &Path, options: &WriteOptions) -> Result<()> {
-    let (format, compression) = Format::from_path(path)?;
-    check(mesh, polygons, format)?;
-    output::atomically(path, |file| {
-        output::compressed(file, compression, |out| encode(mesh, polygons, format, options, out))
-    })
-    .map_err(|source| Error::Write { path: path.to_path_buf(), source })
-}
-
-/// Writes `polygons` in the place of the faces of `mesh`, uncompressed, to a stream, and flushes it.
-///
-/// # Errors
-/// As [`write_polygons`]; [`Error::Write`] names the stream `-`.
-pub fn write_polygons_to(
-    mesh: &Mesh,
-    polygons: &Polygons,
-    format: Format,
-    options: &WriteOptions,
-    out: &mut dyn Write,
-) -> Result<()> {
-    check(mesh, polygons, format)?;
-    encode(mesh, polygons, format, options, out)
-        .and_then(|()| out.flush())
-        .map_err(|source| Error::Write { path: PathBuf::from("-"), source })
-}
-
-fn check(mesh: &Mesh, polygons: &Polygons, format: Format) -> Result<()> {
+/// [`Error::Unsupported`] for a format without polygons, [`Error::Mesh`] where they are none of the mesh.
+pub(super) fn check_polygons(mesh: &Mesh, polygons: &Polygons, format: Format) -> Result<()> {
     if !format.writes_polygons() {
         let name = format.name();
         return Err(Error::Unsupported(format!("polygons in {name}: write them as OBJ or PLY, or write triangles")));
     }
-    mesh.check()?;
     polygons.check(mesh)
-}
-
-fn encode(
-    mesh: &Mesh,
-    polygons: &Polygons,
-    format: Format,
-    options: &WriteOptions,
-    out: &mut dyn Write,
-) -> io::Result<()> {
-    match format {
-        Format::Obj => obj::write(mesh, Faces::Polygons(polygons), (&[], mesh.materials.as_ref()), out),
-        Format::Ply => ply::write(mesh, Faces::Polygons(polygons), options, (None, &[]), out),
-        Format::Stl | Format::Off | Format::Gltf | Format::Glb => Err(io::ErrorKind::Unsupported.into()),
-    }
 }

@@ -139,10 +139,27 @@ enum Kind {
     Binary,
 }
 
+const GZIP: &[u8] = b"\x1f\x8b";
+const ZSTD: &[u8] = b"\x28\xb5\x2f\xfd";
+
+impl Compression {
+    /// How a file that starts with these bytes, four or more, is compressed. No format starts as a compressed one does.
+    #[must_use]
+    pub fn of_content(start: &[u8]) -> Self {
+        if start.starts_with(GZIP) {
+            Self::Gzip
+        } else if start.starts_with(ZSTD) {
+            Self::Zstd
+        } else {
+            Self::None
+        }
+    }
+}
+
 /// File signatures worth naming in an error.
 const SIGNATURES: [(&[u8], &str); 7] = [
-    (b"\x1f\x8b", "gzip data (name it .gz)"),
-    (b"\x28\xb5\x2f\xfd", "zstd data (name it .zst)"),
+    (GZIP, "gzip data (name it .gz)"),
+    (ZSTD, "zstd data (name it .zst)"),
     (b"PK\x03\x04", "a zip archive"),
     (b"\x89PNG", "a PNG picture"),
     (b"{", "JSON or glTF text"),

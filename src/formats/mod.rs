@@ -57,7 +57,6 @@ use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 
 pub use convert::file_beside;
-pub use faces::{write_polygons, write_polygons_to};
 pub use gltf::Gltf;
 pub use looks::{Looks, looks};
 pub use obj::Libraries;
@@ -65,7 +64,10 @@ pub(crate) use output::is_temporary_of;
 pub use pieces::write_pieces;
 pub use ply::Notes;
 pub use property::{Weights, read_indices, read_numbers, read_property, write_with_property};
-pub use scene::{Document, Scene, read_scene, read_scene_bytes, read_scene_from, write_scene, write_scene_to};
+pub use scene::{
+    Document, Scene, read_scene, read_scene_bytes, read_scene_from, write_polygons, write_polygons_to, write_scene,
+    write_scene_to,
+};
 pub(crate) use scratch::{Scratch, ScratchFile};
 pub use size::FileSize;
 pub(crate) use stream::{Rows, Stream};

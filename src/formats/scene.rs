@@ -4,10 +4,10 @@ use std::borrow::Cow;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::faces::Faces;
+use super::faces::{Faces, check_polygons};
 use super::{Compression, Format, WriteOptions, convert, gltf, input, obj, off, output, ply, stl};
 use crate::error::{Error, Place, Result};
-use crate::mesh::{ChannelKind, Materials, Mesh};
+use crate::mesh::{ChannelKind, Materials, Mesh, Polygons};
 
 /// What a file holds that is no mesh. It goes into a file of the same format.
 #[derive(Debug, Clone, Default)]
@@ -89,8 +89,8 @@ pub fn read_scene_bytes(bytes: &[u8], format: Format, folder: Option<&Path>) -> 
     input::check_content(bytes, format)?;
     let plain = |mesh| (mesh, Document::None);
     let (mesh, document) = match format {
-        Format::Obj => obj::read(bytes).map(|(mesh, names)| {
-            (mesh, Document::Obj(obj::Libraries { names, folder: folder.map(Path::to_path_buf) }))
+        Format::Obj => obj::read(bytes).map(|(mesh, libraries)| {
+            (mesh, Document::Obj(obj::Libraries { folder: folder.map(Path::to_path_buf), ..libraries }))
         }),
         Format::Ply => ply::read(bytes).map(|(mesh, notes)| (mesh, Document::Ply(notes))),
         Format::Stl => stl::read(bytes).map(plain),
@@ -130,13 +130,40 @@ pub fn read_scene_from(
 /// Atomic as [`write`](super::write()); the bytes of a `.gltf` go to a `.bin` beside it, which is written first.
 ///
 /// # Errors
-/// As [`write`](super::write()).
+/// As [`write`](super::write()) and [`Document::check_output`].
 pub fn write_scene(mesh: &Mesh, document: &Document, path: &Path, options: &WriteOptions) -> Result<Vec<String>> {
+    write_at((mesh, Faces::of(mesh)), document, path, options)
+}
+
+/// Writes `polygons` in the place of the faces of `mesh` to the OBJ or PLY file at `path`; for the rest as [`write_scene`].
+///
+/// A polygon has the color and the material of its first face. Texture coordinates, which belong to triangles, are left out.
+///
+/// # Errors
+/// As [`write_scene`]; [`Error::Unsupported`] for another format, [`Error::Mesh`] where they are no polygons of the mesh.
+pub fn write_polygons(
+    mesh: &Mesh,
+    polygons: &Polygons,
+    document: &Document,
+    path: &Path,
+    options: &WriteOptions,
+) -> Result<Vec<String>> {
+    check_polygons(mesh, polygons, Format::from_path(path)?.0)?;
+    write_at((mesh, Faces::Polygons(polygons)), document, path, options)
+}
+
+fn write_at(
+    (mesh, faces): (&Mesh, Faces<'_>),
+    document: &Document,
+    path: &Path,
+    options: &WriteOptions,
+) -> Result<Vec<String>> {
     let (format, compression) = Format::from_path(path)?;
     mesh.check()?;
+    document.check_output(path)?;
     let mesh = &*turned_for(mesh, document, format);
     let mut warnings = document.losses(format, Some(path));
-    warnings.extend(convert::losses(mesh, document, format));
+    warnings.extend(convert::losses(mesh, faces, document, format));
     let written = match format {
         Format::Gltf | Format::Glb => {
             let mut prepared = document.prepare(mesh);
@@ -145,7 +172,9 @@ pub fn write_scene(mesh: &Mesh, document: &Document, path: &Path, options: &Writ
         }
         _ => document.write_libraries(format, path, &mut warnings).and_then(|libraries| {
             output::atomically(path, |file| {
-                output::compressed(file, compression, |out| encode(mesh, document, format, options, (&libraries, out)))
+                output::compressed(file, compression, |out| {
+                    encode((mesh, faces), document, format, options, (&libraries, out))
+                })
             })
         }),
     };
@@ -164,17 +193,44 @@ pub fn write_scene_to(
     options: &WriteOptions,
     out: &mut dyn Write,
 ) -> Result<Vec<String>> {
+    write_into((mesh, Faces::of(mesh)), document, format, options, out)
+}
+
+/// Writes `polygons` in the place of the faces of `mesh`, uncompressed, to a stream, and flushes it; for the rest as
+/// [`write_polygons`].
+///
+/// # Errors
+/// As [`write_polygons`]; [`Error::Write`] names the stream `-`.
+pub fn write_polygons_to(
+    mesh: &Mesh,
+    polygons: &Polygons,
+    document: &Document,
+    format: Format,
+    options: &WriteOptions,
+    out: &mut dyn Write,
+) -> Result<Vec<String>> {
+    check_polygons(mesh, polygons, format)?;
+    write_into((mesh, Faces::Polygons(polygons)), document, format, options, out)
+}
+
+fn write_into(
+    (mesh, faces): (&Mesh, Faces<'_>),
+    document: &Document,
+    format: Format,
+    options: &WriteOptions,
+    out: &mut dyn Write,
+) -> Result<Vec<String>> {
     mesh.check()?;
     let mesh = &*turned_for(mesh, document, format);
     let mut warnings = document.losses(format, None);
-    warnings.extend(convert::losses(mesh, document, format));
+    warnings.extend(convert::losses(mesh, faces, document, format));
     let written = match format {
         Format::Gltf | Format::Glb => {
             let mut prepared = document.prepare(mesh);
             warnings.append(&mut prepared.warnings);
             prepared.write_to(format, out)
         }
-        _ => encode(mesh, document, format, options, (document.libraries(), out)),
+        _ => encode((mesh, faces), document, format, options, (&document.libraries(), out)),
     };
     let written = written.and_then(|()| out.flush()).map(|()| warnings);
     written.map_err(|source| Error::Write { path: PathBuf::from("-"), source })
@@ -182,13 +238,12 @@ pub fn write_scene_to(
 
 /// Writes one of the formats that are a row after the other, an OBJ with these libraries.
 fn encode(
-    mesh: &Mesh,
+    (mesh, faces): (&Mesh, Faces<'_>),
     document: &Document,
     format: Format,
     options: &WriteOptions,
-    (libraries, out): (&[String], &mut dyn Write),
+    (libraries, out): (&obj::Libraries, &mut dyn Write),
 ) -> io::Result<()> {
-    let faces = Faces::of(mesh);
     match (format, document) {
         (Format::Obj, Document::Gltf(_)) => {
             let mut materials = convert::materials(mesh, document);
@@ -206,6 +261,23 @@ fn encode(
 }
 
 impl Document {
+    /// Checks that a scene with this document can be written at `path` and the input stays whole: the bytes of a `.gltf` may not
+    /// replace those that another reads.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] that names the file.
+    pub fn check_output(&self, path: &Path) -> Result<()> {
+        let is_apart = matches!(Format::from_path(path), Ok((Format::Gltf, Compression::None)));
+        match self.gltf().filter(|_| is_apart).and_then(|document| document.replaces(path)) {
+            Some(file) => Err(Error::Parameter(format!(
+                "'{}', where the bytes of '{}' would go, holds those of the input: give the output another name",
+                file.display(),
+                path.display()
+            ))),
+            None => Ok(()),
+        }
+    }
+
     fn gltf(&self) -> Option<&gltf::Gltf> {
         match self {
             Self::Gltf(document) => Some(document),
@@ -213,23 +285,28 @@ impl Document {
         }
     }
 
-    /// The names of the libraries that an OBJ named.
-    fn libraries(&self) -> &[String] {
+    /// The libraries that an OBJ named.
+    fn libraries(&self) -> Cow<'_, obj::Libraries> {
         match self {
-            Self::Obj(libraries) => &libraries.names,
-            _ => &[],
+            Self::Obj(libraries) => Cow::Borrowed(libraries),
+            _ => Cow::default(),
         }
     }
 
-    /// The names of the libraries for a file at `path`; that of a glTF's materials is written.
-    fn write_libraries(&self, format: Format, path: &Path, warnings: &mut Vec<String>) -> io::Result<Vec<String>> {
+    /// The libraries for a file at `path`; that of a glTF's materials is written.
+    fn write_libraries(
+        &self,
+        format: Format,
+        path: &Path,
+        warnings: &mut Vec<String>,
+    ) -> io::Result<Cow<'_, obj::Libraries>> {
         match self {
             Self::Gltf(document) if format == Format::Obj => {
-                let (libraries, mut losses) = convert::write_library(document, path)?;
+                let (names, mut losses) = convert::write_library(document, path)?;
                 warnings.append(&mut losses);
-                Ok(libraries)
+                Ok(Cow::Owned(obj::Libraries { names, ..obj::Libraries::default() }))
             }
-            _ => Ok(self.libraries().to_vec()),
+            _ => Ok(self.libraries()),
         }
     }
 

@@ -1,10 +1,27 @@
 //! Rows of words and numbers, with the line they stand on.
 
+use std::borrow::Cow;
+
 use crate::error::{Error, Place, Result};
 use crate::math::DVec3;
 
 /// What some editors begin UTF-8 with.
 pub(super) const MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// A name of a file without a word on its encoding: UTF-8, or Latin-1 where it is not, in which every byte is a character, so that
+/// other names stay others.
+pub(super) fn name(bytes: &[u8]) -> Cow<'_, str> {
+    match str::from_utf8(bytes) {
+        Ok(name) => Cow::Borrowed(name),
+        Err(_) => bytes.iter().map(|&byte| char::from(byte)).collect(),
+    }
+}
+
+/// The bytes of a text, in Latin-1 where that is asked for and has all of its characters, otherwise in UTF-8.
+pub(super) fn encoded(text: &str, in_latin1: bool) -> Cow<'_, [u8]> {
+    let latin1 = || text.chars().map(|c| u8::try_from(c).ok()).collect::<Option<Vec<u8>>>();
+    in_latin1.then(latin1).flatten().map_or(Cow::Borrowed(text.as_bytes()), Cow::Owned)
+}
 
 /// The words of a line.
 pub(super) fn tokens(line: &[u8]) -> impl Iterator<Item = &[u8]> {

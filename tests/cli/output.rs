@@ -88,6 +88,15 @@ fn meshes_go_through_pipes() {
     assert_eq!((text.matches("v ").count(), text.matches("f ").count()), (4, 4), "{text}");
     assert!(ran.err.contains("4 → 4 faces, stop=faces_reached"), "{}", ran.err);
 
+    // A stream has no name to tell that it is compressed.
+    for name in ["packed.obj.gz", "packed.obj.zst"] {
+        dir.run(&format!("simplify in.obj {name} -f 4 -g cpu")).succeeds();
+        let stdin = fs::File::open(dir.path(name)).expect("the input");
+        let output = dir.command("inspect - --format obj").stdin(stdin).output().expect("it runs");
+        let told = String::from_utf8(Ran::of(output).succeeds().out).expect("a table");
+        assert!(told.contains("fewest faces possible"), "{name}: {told}");
+    }
+
     let piped = dir.run("simplify sample:part@2k - --format ply -f 500 -g cpu").succeeds().out;
     dir.run("simplify sample:part@2k out.ply -f 500 -g cpu").succeeds();
     assert!(piped == fs::read(dir.path("out.ply")).expect("the file"), "a pipe and a file get different bytes");

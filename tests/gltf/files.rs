@@ -46,12 +46,32 @@ fn buffers_lie_beside_and_are_written_beside() {
 }
 
 #[test]
+fn bytes_of_the_input_are_not_replaced() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("in.gltf"), text("shared.bin")).expect("written");
+    fs::write(at("shared.bin"), &square().binary).expect("written");
+    let Scene { mesh, document } = formats::read_scene(&at("in.gltf")).expect("a scene");
+    let write = |name: &str| formats::write_scene(&mesh, &document, &at(name), &WriteOptions::default());
+    let refused = write("shared.gltf").expect_err("the input's buffer");
+    assert!(matches!(&refused, Error::Parameter(text) if text.contains("shared.bin'")), "{refused}");
+    assert!(!at("shared.gltf").exists());
+    assert_eq!(fs::read(at("shared.bin")).expect("bytes"), square().binary);
+    // These write no such file.
+    for name in ["shared.glb", "shared.gltf.gz", "other.gltf"] {
+        write(name).unwrap_or_else(|error| panic!("{name}: {error}"));
+    }
+    assert_eq!(fs::read(at("shared.bin")).expect("bytes"), square().binary);
+}
+
+#[test]
 fn data_uris_stay_data_uris() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name);
     let encoded = base64::engine::general_purpose::STANDARD.encode(&square().binary);
     for (name, uri) in [
         ("octets", format!("data:application/octet-stream;base64,{encoded}")),
+        ("capitals", format!("DATA:application/octet-stream;BASE64,{encoded}")),
         ("buffer", format!("data:application/gltf-buffer;base64,{}", encoded.trim_end_matches('='))),
     ] {
         fs::write(at("in.gltf"), text(&uri)).expect("written");

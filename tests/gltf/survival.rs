@@ -205,7 +205,7 @@ fn a_primitive_without_faces_goes_and_its_node_stays() {
     let (json, _, warnings) = written(&mesh, &document);
     assert_eq!(json["nodes"], json!([{ "name": "a" }, { "mesh": 0, "name": "b" }]));
     assert_eq!(json["meshes"].as_array().map(Vec::len), Some(1));
-    assert_eq!(warnings, ["1 of 2 primitives have no faces left and are not written"]);
+    assert_eq!(warnings, ["primitives without faces left, which are not written: 1 of 2"]);
 }
 
 /// Numbers that an unknown extension may hold cannot be changed, so nothing is given another.

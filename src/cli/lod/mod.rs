@@ -31,6 +31,7 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
     let setup = &job.setup;
     let device = setup.open()?;
     let (Scene { mesh: input, document }, read) = setup.read(&device)?;
+    job.outputs.paths().into_iter().try_for_each(|path| document.check_output(path))?;
     let device = setup.within_limit(&input, &job.budgets, device)?;
     let method = weights::method(setup)?;
     weights::write_features(setup, &input, &device)?;

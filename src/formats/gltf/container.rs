@@ -1,7 +1,7 @@
 //! Where JSON and bytes lie: in a GLB, beside each other, or the bytes in the JSON.
 
 use std::borrow::Cow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
 use base64::alphabet;
@@ -27,14 +27,14 @@ const JSON_CHUNK: u32 = u32::from_le_bytes(*b"JSON");
 const BINARY_CHUNK: u32 = u32::from_le_bytes(*b"BIN\0");
 
 /// How the bytes of a buffer came.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Origin {
     /// The binary chunk of a GLB.
     Chunk,
     /// In the JSON itself.
     Data,
     /// A file of its own.
-    File,
+    File(PathBuf),
 }
 
 /// The bytes of a buffer; none where an extension is to make them.
@@ -60,9 +60,14 @@ pub(super) fn parse(bytes: &[u8], format: Format) -> Result<(Value, Option<&[u8]
     })?;
     let root = Json::root(&json);
     let version = root.need("asset")?.text("version")?.unwrap_or_default().to_string();
-    let needed = root.need("asset")?.text("minVersion")?.unwrap_or(&version);
-    if !version.starts_with("2.") || !matches!(needed, "2.0" | "2.1") && needed != version {
+    if !version.starts_with("2.") {
         return Err(Error::Unsupported(format!("glTF of version '{version}': save it as glTF 2.0")));
+    }
+    let needed = root.need("asset")?.text("minVersion")?.unwrap_or(&version);
+    if !matches!(needed, "2.0" | "2.1") && needed != version {
+        let message =
+            format!("glTF {version} that only a reader of version '{needed}' understands: save it as glTF 2.0");
+        return Err(Error::Unsupported(message));
     }
     Ok((json, chunk))
 }
@@ -111,9 +116,12 @@ fn load_one<'a>(index: usize, json: &Json<'_>, chunk: Option<&'a [u8]>, folder: 
             Some(chunk) => (chunk.into(), Origin::Chunk),
             None => return Ok(Buffer { bytes: None, origin: Origin::Chunk }),
         },
-        Some(uri) => match uri.strip_prefix("data:") {
+        Some(uri) => match data_of(uri) {
             Some(data) => (decode(json, data)?.into(), Origin::Data),
-            None => (read_beside(json, uri, folder)?.into(), Origin::File),
+            None => {
+                let path = locate(json, uri, folder)?;
+                (read_whole(path.clone())?.into(), Origin::File(path))
+            }
         },
     };
     if bytes.len() < length {
@@ -130,21 +138,32 @@ fn load_one<'a>(index: usize, json: &Json<'_>, chunk: Option<&'a [u8]>, folder: 
     Ok(Buffer { bytes: Some(bytes), origin })
 }
 
+/// What follows the `data:` of a data URI; the names of schemes have no case (RFC 3986, 3.1).
+pub(super) fn data_of(uri: &str) -> Option<&str> {
+    uri.split_at_checked(5).filter(|(scheme, _)| scheme.eq_ignore_ascii_case("data:")).map(|(_, data)| data)
+}
+
 /// The bytes of a data URI behind its `data:`.
 pub(super) fn decode(json: &Json<'_>, data: &str) -> Result<Vec<u8>> {
-    let encoded = data.split_once(',').filter(|(kind, _)| kind.ends_with(";base64")).map(|(_, encoded)| encoded);
+    let is_base64 = |kind: &str| kind.to_ascii_lowercase().ends_with(";base64");
+    let encoded = data.split_once(',').filter(|(kind, _)| is_base64(kind)).map(|(_, encoded)| encoded);
     let Some(encoded) = encoded else { return Err(json.error("found a data URI that is not base64")) };
     BASE64.decode(encoded).map_err(|error| json.error(format!("the data URI does not decode: {error}")))
 }
 
 /// The file that a relative URI names.
 pub(super) fn read_beside(json: &Json<'_>, uri: &str, folder: Option<&Path>) -> Result<Vec<u8>> {
+    read_whole(locate(json, uri, folder)?)
+}
+
+/// The path of that file.
+fn locate(json: &Json<'_>, uri: &str, folder: Option<&Path>) -> Result<PathBuf> {
     let shown = crate::formats::text::quote(uri.as_bytes());
     let Some(folder) = folder else {
         let message = format!("{shown} lies in a file of its own, which a stream has not: give a path");
         return Err(Error::Unsupported(format!("glTF {}: {message}", json.path)));
     };
-    read_whole(folder.join(name_beside(json, uri)?))
+    Ok(folder.join(name_beside(json, uri)?))
 }
 
 /// The name of the file that a relative URI names.
@@ -203,6 +222,16 @@ pub(super) fn glb(json: &Value, binary: &[u8]) -> Option<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_scheme_has_no_case() {
+        assert_eq!(data_of("data:,x"), Some(",x"));
+        assert_eq!(data_of("DaTa:;BASE64,AA"), Some(";BASE64,AA"));
+        assert_eq!([data_of("data"), data_of("dätas:"), data_of("datum:,x"), data_of("")], [None; 4]);
+        let json = Value::Null;
+        assert_eq!(decode(&Json::root(&json), ";BASE64,AA").unwrap(), [0]);
+        assert!(decode(&Json::root(&json), ";base32,AA").is_err());
+    }
 
     #[test]
     fn names_survive_as_uris() {

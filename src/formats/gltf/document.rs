@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value, json};
 
 use super::accessor::Store;
-use super::container::Origin;
+use super::container::{Buffer, Origin};
 use super::json::{Json, array_mut, list_mut, object_mut};
 use super::number::Number;
 use super::orphans::stop_animations;
@@ -32,6 +32,8 @@ pub struct Gltf {
     pub(super) folder: Option<PathBuf>,
     /// Whether all bytes stood in the JSON.
     pub(super) has_data_uris: bool,
+    /// The files that they came from.
+    pub(super) files: Vec<PathBuf>,
 }
 
 impl Gltf {
@@ -45,7 +47,12 @@ impl Gltf {
         }
         let has_data_uris =
             !store.buffers.is_empty() && store.buffers.iter().all(|buffer| buffer.origin == Origin::Data);
-        Ok(Self { json, binary, parts, folder: folder.map(Path::to_path_buf), has_data_uris })
+        let file = |buffer: &Buffer<'_>| match &buffer.origin {
+            Origin::File(path) => Some(path.clone()),
+            _ => None,
+        };
+        let files = store.buffers.iter().filter_map(file).collect();
+        Ok(Self { json, binary, parts, folder: folder.map(Path::to_path_buf), has_data_uris, files })
     }
 }
 

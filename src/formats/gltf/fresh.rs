@@ -44,7 +44,7 @@ pub(super) fn document(mesh: &Mesh, described: &[Material]) -> Gltf {
     }
     let mut binary = Vec::new();
     materials::put(&mut json, &mut binary, &materials, mesh.texcoords.is_some());
-    Gltf { json, binary, parts, folder: None, has_data_uris: false }
+    Gltf { json, binary, parts, folder: None, has_data_uris: false, files: Vec::new() }
 }
 
 /// Materials by name, those that are described.

@@ -133,7 +133,7 @@ fn picture(document: &Gltf, number: usize, pictures: &mut Pictures) -> Option<Ar
         let root = Json::root(&document.json);
         let image = root.element("images", number)?;
         if let Some(uri) = image.text("uri")? {
-            return Ok(Cow::Owned(match uri.strip_prefix("data:") {
+            return Ok(Cow::Owned(match container::data_of(uri) {
                 Some(data) => container::decode(&image, data)?,
                 None => container::read_beside(&image, uri, document.folder.as_deref())?,
             }));

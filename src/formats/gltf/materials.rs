@@ -63,7 +63,7 @@ fn map(document: &Gltf, named: &Json<'_>) -> Result<Map> {
     let texture = root.element("textures", named.need("index")?.whole()?)?;
     let image = root.element("images", texture.need("source")?.whole()?)?;
     let picture = match image.text("uri")? {
-        Some(uri) => match uri.strip_prefix("data:") {
+        Some(uri) => match container::data_of(uri) {
             Some(data) => Picture::Inside(container::decode(&image, data)?),
             None => Picture::Beside(container::name_beside(&image, uri)?),
         },

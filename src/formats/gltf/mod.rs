@@ -37,7 +37,7 @@ mod write;
 
 use std::fs;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
 use serde_json::Value;
@@ -111,13 +111,20 @@ pub(super) fn prepare(mesh: &Mesh, document: Option<&Gltf>, described: &[Materia
 }
 
 impl Gltf {
+    /// The file of the input's bytes that those of a glTF at `output` would replace.
+    pub(super) fn replaces(&self, output: &Path) -> Option<PathBuf> {
+        let beside = fs::canonicalize(output.with_extension("bin")).ok()?;
+        let is_replaced = |file: &Path| fs::canonicalize(file).is_ok_and(|file| file == beside);
+        self.files.iter().find(|file| is_replaced(file)).cloned()
+    }
+
     /// Whether pictures lie in files of their own, which a file in another folder will not find.
     pub(super) fn leaves_behind(&self, output: &Path) -> bool {
         let is_outside = |image: &Value| {
             image
                 .get("uri")
                 .and_then(Value::as_str)
-                .is_some_and(|uri| !uri.starts_with("data:") && !uri.contains("://"))
+                .is_some_and(|uri| container::data_of(uri).is_none() && !uri.contains("://"))
         };
         let images = self.json.get("images").and_then(Value::as_array);
         let place =

@@ -53,7 +53,7 @@ pub(super) fn fill(mesh: &Mesh, document: &Gltf) -> File {
     take_skins_off(&mut file.json, &unmoved, &lost);
     if !lost.is_empty() {
         let (count, all) = (lost.len(), document.parts.len());
-        file.warnings.push(format!("{count} of {all} primitives have no faces left and are not written"));
+        file.warnings.push(format!("primitives without faces left, which are not written: {count} of {all}"));
         drop_primitives(&mut file.json, &lost);
     }
     if !is_quantized(&file.json) {

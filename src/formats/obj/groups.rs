@@ -2,6 +2,8 @@
 
 use rustc_hash::FxHashMap;
 
+use super::Libraries;
+use crate::formats::text;
 use crate::mesh::Materials;
 
 /// The statements that hold until the next of their kind.
@@ -12,7 +14,7 @@ pub(super) const KEYWORDS: [&[u8]; 4] = [b"usemtl", b"g", b"o", b"mtllib"];
 /// A face's material is named by up to three lines: the name behind `usemtl`, then `o …` and `g …` where the face has them.
 #[derive(Debug, Default)]
 pub(super) struct Groups {
-    libraries: Vec<String>,
+    libraries: Libraries,
     /// The names behind `usemtl`, `g`, `o` in force.
     current: [String; 3],
     /// The number of the current name, once a face has it.
@@ -26,17 +28,19 @@ pub(super) struct Groups {
 impl Groups {
     /// A statement of [`KEYWORDS`]; others are passed over.
     pub(super) fn statement(&mut self, keyword: &[u8], name: &[u8]) {
-        let name = String::from_utf8_lossy(name.trim_ascii());
-        match KEYWORDS.iter().position(|known| *known == keyword) {
-            Some(3) => self.libraries.push(name.into()),
-            Some(kind) => {
+        let Some(kind) = KEYWORDS.iter().position(|known| *known == keyword) else { return };
+        let bytes = name.trim_ascii();
+        let name = text::name(bytes);
+        self.libraries.in_latin1 |= name.as_bytes() != bytes;
+        match kind {
+            3 => self.libraries.names.push(name.into()),
+            kind => {
                 self.is_told = true;
                 if self.current[kind] != name {
                     self.current[kind] = name.into();
                     self.number = None;
                 }
             }
-            None => {}
         }
     }
 
@@ -61,7 +65,7 @@ impl Groups {
     }
 
     /// The libraries, and the materials where any are told.
-    pub(super) fn finish(self) -> (Vec<String>, Option<Materials>) {
+    pub(super) fn finish(self) -> (Libraries, Option<Materials>) {
         let materials = Materials { of_face: self.of_face, names: self.names };
         (self.libraries, self.is_told.then_some(materials))
     }
@@ -109,7 +113,8 @@ mod tests {
         groups.faces(1);
         let (libraries, materials) = groups.finish();
         let materials = materials.expect("some");
-        assert_eq!((libraries, &materials.of_face), (vec!["a b.mtl".to_string()], &vec![0, 1, 1, 2, 1]));
+        assert_eq!((libraries.names, &materials.of_face), (vec!["a b.mtl".to_string()], &vec![0, 1, 1, 2, 1]));
+        assert!(!libraries.in_latin1);
         assert_eq!(materials.names, ["", "red #2\no car\ng door left", "red #2\no car"]);
         assert_eq!(statements(None, &materials.names[1]), "o car\ng door left\nusemtl red #2\n");
         assert_eq!(statements(Some(&materials.names[1]), &materials.names[2]), "g\n");

@@ -22,6 +22,8 @@ pub struct Libraries {
     pub names: Vec<String>,
     /// Where they lie; none for a stream.
     pub folder: Option<PathBuf>,
+    /// Whether a name in the file was not UTF-8, and was read as Latin-1: an OBJ gets all of them back so, for its libraries to know them.
+    pub in_latin1: bool,
 }
 
 impl Libraries {
@@ -81,7 +83,7 @@ fn materials(bytes: &[u8]) -> (Vec<Material>, Option<String>) {
         let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
         let (keyword, rest) = (&line[..end], line[end..].trim_ascii());
         if keyword == b"newmtl" {
-            let name = String::from_utf8_lossy(rest).into();
+            let name = text::name(rest).into();
             materials.push(Material { name, ..Material::default() });
             continue;
         }
@@ -104,7 +106,7 @@ fn materials(bytes: &[u8]) -> (Vec<Material>, Option<String>) {
                 material.roughness.get_or_insert(roughness(exponent));
             }),
             b"map_Kd" => {
-                material.map = Some(map_of(&String::from_utf8_lossy(rest)));
+                material.map = Some(map_of(&text::name(rest)));
                 Some(())
             }
             _ => Some(()),
@@ -261,14 +263,15 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         std::fs::write(folder.path().join("here.mtl"), b"\xef\xbb\xbfnewmtl red\nKd 1 0 0\n").expect("a library");
         let names = vec!["here.mtl gone.mtl".into()];
-        let (known, warnings) = Libraries { names, folder: Some(folder.path().into()) }.read();
+        let (known, warnings) = Libraries { names, folder: Some(folder.path().into()), in_latin1: false }.read();
         assert_eq!((known.len(), known[0].name.as_str()), (1, "red"));
         assert!(warnings.len() == 1 && warnings[0].contains("'gone.mtl' are missing"), "{warnings:?}");
     }
 
     #[test]
     fn what_is_missing_is_told() {
-        let libraries = Libraries { names: vec!["gone.mtl".into()], folder: Some(std::env::temp_dir()) };
+        let libraries =
+            Libraries { names: vec!["gone.mtl".into()], folder: Some(std::env::temp_dir()), in_latin1: false };
         let (known, warnings) = libraries.read();
         assert!(
             known.is_empty() && warnings.len() == 1 && warnings[0].contains("'gone.mtl' are missing"),

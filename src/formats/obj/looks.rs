@@ -15,7 +15,7 @@ pub(in crate::formats) fn looks(
     folder: Option<&Path>,
     pictures: &mut Pictures,
 ) -> Vec<Look> {
-    let libraries = Libraries { folder: folder.map(Path::to_path_buf), names: libraries.names.clone() };
+    let libraries = Libraries { folder: folder.map(Path::to_path_buf), ..libraries.clone() };
     let (known, warnings) = libraries.read();
     warnings.into_iter().for_each(|warning| pictures.warn(warning));
     if known.is_empty() {

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use super::groups::{Groups, KEYWORDS};
 use super::normalize::Counts;
 use super::read::unit_colors;
-use super::shading;
 use super::words::{Indices, NONE, Words};
+use super::{Libraries, shading};
 use crate::formats::attributes;
 use crate::formats::polygon::Triangulator;
 use crate::math::{DVec3, Vec2, Vec3};
@@ -20,11 +20,11 @@ use crate::mesh::{Materials, Mesh};
 const CHUNK_BYTES: usize = 1 << 20;
 
 /// Reads OBJ text if it is plain and has a face.
-pub(super) fn read(bytes: &[u8]) -> Option<(Mesh, Vec<String>)> {
+pub(super) fn read(bytes: &[u8]) -> Option<(Mesh, Libraries)> {
     read_in_chunks(bytes, CHUNK_BYTES)
 }
 
-fn read_in_chunks(bytes: &[u8], chunk_bytes: usize) -> Option<(Mesh, Vec<String>)> {
+fn read_in_chunks(bytes: &[u8], chunk_bytes: usize) -> Option<(Mesh, Libraries)> {
     let mut chunks = split(bytes, chunk_bytes).into_par_iter().map(Chunk::parse).collect::<Option<Vec<_>>>()?;
     let mut totals = Counts::default();
     let befores: Vec<Counts> = chunks
@@ -61,7 +61,7 @@ fn split(mut rest: &[u8], chunk_bytes: usize) -> Vec<&[u8]> {
 }
 
 /// The libraries and materials that the statements between the faces tell.
-fn grouped(chunks: &[Chunk<'_>]) -> (Vec<String>, Option<Materials>) {
+fn grouped(chunks: &[Chunk<'_>]) -> (Libraries, Option<Materials>) {
     let mut groups = Groups::default();
     for chunk in chunks {
         let arity = |face: usize| chunk.arities.get(face).copied().unwrap_or(3);

@@ -2,7 +2,7 @@
 
 use super::normalize::{Counts, Normalized, Statements, keyword};
 use super::words::NONE;
-use super::{FORMAT, plain, shading};
+use super::{FORMAT, Libraries, plain, shading};
 use crate::error::{Error, Place, Result};
 use crate::formats::attributes;
 use crate::formats::polygon::Triangulator;
@@ -10,15 +10,15 @@ use crate::formats::text;
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::mesh::Mesh;
 
-/// Reads OBJ text; also returns its libraries of materials.
-pub(in crate::formats) fn read(bytes: &[u8]) -> Result<(Mesh, Vec<String>)> {
+/// Reads OBJ text; also returns its libraries of materials, which lie in no folder yet.
+pub(in crate::formats) fn read(bytes: &[u8]) -> Result<(Mesh, Libraries)> {
     // Editors put a mark of three bytes before UTF-8.
     let bytes = bytes.strip_prefix(text::MARK).unwrap_or(bytes);
     plain::read(bytes).map_or_else(|| read_any(bytes), Ok)
 }
 
 /// Reads any OBJ text, or says why not.
-pub(super) fn read_any(bytes: &[u8]) -> Result<(Mesh, Vec<String>)> {
+pub(super) fn read_any(bytes: &[u8]) -> Result<(Mesh, Libraries)> {
     let counts = Counts::of(bytes);
     let mut text = Normalized::new(bytes, counts);
     // No material library is named in the normalized text, so none is looked for.
@@ -116,7 +116,7 @@ mod tests {
         let [plain, marked] = [text.as_slice(), &marked].map(|bytes| super::read(bytes).expect("a mesh"));
         assert_eq!(plain, marked);
         let named = b"\xef\xbb\xbfmtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-        assert_eq!(super::read(named).expect("a mesh").1, ["a.mtl"]);
+        assert_eq!(super::read(named).expect("a mesh").1.names, ["a.mtl"]);
     }
 
     #[test]
@@ -134,7 +134,7 @@ mod tests {
         let materials = mesh.materials.unwrap();
         assert_eq!(materials.of_face, [0, 1]);
         assert_eq!(materials.names, ["x\no a", "y\no a\ng b"]);
-        assert_eq!(super::read(text).unwrap().1, ["gone.mtl"]);
+        assert_eq!(super::read(text).unwrap().1.names, ["gone.mtl"]);
     }
 
     #[test]

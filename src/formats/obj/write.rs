@@ -5,23 +5,24 @@ use std::io::{self, Write};
 
 use rustc_hash::{FxBuildHasher, FxHashMap};
 
-use super::groups;
+use super::{Libraries, groups};
 use crate::formats::faces::Faces;
-use crate::formats::{attributes, output};
+use crate::formats::{attributes, output, text};
 use crate::math::Vec2;
 use crate::mesh::{Materials, Mesh};
 
-/// Writes OBJ text, with materials, those of the mesh by other names or not, of these libraries. Alpha is dropped.
+/// Writes OBJ text, with materials, those of the mesh by other names or not, of these libraries, in whose encoding names are. Alpha
+/// is dropped.
 pub(in crate::formats) fn write(
     mesh: &Mesh,
     faces: Faces<'_>,
-    (libraries, materials): (&[String], Option<&Materials>),
+    (libraries, materials): (&Libraries, Option<&Materials>),
     out: &mut dyn Write,
 ) -> io::Result<()> {
     let rows = Rows::of(mesh, faces.texcoords(mesh));
     write_head(&rows, faces.len(), libraries, out)?;
     write_vertices(mesh, &rows, out)?;
-    write_faces(&rows, faces, materials, out)
+    write_faces(&rows, faces, (materials, libraries.in_latin1), out)
 }
 
 /// Writes OBJ text with an object for each name, of faces that share the vertices of `mesh`. Texture coordinates are left
@@ -32,11 +33,11 @@ pub(in crate::formats) fn write_objects(
     out: &mut dyn Write,
 ) -> io::Result<()> {
     let rows = Rows::of(mesh, None);
-    write_head(&rows, objects.iter().map(|(_, faces)| faces.len()).sum(), &[], out)?;
+    write_head(&rows, objects.iter().map(|(_, faces)| faces.len()).sum(), &Libraries::default(), out)?;
     write_vertices(mesh, &rows, out)?;
     for (name, faces) in objects {
         writeln!(out, "o {name}")?;
-        write_faces(&rows, Faces::Triangles(faces), None, out)?;
+        write_faces(&rows, Faces::Triangles(faces), (None, false), out)?;
     }
     Ok(())
 }
@@ -97,9 +98,12 @@ impl Numbered {
     }
 }
 
-fn write_head(rows: &Rows, faces: usize, libraries: &[String], out: &mut dyn Write) -> io::Result<()> {
+fn write_head(rows: &Rows, faces: usize, libraries: &Libraries, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "# {} vertices, {faces} faces, written by coarsen", rows.vertices.firsts.len())?;
-    libraries.iter().try_for_each(|library| writeln!(out, "mtllib {library}"))
+    libraries
+        .names
+        .iter()
+        .try_for_each(|library| out.write_all(&text::encoded(&format!("mtllib {library}\n"), libraries.in_latin1)))
 }
 
 fn write_vertices(mesh: &Mesh, rows: &Rows, out: &mut dyn Write) -> io::Result<()> {
@@ -132,7 +136,12 @@ fn write_vertices(mesh: &Mesh, rows: &Rows, out: &mut dyn Write) -> io::Result<(
     Ok(())
 }
 
-fn write_faces(rows: &Rows, faces: Faces<'_>, materials: Option<&Materials>, out: &mut dyn Write) -> io::Result<()> {
+fn write_faces(
+    rows: &Rows,
+    faces: Faces<'_>,
+    (materials, in_latin1): (Option<&Materials>, bool),
+    out: &mut dyn Write,
+) -> io::Result<()> {
     let Rows { vertices, normals, texture } = rows;
     let material = |face: usize| materials.map(|materials| materials.of_face[faces.triangle(face)]);
     let order = materials.and_then(|materials| sorted(faces.len(), materials.names.len(), &material));
@@ -144,7 +153,7 @@ fn write_faces(rows: &Rows, faces: Faces<'_>, materials: Option<&Materials>, out
             if before != Some(number) {
                 let before = before.map(|before| materials.names[before as usize].as_str());
                 let statements = groups::statements(before, &materials.names[number as usize]);
-                buffer.extend_from_slice(statements.as_bytes());
+                buffer.extend_from_slice(&text::encoded(&statements, in_latin1));
             }
         }
         buffer.push(b'f');
