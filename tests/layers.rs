@@ -77,7 +77,7 @@ fn what_pruning_leaves_comes_apart_too() {
     for weld in [None, Some(0.0)] {
         let options = Options { prune: 0.05, weld, ..Options::default() };
         let outcome = run(&cpu(1), &mesh, options, 0.1);
-        assert!(is_told(&outcome, "1 small parts dropped"), "{:?}", outcome.warnings);
+        assert!(is_told(&outcome, "small parts dropped: 1"), "{:?}", outcome.warnings);
         assert!(outcome.mesh.faces.len() <= mesh.faces.len() / 10, "{weld:?}: {}", outcome.mesh.faces.len());
         assert!((0..3).all(|material| !of_material(&outcome.mesh, material).faces.is_empty()));
     }
@@ -109,7 +109,7 @@ fn of_one_material_all_but_one_are_dropped() {
     let dropped = Attributes { dropped: Dropped { materials: true, ..Dropped::default() }, ..Attributes::default() };
     let outcome = run(&cpu(1), &mesh, Options { attributes: dropped, ..Options::default() }, 0.9);
     assert!(
-        is_told(&outcome, &format!("{} duplicate faces dropped", mesh.faces.len() - ball)),
+        is_told(&outcome, &format!("duplicate faces dropped: {}", mesh.faces.len() - ball)),
         "{:?}",
         outcome.warnings
     );

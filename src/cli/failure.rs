@@ -80,7 +80,7 @@ fn exit_of_library(error: &Error) -> Exit {
 /// Puts the path in front of an error that does not name it.
 pub fn at(name: &Path, error: Error) -> anyhow::Error {
     match error {
-        Error::Format { .. } | Error::Mesh(_) | Error::Limit(_) => {
+        Error::Format { .. } | Error::Mesh(_) | Error::Limit(_) | Error::Unsupported(_) => {
             anyhow::Error::new(error).context(format!("'{}'", name.display()))
         }
         error => error.into(),
@@ -119,5 +119,7 @@ mod tests {
         assert_eq!(message(&at(Path::new("a.ply"), missing)), "cannot read 'a.ply': entity not found");
         let empty = Error::Mesh("it has no faces".into());
         assert_eq!(message(&at(Path::new("a.ply"), empty)), "'a.ply': invalid mesh: it has no faces");
+        let foreign = Error::Unsupported("version 3".into());
+        assert_eq!(message(&at(Path::new("a.ply"), foreign)), "'a.ply': unsupported: version 3");
     }
 }

@@ -72,11 +72,12 @@ pub fn run(source: &Source, json: bool) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// The faces of each material; lines of a name that says its groups too are joined.
+/// The faces of each material; lines of a name that says its groups too are joined, of faces without a material these alone.
 fn materials(materials: &Materials) -> Vec<MaterialRecord> {
     let mut faces = vec![0; materials.names.len()];
     materials.of_face.iter().for_each(|&material| faces[material as usize] += 1);
-    let names = materials.names.iter().map(|name| name.lines().collect::<Vec<_>>().join(", "));
+    let names =
+        materials.names.iter().map(|name| name.lines().filter(|line| !line.is_empty()).collect::<Vec<_>>().join(", "));
     names.zip(faces).map(|(name, faces)| MaterialRecord { name, faces }).collect()
 }
 

@@ -271,7 +271,8 @@ impl fmt::Display for Record {
             self.device,
         )?;
         if let Some(Parts { count, passes }) = &self.parts {
-            write!(f, ", {count} parts in {} passes and a last one", passes.len())?;
+            let before = if passes.len() == 1 { "a pass".into() } else { format!("{} passes", passes.len()) };
+            write!(f, ", {count} parts in {before} and a last one")?;
         }
         if let Some(measured) = &self.error.measured {
             let [max, mean, rms] =

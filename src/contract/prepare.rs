@@ -11,7 +11,7 @@ use crate::math::DVec3;
 use crate::mesh::adjacency::{EdgeUse, Rings};
 use crate::mesh::arrange::{self, Arranged, NO_FACE_LEFT};
 use crate::mesh::cut::cut;
-use crate::mesh::fan::Fan;
+use crate::mesh::fan::{Fan, NOT_MANIFOLD};
 use crate::mesh::frame::Frame;
 use crate::mesh::layers::Layers;
 use crate::mesh::orient::{Oriented, turn_to_agree};
@@ -206,7 +206,7 @@ fn arranged(mesh: &Mesh, options: &Options, layers: Layers<'_>) -> Result<(Arran
         let reason = if pruned > 0 { "every part is below the prune limit: give a smaller one" } else { NO_FACE_LEFT };
         return Err(Error::Mesh(reason.into()));
     }
-    let parts = (pruned > 0).then(|| format!("{pruned} small parts dropped"));
+    let parts = (pruned > 0).then(|| format!("small parts dropped: {pruned}"));
     let dropped = (options.log && holds_more_than_a_log(mesh, &options.attributes)).then(|| {
         "a log holds one normal and one color a vertex: texture coordinates, creases, materials and channels are dropped".into()
     });
@@ -264,10 +264,13 @@ impl Prepared {
         };
         let rows: Vec<Position> =
             carried.origin.par_iter().zip(fans).enumerate().with_min_len(CHUNK).map_init(Vec::new, row).collect();
-        let complex = fans.iter().filter(|&&fan| fan == Fan::Complex).count();
+        // Those that stay in any case need no word, and the cuts between the parts of a mesh make such of any vertex.
+        let is_free = |origin: u32| !held.get(origin as usize).is_some_and(|&is_held| is_held);
+        let complex =
+            carried.origin.iter().zip(fans).filter(|&(&origin, &fan)| fan == Fan::Complex && is_free(origin)).count();
         self.border_vertices = rows.iter().filter(|p| p.flags & BORDER != 0).count();
         if complex > 0 && !options.joins() {
-            self.warnings.push(format!("{complex} vertices where the surface is not manifold stay where they are"));
+            self.warnings.push(format!("{NOT_MANIFOLD}: {complex}"));
         }
         if options.metric == Metric::Volume {
             self.carried.drift = vec![0.0; rows.len()];

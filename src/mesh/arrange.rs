@@ -117,18 +117,14 @@ impl Arranged {
         arranged
     }
 
-    /// What was dropped: how many, in words.
-    pub fn dropped(&self) -> [(usize, &'static str); 3] {
-        [
+    /// What was dropped, as warnings.
+    pub fn warnings(&self) -> impl Iterator<Item = String> {
+        let dropped = [
             (self.degenerate_faces, "degenerate faces dropped"),
             (self.duplicate_faces, "duplicate faces dropped"),
             (self.unreferenced_vertices, "unreferenced vertices dropped"),
-        ]
-    }
-
-    /// What was dropped, as warnings.
-    pub fn warnings(&self) -> impl Iterator<Item = String> {
-        self.dropped().into_iter().filter(|&(count, _)| count > 0).map(|(count, what)| format!("{count} {what}"))
+        ];
+        dropped.into_iter().filter(|&(count, _)| count > 0).map(|(count, what)| format!("{what}: {count}"))
     }
 
     /// Finds unreferenced vertices, and drops them where vertices are joined.

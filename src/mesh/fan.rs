@@ -7,6 +7,9 @@ use crate::math::places::Places;
 use super::adjacency::{Rings, from_corner};
 use super::topology::has_repeated_corner;
 
+/// What is told of vertices that are neither, with their number behind it.
+pub(crate) const NOT_MANIFOLD: &str = "vertices that stay where they are, as the surface is not manifold there";
+
 /// The faces around a vertex.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fan {

@@ -75,7 +75,7 @@ pub fn turn_to_agree(faces: &mut [[u32; 3]], sources: &mut [u32], rings: &Rings)
         face.swap(1, 2);
         *source |= TURNED;
     }
-    let warning = format!("{count} faces are wound against their neighbors; they keep their winding in the result");
+    let warning = format!("faces wound against their neighbors, which keep their winding in the result: {count}");
     find_complex_again(&mut fans, faces, rings, &turned);
     Oriented { fans, turned, warning: Some(warning) }
 }

@@ -101,7 +101,7 @@ pub fn run(
         let Some(mut outcome) = outcome else {
             now.faces -= faces;
             if faces > 0 {
-                notes.add(format!("{faces} degenerate faces dropped"));
+                notes.add(format!("degenerate faces dropped: {faces}"));
             }
             continue;
         };
@@ -191,23 +191,25 @@ impl Merge {
 
 /// What parts and passes have to say, told once: what they count is summed.
 #[derive(Debug, Default)]
-pub struct Notes(Vec<(u64, String)>);
+pub struct Notes(Vec<(String, Option<u64>)>);
 
 impl Notes {
-    /// Adds a text; one that starts with a number is added to those that go on alike.
+    /// Adds a text; one that ends with a count is added to those that begin alike.
     pub fn add(&mut self, text: String) {
-        let digits = text.bytes().take_while(u8::is_ascii_digit).count();
-        let count = text[..digits].parse().unwrap_or(0);
-        let rest = if count > 0 { text[digits..].to_string() } else { text };
-        match self.0.iter_mut().find(|(own, known)| *known == rest && (*own > 0) == (count > 0)) {
-            Some((sum, _)) => *sum += count,
-            None => self.0.push((count, rest)),
+        let counted = text.rsplit_once(": ").and_then(|(what, count)| Some((what.to_string(), count.parse().ok()?)));
+        let (what, count) = counted.map_or((text, None), |(what, count)| (what, Some(count)));
+        match self.0.iter_mut().find(|(known, own)| *known == what && own.is_some() == count.is_some()) {
+            Some((_, sum)) => *sum = sum.zip(count).map(|(sum, count): (u64, u64)| sum.saturating_add(count)),
+            None => self.0.push((what, count)),
         }
     }
 
     /// The texts in the order they came.
     pub fn into_texts(self) -> impl Iterator<Item = String> {
-        self.0.into_iter().map(|(count, rest)| if count > 0 { format!("{count}{rest}") } else { rest })
+        self.0.into_iter().map(|(what, count)| match count {
+            Some(count) => format!("{what}: {count}"),
+            None => what,
+        })
     }
 }
 
@@ -218,9 +220,12 @@ mod tests {
     #[test]
     fn counts_are_summed_and_texts_told_once() {
         let mut notes = Notes::default();
-        for text in ["2 faces dropped", "the GPU is lost", "3 faces dropped", "the GPU is lost", "4 vertices stay"] {
+        for text in
+            ["dropped: 2", "GPU: it is lost", "dropped: 3", "GPU: it is lost", "vertices that stay: 4", "dropped"]
+        {
             notes.add(text.into());
         }
-        assert_eq!(notes.into_texts().collect::<Vec<_>>(), ["5 faces dropped", "the GPU is lost", "4 vertices stay"]);
+        let told = ["dropped: 5", "GPU: it is lost", "vertices that stay: 4", "dropped"];
+        assert_eq!(notes.into_texts().collect::<Vec<_>>(), told);
     }
 }

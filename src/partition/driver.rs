@@ -215,7 +215,8 @@ impl Run {
     fn tell_of(&mut self, rebuilt: &Rebuilt) {
         if !rebuilt.undrawn.is_empty() {
             let count = rebuilt.undrawn.len();
-            self.warnings.push(format!("{count} regions, or parts of them, cannot be drawn anew and keep their faces"));
+            self.warnings
+                .push(format!("regions of which all or a part cannot be drawn anew and keeps its faces: {count}"));
         }
     }
 }

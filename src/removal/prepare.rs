@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::kernel::rows::{BORDER, Face, LOCKED, Position, with_hub};
 use crate::mesh::Mesh;
 use crate::mesh::arrange::Arranged;
-use crate::mesh::fan::Fan;
+use crate::mesh::fan::{Fan, NOT_MANIFOLD};
 use crate::mesh::frame::Frame;
 use crate::mesh::kept::dropped_through;
 use crate::mesh::orient::{Oriented, TURNED, turn_to_agree};
@@ -57,7 +57,7 @@ pub fn prepare(mesh: &Mesh, options: &Options, queue: &mut Queue) -> Result<Prep
     let positions: Vec<Position> = fans.par_iter().enumerate().map(row).collect();
     let complex = fans.iter().filter(|&&fan| fan == Fan::Complex).count();
     if complex > 0 {
-        warnings.push(format!("{complex} vertices where the surface is not manifold stay where they are"));
+        warnings.push(format!("{NOT_MANIFOLD}: {complex}"));
     }
     Ok(Prepared {
         frame,

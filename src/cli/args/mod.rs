@@ -38,7 +38,8 @@ pub use weights::{FeatureFile, FeatureMode, FeatureUpdate, Weights};
 
 /// Reduce triangle meshes, on the GPU or the CPU, with the same bytes on both.
 #[derive(Debug, Parser)]
-#[command(name = "coarsen", version, arg_required_else_help = true, after_help = EXAMPLES)]
+#[command(name = "coarsen", version, arg_required_else_help = true)]
+#[command(after_help = after_exit_codes(EXAMPLES))]
 pub struct Arguments {
     #[command(subcommand)]
     pub verb: Verb,
@@ -58,6 +59,13 @@ pub fn command() -> Command {
 /// A verb with long texts broken into lines.
 fn with_lines(verb: Command) -> Command {
     let about = verb.get_long_about().map(|text| wrapped(&text.to_string(), 79)).unwrap_or_default();
+    let verb = match (verb.get_after_long_help(), verb.get_after_help()) {
+        (None, Some(examples)) => {
+            let notes = format!("The exit codes are those of 'coarsen --help'.\n\n{examples}");
+            verb.after_long_help(notes)
+        }
+        _ => verb,
+    };
     verb.long_about(about).mut_args(|arg| match arg.get_long_help().map(|text| wrapped(&text.to_string(), 69)) {
         Some(text) => arg.long_help(text),
         None => arg,
@@ -155,6 +163,20 @@ pub struct Completions {
     #[arg(value_enum)]
     pub shell: Shell,
 }
+
+/// The table of exit codes, then the first paragraph of `examples`: a further one points to the long help, which this ends.
+fn after_exit_codes(examples: &str) -> String {
+    format!("{EXIT_CODES}\n\n{}", examples.split("\n\n").next().unwrap_or_default())
+}
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  done                             5    unsupported content or extension
+  1  unexpected                       6    over a memory or index limit
+  2  usage                            7    device missing or lost
+  3  target not reached, required     8    output not written
+  4  input unreadable or malformed    9    some files of a batch failed
+                                      130  interrupted";
 
 const EXAMPLES: &str = "\
 Examples:

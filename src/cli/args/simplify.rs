@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{Attributes, FeatureFile, How, Measuring, RegionFiles};
+use super::{Attributes, FeatureFile, How, Measuring, RegionFiles, after_exit_codes};
 use crate::cli::values::{self, Weld};
 
 /// Reduce the faces of a mesh
@@ -14,7 +14,7 @@ use crate::cli::values::{self, Weld};
 /// byte, on every device and with any number of threads.
 #[derive(Debug, Args)]
 // A negative number reaches the option's own parser, which says what is wanted.
-#[command(allow_negative_numbers = true, after_help = EXAMPLES, after_long_help = NOTES)]
+#[command(allow_negative_numbers = true, after_help = EXAMPLES, after_long_help = after_exit_codes(EXAMPLES))]
 pub struct Simplify {
     /// Mesh to read: a file, '-', or sample:NAME[@FACES]
     ///
@@ -481,18 +481,3 @@ Examples:
   coarsen simplify sample:statue@50k - --format ply --faces 5k > small.ply
 
 All options in full sentences: coarsen simplify --help";
-
-const NOTES: &str = "\
-Exit codes:
-  0  done                             5    unsupported content or extension
-  1  unexpected                       6    over a memory or index limit
-  2  usage                            7    device missing or lost
-  3  target not reached, required     8    output not written
-  4  input unreadable or malformed    130  interrupted
-
-Examples:
-  coarsen simplify sample:statue out.ply --faces 20k
-  coarsen simplify sample:part part.stl --ratio 10% --metric plane
-  coarsen simplify sample:terrain@100k tile.obj.gz --error 0.1% --lock-border
-  coarsen simplify sample:statue@5M small.ply --ratio 1% --method cluster
-  coarsen simplify sample:statue@50k - --format ply --faces 5k > small.ply";

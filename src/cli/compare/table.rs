@@ -63,8 +63,8 @@ fn of_material(MaterialTexture { name, faces: [here, there], texture }: &Materia
             let common = 100.0 * texture.covered;
             format!("'{name}': {max} at most, {rms} root mean square, {common:.2} % in common")
         }
-        None if *here == 0 => format!("'{name}': no faces in A, {there} in B"),
-        None if *there == 0 => format!("'{name}': {here} faces in A, none in B"),
+        None if *here == 0 => format!("'{name}': faces in A: none, in B: {there}"),
+        None if *there == 0 => format!("'{name}': faces in A: {here}, in B: none"),
         None => format!("'{name}': no texture coordinates"),
     }
 }

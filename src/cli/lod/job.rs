@@ -187,7 +187,14 @@ fn budgets(args: &args::Lod, screen: &Screen) -> anyhow::Result<Vec<Budget>> {
         && faces.is_sorted_by(|a, b| a > b)
         && [errors, errors_abs, distances].into_iter().all(|l| rises(l));
     if !in_order {
-        let message = format!("{} go from fine to coarse, without repeats: such as 50%,10%,1%", given.join(""));
+        let list = given.join("");
+        let example = match list.as_str() {
+            "--ratios" => "50%,10%,1%",
+            "--faces" => "10k,5k,1k",
+            "--errors" => "0.1%,0.5%,1%",
+            _ => "0.5,5,50",
+        };
+        let message = format!("{list} go from fine to coarse, without repeats: such as {example}");
         return Err(refuse(Exit::Usage, message));
     }
     let step = ratio_step.unwrap_or(RATIO_STEP);
