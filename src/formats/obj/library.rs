@@ -22,7 +22,7 @@ pub struct Libraries {
     pub names: Vec<String>,
     /// Where they lie; none for a stream.
     pub folder: Option<PathBuf>,
-    /// Whether a name in the file was not UTF-8, and was read as Latin-1: an OBJ gets all of them back so, for its libraries to know them.
+    /// Whether a name in the file was not UTF-8, and was read as Latin-1: an OBJ gets all names back so, as its libraries have them.
     pub in_latin1: bool,
 }
 
