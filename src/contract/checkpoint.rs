@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 
-use crate::kernel::rows::{BORDER, HELD, HUB, LOCKED, SEAM};
+use crate::kernel::rows::{BORDER, HELD, HUB, JOINED, LOCKED, SEAM};
 use crate::mesh::Rings;
 use crate::mesh::fan::fans;
 use crate::simplify::{Phases, RoundRecord};
@@ -14,7 +14,6 @@ use crate::simplify::{Phases, RoundRecord};
 use super::driver::Run;
 use super::pace::Pace;
 use super::prepare::Prepared;
-use super::yielding::Yields;
 use super::{Metric, Options};
 
 /// How many times fewer faces than one checkpoint the next has at least: copying them all takes about as long as one copy of the
@@ -51,11 +50,11 @@ enum Phase {
 }
 
 impl Checkpoints {
-    /// Begins with a run from `start` to so many faces at least, after which `more` may yield.
+    /// Begins with a run from `start` to so many faces at least, after which more may yield, or not.
     ///
     /// There are none where the start of all is wanted later on: planes are summed there, and vertices fitted to it.
-    pub fn begin(&mut self, start: &Prepared, target: Option<usize>, more: Option<Yields>, options: &Options) {
-        let (Some(target), Some(_)) = (target, more) else {
+    pub fn begin(&mut self, start: &Prepared, target: Option<usize>, may_more: bool, options: &Options) {
+        let Some(target) = target.filter(|_| may_more) else {
             *self = Self::default();
             return;
         };
@@ -65,7 +64,7 @@ impl Checkpoints {
             (self.next, self.target) = (None, target);
             return;
         }
-        let may_get_stuck = start.positions.iter().any(|p| p.flags & SEAM != 0);
+        let may_get_stuck = start.positions.iter().any(|p| p.flags & (SEAM | JOINED) != 0);
         let next = (may_get_stuck && may_go_on(options)).then_some(start.faces.len() / SHRUNK);
         *self = Self { next, target, came_to: start.faces.len(), ..Self::default() };
     }
@@ -191,7 +190,7 @@ impl Prepared {
         self.fans = fans(bytemuck::cast_slice(&self.faces), &self.rings);
         for position in &mut self.positions {
             let locked = if position.flags & HELD == 0 { 0 } else { LOCKED };
-            position.flags = position.flags & (BORDER | HUB | HELD) | locked;
+            position.flags = position.flags & (BORDER | HUB | HELD | JOINED) | locked;
         }
         self
     }
@@ -205,6 +204,7 @@ mod tests {
     use super::super::driver::{self, Job};
     use super::super::levels::Levels;
     use super::super::prepare::{begin, prepare};
+    use super::super::yielding::Yields;
     use super::*;
     use crate::backend::{Awake, Device};
     use crate::math::{Vec2, Vec3};
@@ -266,7 +266,7 @@ mod tests {
     /// The checkpoints of a run to so few faces, and its outcome.
     fn checkpoints(mesh: &Mesh, options: &Options, faces: usize) -> (Checkpoints, Outcome) {
         let (start, mut found) = (prepare(mesh, options).expect("a valid mesh"), Checkpoints::default());
-        found.begin(&start, Some(faces), Some(Yields::Corners), options);
+        found.begin(&start, Some(faces), true, options);
         let outcome = run(mesh, options, faces, start, &mut found).expect("an outcome");
         (found, outcome)
     }
@@ -348,13 +348,13 @@ mod tests {
         let mut taken = kept.ahead(0).expect("a checkpoint");
         let faces = taken.faces.len();
         taken.let_yield(&mesh, Yields::Seams, &options);
-        kept.begin(&taken, Some(2), Some(Yields::Seams), &options);
+        kept.begin(&taken, Some(2), true, &options);
         let second = run(&mesh, &options, 2, taken, &mut kept).expect("an outcome");
         let is_later = |kept: &Prepared| (AHEAD * second.mesh.faces.len()..faces).contains(&kept.faces.len());
         assert!(kept.kept.iter().any(is_later), "{} faces", second.mesh.faces.len());
         assert_eq!(kept.ahead(0).map(|taken| taken.faces.len()), Some(faces));
         // After the last one none is wanted.
-        kept.begin(&kept.ahead(0).expect("a checkpoint"), Some(2), None, &options);
+        kept.begin(&kept.ahead(0).expect("a checkpoint"), Some(2), false, &options);
         assert!(kept.ahead(0).is_none());
     }
 

@@ -152,7 +152,8 @@ impl Committer {
         let clock = Instant::now();
         sort(candidates, &mut self.scratch, self.commits);
         let sorting = clock.elapsed();
-        let mut work = Work { joins, ..Work::new(Patch::whole(surface, carried), task) };
+        let faces = surface.face_count - done.0.faces_removed;
+        let mut work = Work { joins, faces, ..Work::new(Patch::whole(surface, carried), task) };
         let quota = Quota { faces: quota.faces.saturating_sub(done.0.faces_removed), ..quota };
         work.attempt_to_the_end(candidates, quota);
         let spent = Spent { sorting, examining: work.examining(), total: clock.elapsed() };
@@ -262,6 +263,8 @@ struct Work<'a> {
     joins: &'a [[u32; 2]],
     /// Vertices that may not contract any more, for their rings hold faces that cancelled each other out.
     held: FxHashSet<u32>,
+    /// How many faces there are.
+    faces: usize,
     attempts: u32,
     timed: Duration,
 }
@@ -269,6 +272,7 @@ struct Work<'a> {
 impl<'a> Work<'a> {
     fn new(patch: Patch<'a>, task: Task) -> Self {
         let examiner = Examiner::new(task.rules, task.may_wait, task.dearest);
+        let faces = patch.connectivity.faces.len();
         Self {
             patch,
             examiner,
@@ -278,6 +282,7 @@ impl<'a> Work<'a> {
             committed: Committed::default(),
             joins: &[],
             held: FxHashSet::default(),
+            faces,
             attempts: 0,
             timed: Duration::ZERO,
         }
@@ -349,6 +354,10 @@ impl<'a> Work<'a> {
                 if self.lists_refused {
                     self.committed.refused.push(Refusal::new([u, w], rejection));
                 }
+            }
+            // Faces that cancel each other out may not leave a mesh of none.
+            Verdict::Accepted(accepted) if self.committed.faces_removed + accepted.faces_removed >= self.faces => {
+                self.committed.blocked.count(Rejection::Link);
             }
             Verdict::Accepted(accepted) => {
                 self.cancel([u, w], &accepted.cancelled);

@@ -103,7 +103,7 @@ impl Run<'_> {
         let before = self.recorder.as_ref().map(|_| carried.origin.clone());
         // Where parts join, and with weights, which every round may find anew, more decides than the faces around a pair.
         self.committer.lists_refused =
-            self.pace.of == Candidates::Pairs && !self.options.joins() && carried.weights.is_empty();
+            self.pace.of == Candidates::Pairs && !self.rules.joins && carried.weights.is_empty();
         self.committer.is_followed =
             self.follower.is_some() || self.history.is_some() || self.recorder.is_some() || !joins.is_empty();
         let (committed, spent) =
@@ -133,7 +133,7 @@ impl Run<'_> {
     /// next would have to let every pair through. What is refused for it is none of the round's candidates, and not counted.
     fn commit_on_border(&mut self, done: &mut (Committed, Spent)) {
         // Accumulated quadrics have no limit to what is too dear, and faces that cancelled out are gone only after the round.
-        let may_find = self.options.metric == Metric::Volume && !self.options.joins() && !self.pace.is_full();
+        let may_find = self.options.metric == Metric::Volume && !self.rules.joins && !self.pace.is_full();
         // A small round of all pairs is cheap, and takes the cheapest.
         if !may_find || !self.has_odd_ends() || self.host.face_count < LARGE_ROUND {
             return;

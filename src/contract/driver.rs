@@ -161,7 +161,7 @@ impl<'a> Run<'a> {
         let triangles = Triangles::new(&host_queue, &host, options)?;
         let wedges = prepared.carried.wedges.as_ref();
         let evaluation = Evaluation::new(device.cpu_queue(), &host, options, prepared.border_vertices > 0, wedges)?;
-        let rules = Rules::new(options, f64::INFINITY);
+        let rules = Rules::new(options, prepared.complex_yield, f64::INFINITY);
         let earlier = &mut prepared.earlier;
         let pace = earlier.pace.take().unwrap_or_else(|| Pace::new(options.candidates));
         let mut run = Self {
@@ -195,7 +195,7 @@ impl<'a> Run<'a> {
         };
         if options.joins() {
             run.find_joins()?;
-        } else if let Some(targets) = run.levels.targets_below(run.host.face_count) {
+        } else if let Some(targets) = run.levels.targets_below(run.host.face_count).filter(|_| !run.rules.joins) {
             run.open_follower(run.heading(targets), storage);
         }
         run.start_quadrics(storage)?;
@@ -326,7 +326,7 @@ impl<'a> Run<'a> {
     /// can meet levels on its way. What joins parts, triangles and what is to be fitted need a round's end for that.
     pub fn heading(&self, [first, last]: [usize; 2]) -> usize {
         let options = self.options;
-        let on_the_way = options.candidates == Candidates::Pairs && !options.joins() && options.fit == 0;
+        let on_the_way = options.candidates == Candidates::Pairs && !self.rules.joins && options.fit == 0;
         if on_the_way { last } else { first }
     }
 

@@ -44,15 +44,16 @@ pub struct Rules {
     border_weight: f64,
     pub regularization: f64,
     pub limits: ShapeLimits,
-    /// Whether pairs may join parts.
+    /// Whether pairs may join parts, and change the topology where they have or the surface was not manifold.
     pub joins: bool,
     /// Greatest estimated deviation, in the normalized frame.
     pub max_deviation: f64,
 }
 
 impl Rules {
-    /// The rules that `options` set, with an error limit in the normalized frame.
-    pub fn new(options: &Options, max_deviation: f64) -> Self {
+    /// The rules that `options` set, where vertices yield or not at which the surface is not manifold, with an error limit in the
+    /// normalized frame.
+    pub fn new(options: &Options, complex_yield: bool, max_deviation: f64) -> Self {
         Self {
             metric: options.metric,
             placement: options.placement,
@@ -63,7 +64,7 @@ impl Rules {
             }),
             limits: ShapeLimits { min_cos: min_cos(options.max_flip_rad), min_height: MIN_HEIGHT },
             max_deviation,
-            joins: options.joins(),
+            joins: options.joins() || complex_yield,
         }
     }
 }
@@ -158,7 +159,7 @@ impl Examiner {
     #[inline(always)]
     fn judge(&mut self, patch: &Patch<'_>, pair: [u32; 2], middle: DVec3, cost: f32) -> Result<Accepted, Rejection> {
         let (pu, pw) = (patch.position(pair[0]), patch.position(pair[1]));
-        let joins = (pu.flags | pw.flags) & JOINED != 0 || self.star.shared().is_empty();
+        let joins = self.rules.joins && ((pu.flags | pw.flags) & JOINED != 0 || self.star.shared().is_empty());
         if !self.rules.joins && (pu.flags | pw.flags) & (BORDER | LOCKED) == 0 {
             closed_link_condition(&self.star, pair[1])?;
         } else if !joins {
@@ -334,7 +335,7 @@ mod tests {
             prepared.carried.drift[u as usize] = drifts[0];
             prepared.carried.drift[w as usize] = drifts[1];
             let patch = Patch::whole(&mut surface, &mut prepared.carried);
-            let mut examiner = Examiner::new(Rules::new(&options, f64::INFINITY), false, 0.0);
+            let mut examiner = Examiner::new(Rules::new(&options, false, f64::INFINITY), false, 0.0);
             match examiner.examine(&patch, [u, w], 0.0) {
                 Verdict::Accepted(Accepted { placed, deviation, .. }) => {
                     assert_eq!(placed.accumulated.deviation(), deviation);

@@ -11,6 +11,7 @@
 //!   characteristic, borders and parts are kept. [`crate::mesh::validate()`] checks a result.
 
 mod apply;
+mod attempt;
 mod attempts;
 mod attribute_rows;
 mod attributes;
@@ -135,8 +136,10 @@ impl Candidates {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum NonManifold {
     /// A vertex becomes one for each fan around it, so that what only touches there goes its own way; no border opens
-    /// \[GTLH98\]. Faces on an edge that cannot be paired stay together, as where three meet: such vertices are held. With
-    /// [`Placement::Endpoint`], a join distance or a log all are.
+    /// \[GTLH98\]. Faces on an edge that cannot be paired stay together, as where three meet: such vertices are held, until they keep
+    /// a run from its number of faces, or most of these. Then they move, what comes to lie on itself vanishes, and an outcome warns
+    /// of it. With [`Placement::Endpoint`], a join distance or a log all are held, with a fit or [`Candidates::Triangles`] these
+    /// always.
     #[default]
     Cut,
     /// They stay where they are, and so do the edges between them.

@@ -31,6 +31,11 @@ use super::wedges::Wedges;
 use super::yielding::Yields;
 use super::{Metric, Options};
 
+/// What a vertex is flagged with that nothing holds but that the surface is not manifold there.
+const HELD_COMPLEX: u32 = LOCKED | HELD | JOINED;
+/// What the user is told where such vertices move.
+const COMPLEX_YIELD: &str = "vertices where the surface is not manifold move, and its topology may change there: holding them would keep too many faces";
+
 /// The start of a run on the host.
 #[derive(Debug)]
 pub struct Prepared {
@@ -46,6 +51,8 @@ pub struct Prepared {
     pub warnings: Vec<String>,
     pub weld_secs: f64,
     pub earlier: Earlier,
+    /// Whether vertices move where the surface is not manifold.
+    pub complex_yield: bool,
 }
 
 impl Prepared {
@@ -90,6 +97,21 @@ impl Prepared {
     pub fn let_yield(&mut self, mesh: &Mesh, yields: Yields, options: &Options) {
         let seams = self.seam_flags(mesh, yields, options);
         self.flag_seams(mesh, &seams, yields);
+    }
+
+    /// How many vertices stay for nothing but that the surface is not manifold there.
+    pub fn held_complex(&self) -> usize {
+        self.positions.iter().filter(|p| p.flags & HELD_COMPLEX == HELD_COMPLEX).count()
+    }
+
+    /// Lets them move; for good. What was refused before may be legal now.
+    pub fn let_complex_yield(&mut self) {
+        let held = self.positions.iter_mut().filter(|p| p.flags & HELD_COMPLEX == HELD_COMPLEX);
+        held.for_each(|p| p.flags &= !(LOCKED | HELD));
+        self.complex_yield = true;
+        self.earlier.pace = None;
+        self.warnings.retain(|warning| !warning.starts_with(NOT_MANIFOLD));
+        self.warnings.push(COMPLEX_YIELD.into());
     }
 
     /// Takes the start of a run out, for the host's surface.
@@ -158,6 +180,7 @@ pub fn begin(mesh: &Mesh, options: &Options) -> Result<Prepared> {
         warnings,
         weld_secs,
         earlier: Earlier { faces: faces.len(), ..Earlier::default() },
+        complex_yield: false,
     };
     prepared.earlier.vertices = prepared.carried.origin.len();
     prepared.find_wedges(mesh, &faces, options)?;
@@ -254,8 +277,9 @@ impl Prepared {
             };
             let is_complex = fan == Fan::Complex;
             let is_held = held.get(origin as usize).is_some_and(|&is_held| is_held);
-            let locked = (is_complex && !options.joins()) || (on_border && options.lock_border) || is_held;
-            let joined = is_complex && options.joins();
+            let other_holds = (on_border && options.lock_border) || is_held;
+            let locked = (is_complex && !options.joins()) || other_holds;
+            let joined = is_complex && (options.joins() || !other_holds);
             let flags = if on_border { BORDER } else { 0 }
                 | if locked { LOCKED | HELD } else { 0 }
                 | if joined { JOINED } else { 0 };

@@ -84,7 +84,7 @@ pub fn compared(
     }
     let start_with = with_made.is_none().then(|| without.copy());
     without.let_yield(mesh, Yields::Creases, options);
-    checkpoints.begin(&without, counts.map(|[least, _]| least), Yields::Creases.more(), options);
+    checkpoints.begin(&without, counts.map(|[least, _]| least), true, options);
     let without = driver::run(job, without, checkpoints, progress.as_deref_mut())?;
     let without: Vec<Outcome> = without.into_iter().flatten().collect();
     if without.iter().any(|outcome| outcome.stop == StopReason::Cancelled) {

@@ -142,7 +142,7 @@ mod tests {
         let mut pairs: Vec<[u32; 2]> = sides.map(|[u, w]| [u.min(w), u.max(w)]).collect();
         pairs.sort_unstable();
         pairs.dedup();
-        let mut examiner = Examiner::new(Rules::new(&Options::default(), f64::INFINITY), false, 0.0);
+        let mut examiner = Examiner::new(Rules::new(&Options::default(), false, f64::INFINITY), false, 0.0);
         let patch = Patch::whole(surface, carried);
         pairs.into_iter().map(|pair| (pair, examiner.examine(&patch, pair, 0.0))).collect()
     }
@@ -165,7 +165,7 @@ mod tests {
         }
         let (mut contracted, mut removed) = (0, 0);
         let mut patch = Patch::whole(&mut surface, carried);
-        let mut examiner = Examiner::new(Rules::new(&Options::default(), f64::INFINITY), false, 0.0);
+        let mut examiner = Examiner::new(Rules::new(&Options::default(), false, f64::INFINITY), false, 0.0);
         for (pair, _) in legal.into_iter().step_by(every) {
             let is_free = pair.iter().all(|&v| patch.is_free(v));
             if is_free && let Verdict::Accepted(accepted) = examiner.examine(&patch, pair, 0.0) {

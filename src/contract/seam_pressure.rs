@@ -35,9 +35,13 @@ pub fn are_pressing(outcome: &Outcome, faces: usize, kept: usize) -> bool {
     let is_late = |round: &&RoundRecord| round.faces as usize <= LATE * outcome.mesh.faces.len();
     let late = outcome.rounds.iter().filter(is_late).filter(|round| round.blocked.seam > 0);
     let most = late.map(|round| (round.blocked.seam + round.blocked.texture) as f64 / round.pairs.max(1) as f64);
+    keep_many(outcome, faces, kept) || most.fold(0.0, f64::max) >= PRESSING
+}
+
+/// Whether so many faces, kept by what holds, are many of those of an outcome of a run from `faces`.
+pub fn keep_many(outcome: &Outcome, faces: usize, kept: usize) -> bool {
     let left = outcome.mesh.faces.len();
-    let keep_many = kept as f64 >= KEPT * left as f64 && faces >= FAR * left;
-    keep_many || most.fold(0.0, f64::max) >= PRESSING
+    kept as f64 >= KEPT * left as f64 && faces >= FAR * left
 }
 
 /// Of levels that were made, and those `found` in which all seams yield, by their numbers, keeps the closer ones. The latter took so

@@ -197,7 +197,7 @@ fn reasons(parts: &[Part]) -> Vec<String> {
         count,
         faces,
         format!(
-            "{} that cannot move, where the surface is not manifold or not orientable, in {}: {}",
+            "{} held where the surface is not manifold or not orientable, in {}: {}",
             if locked == 1 { "1 vertex".into() } else { format!("{locked} vertices") },
             plural(count, "part"),
             plural(faces, "face")

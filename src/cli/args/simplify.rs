@@ -236,8 +236,8 @@ pub struct Shape {
     /// Where it touches itself: cut or hold
     ///
     /// What becomes of vertices and edges where the surface is not manifold: with 'cut' parts that only touch there go
-    /// their own ways, and no border opens; where three faces meet on an edge vertices stay all the same. With 'hold', and
-    /// with --placement endpoint, --join-within or --write-log, all stay.
+    /// their own ways, and no border opens; where three faces meet on an edge vertices stay, unless they would keep too many
+    /// faces. With 'hold', and with --placement endpoint, --join-within or --write-log, all stay.
     #[arg(
         long,
         value_name = "NAME",
