@@ -122,6 +122,26 @@ fn what_touches_itself_is_cut_alike() {
     }
 }
 
+/// Where vertices at which the surface is not manifold keep too many faces, the run goes on from a copy of an earlier round.
+#[test]
+fn what_is_not_manifold_yields_alike() {
+    let Mesh { positions, faces, .. } = sample("statue", Some(SAMPLE_FACES)).expect("a sample");
+    let mut mesh = Mesh::new(positions, faces);
+    let sides = mesh.faces.iter().step_by(9).map(|&[a, b, _]| [a, b]).collect::<Vec<_>>();
+    for [a, b] in sides {
+        let fin = (mesh.positions[a as usize] + mesh.positions[b as usize]) * 0.51;
+        mesh.faces.push([a, b, mesh.positions.len() as u32]);
+        mesh.positions.push(fin);
+    }
+    let reference = contract(&mesh, &Options::default(), Budget::faces(2_000));
+    assert!(reference.warnings.iter().any(|warning| warning.contains("not manifold move")), "{:?}", reference.warnings);
+    let on_gpu = gpu(&many_rounds(true));
+    for device in [Some(cpu(3)), on_gpu].iter().flatten() {
+        let outcome = contract_on(device, &mesh, &Options::default(), Budget::faces(2_000));
+        assert_same(&device.description(), &reference, &outcome);
+    }
+}
+
 /// The CPU takes over where it was asked to.
 #[test]
 fn few_faces_are_left_to_the_cpu() {
