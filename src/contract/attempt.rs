@@ -52,7 +52,12 @@ impl Attempt {
             prepared.let_complex_yield();
         }
         let held_complex = if may_loosen(&prepared, options) { prepared.held_complex() } else { 0 };
-        let holds = |seams, by_seams| Holds { seams, by_seams, complex: held_complex };
+        let has_wedges = prepared.carried.wedges.is_some();
+        let holds = |seams: Option<Yields>, by_seams| Holds {
+            seams: seams.filter(|_| has_wedges),
+            by_seams,
+            complex: held_complex,
+        };
         let more = |prepared: &Prepared, yields: Yields| {
             may_yield(options).then(|| more_than(yields, prepared.has_shading())).flatten()
         };

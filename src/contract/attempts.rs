@@ -16,7 +16,7 @@ use super::attempt::{Attempt, Holds, Step, may_yield};
 use super::checkpoint::Checkpoints;
 use super::driver::{self, Job};
 use super::pressure::{compared, face_counts, has_error};
-use super::seam_pressure::{FARTHER_WITH_SEAMS, are_pressing, is_seen, keep_closer, keep_many};
+use super::seam_pressure::{FARTHER_WITH_SEAMS, SOUND, are_pressing, is_seen, is_wrecked, keep_closer, keep_many};
 use super::yielding::Yields;
 
 /// Runs a job.
@@ -28,7 +28,7 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
         let budgets: Vec<Budget> = found.left.iter().map(|&level| job.budgets[level]).collect();
         let job = Job { budgets: &budgets, ..job };
         let Attempt { prepared, step, holds, is_pressed } =
-            Attempt::new(job, found.next, checkpoints.ahead(found.most_faces()))?;
+            Attempt::new(job, found.next, checkpoints.ahead(found.most_faces(), found.most_error()))?;
         let outcomes: Vec<Outcome> = if is_pressed {
             compared(job, prepared, &mut checkpoints, progress.as_deref_mut())?
         } else {
@@ -83,6 +83,13 @@ impl<'a> Found<'a> {
         if self.compares { self.left.iter().filter_map(faces).fold(0, usize::max) } else { 0 }
     }
 
+    /// The greatest error that such a run may begin with: what is a wreck was none for long.
+    fn most_error(&self) -> f64 {
+        let diagonal = self.mesh.diagonal();
+        let is_one = |&level: &usize| self.made[level].as_ref().is_some_and(|made| is_wrecked(made, diagonal));
+        if self.compares && self.left.iter().any(is_one) { SOUND * diagonal } else { f64::INFINITY }
+    }
+
     /// What the user is told of seams where the next run does.
     fn warning(&self, step: Step) -> Option<&'static str> {
         let for_seams = self.compares && self.press.yields == Yields::Seams;
@@ -120,13 +127,18 @@ impl<'a> Found<'a> {
 
     /// Notes whether a level was reached far off, and what makes it so.
     fn note_dear(&mut self, level: usize, outcome: &Outcome, step: Step, holds: Holds) {
-        let is_far = is_seen(outcome, &self.budgets[level], self.mesh.diagonal());
+        let diagonal = self.mesh.diagonal();
+        let (is_far, is_wrecked) = (is_seen(outcome, &self.budgets[level], diagonal), is_wrecked(outcome, diagonal));
         let (faces, seams_hold) = (self.mesh.faces.len(), step.yields < Yields::Seams && may_yield(self.options));
         self.dear[level] = is_far && (seams_hold || holds.complex > 0);
-        if is_far && seams_hold && are_pressing(outcome, faces, holds.by_seams) {
+        if is_far
+            && seams_hold
+            && (are_pressing(outcome, faces, holds.by_seams) || (is_wrecked && holds.seams.is_some()))
+        {
             self.press.yields = Yields::Seams;
         }
-        self.press.complex |= is_far && keep_many(outcome, faces, FACES_EACH * holds.complex);
+        let complex_presses = is_wrecked || keep_many(outcome, faces, FACES_EACH * holds.complex);
+        self.press.complex |= is_far && holds.complex > 0 && complex_presses;
     }
 }
 

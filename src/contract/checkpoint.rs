@@ -107,10 +107,12 @@ impl Checkpoints {
         self.kept.push_back(Prepared::of_run(run));
     }
 
-    /// Where the run is to be taken up for so many faces and what it came to; nothing where that is from the start.
-    pub fn ahead(&self, faces: usize) -> Option<Prepared> {
+    /// Where the run is to be taken up for so many faces and what it came to, with at most so great an estimated error; nothing where
+    /// that is from the start.
+    pub fn ahead(&self, faces: usize, most_error: f64) -> Option<Prepared> {
         let least = AHEAD * self.came_to.max(faces);
-        let last = self.kept.iter().rfind(|kept| kept.faces.len() >= least);
+        let is_sound = |kept: &Prepared| f64::from(kept.earlier.deviation) <= kept.frame.length_to_rows(most_error);
+        let last = self.kept.iter().rfind(|kept| kept.faces.len() >= least && is_sound(kept));
         last.map(|kept| kept.copy().taken_up())
     }
 
@@ -294,11 +296,11 @@ mod tests {
         assert!(counts.windows(2).all(|pair| SHRUNK * pair[1] <= pair[0]), "{counts:?}");
         // Of those that are far enough from the end the last alone is left, and it is the one that is taken.
         let far: Vec<usize> = counts.iter().copied().filter(|&count| count >= AHEAD * stuck).collect();
-        let taken = kept.ahead(0).expect("a checkpoint");
+        let taken = kept.ahead(0, f64::INFINITY).expect("a checkpoint");
         assert_eq!((far.len(), taken.faces.len()), (1, far[0]), "{counts:?}, stuck with {stuck}");
         assert_eq!(taken.earlier.rounds.first().map(|round| round.faces), Some(mesh.faces.len() as u64));
         let early = Checkpoints { came_to: mesh.faces.len(), ..kept };
-        assert!(early.ahead(0).is_none());
+        assert!(early.ahead(0, f64::INFINITY).is_none());
         // Nearer to where it may end there is none, and none where the start of all is wanted.
         assert!(checkpoints(&mesh, &options, mesh.faces.len() / 3).0.kept.is_empty());
         for options in [Options { fit: 1, ..Options::default() }, Options { metric: Metric::Plane, ..options }] {
@@ -345,17 +347,17 @@ mod tests {
     fn a_third_run_takes_up_the_first_as_the_second_did() {
         let (mesh, options) = (charts(), Options::default());
         let (mut kept, _) = checkpoints(&mesh, &options, 2);
-        let mut taken = kept.ahead(0).expect("a checkpoint");
+        let mut taken = kept.ahead(0, f64::INFINITY).expect("a checkpoint");
         let faces = taken.faces.len();
         taken.let_yield(&mesh, Yields::Seams, &options);
         kept.begin(&taken, Some(2), true, &options);
         let second = run(&mesh, &options, 2, taken, &mut kept).expect("an outcome");
         let is_later = |kept: &Prepared| (AHEAD * second.mesh.faces.len()..faces).contains(&kept.faces.len());
         assert!(kept.kept.iter().any(is_later), "{} faces", second.mesh.faces.len());
-        assert_eq!(kept.ahead(0).map(|taken| taken.faces.len()), Some(faces));
+        assert_eq!(kept.ahead(0, f64::INFINITY).map(|taken| taken.faces.len()), Some(faces));
         // After the last one none is wanted.
-        kept.begin(&kept.ahead(0).expect("a checkpoint"), Some(2), false, &options);
-        assert!(kept.ahead(0).is_none());
+        kept.begin(&kept.ahead(0, f64::INFINITY).expect("a checkpoint"), Some(2), false, &options);
+        assert!(kept.ahead(0, f64::INFINITY).is_none());
     }
 
     /// A run that seams keep from what is asked goes on from where it was, and comes to it.
@@ -369,7 +371,7 @@ mod tests {
         let outcome = outcomes.expect("a valid mesh").pop().expect("one budget");
         assert_eq!((outcome.stop, outcome.warnings.len()), (StopReason::FacesReached, 1), "{:?}", outcome.warnings);
         let counts: Vec<u64> = outcome.rounds.iter().map(|round| round.faces).collect();
-        let taken = kept.ahead(0).expect("a checkpoint");
+        let taken = kept.ahead(0, f64::INFINITY).expect("a checkpoint");
         assert!(counts.contains(&(taken.faces.len() as u64)) && counts.is_sorted_by(|a, b| a >= b), "{counts:?}");
         assert_eq!(counts[0], mesh.faces.len() as u64);
     }

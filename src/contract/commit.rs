@@ -9,6 +9,8 @@
 //! - The quota is never passed, except by one face where it says so.
 
 use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use std::iter::Peekable;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
@@ -265,6 +267,8 @@ struct Work<'a> {
     held: FxHashSet<u32>,
     /// How many faces there are.
     faces: usize,
+    /// Those that turned out to cost more than their keys, by what they do: bits, and half-edges.
+    dearer: BinaryHeap<Reverse<(u32, u32)>>,
     attempts: u32,
     timed: Duration,
 }
@@ -283,6 +287,7 @@ impl<'a> Work<'a> {
             joins: &[],
             held: FxHashSet::default(),
             faces,
+            dearer: BinaryHeap::new(),
             attempts: 0,
             timed: Duration::ZERO,
         }
@@ -308,14 +313,15 @@ impl<'a> Work<'a> {
 
     /// Contracts `candidates` until the quota is used up. The patch is the whole surface.
     fn attempt_to_the_end(&mut self, candidates: &[Candidate], quota: Quota) {
-        let mut overshooting = None;
-        for (i, &candidate) in candidates.iter().enumerate() {
+        let mut overshooting: Option<usize> = None;
+        let mut rest = candidates.iter().copied().enumerate().peekable();
+        while let Some((i, candidate)) = self.next(&mut rest, candidates.len()) {
             let left = quota.faces.saturating_sub(self.committed.faces_removed);
             if left == 0 || (self.of == Candidates::Triangles && left < self.of.most_faces()) {
                 return;
             }
             if left == 1 && !self.removes_one(candidate) {
-                overshooting = overshooting.or(Some(i));
+                overshooting = Some(overshooting.map_or(i, |first| first.min(i)));
                 continue;
             }
             self.attempt(candidate);
@@ -330,7 +336,20 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Contracts a candidate if its ends are free and it is legal; returns false if it reaches out of the patch.
+    /// The next of those that are left, with its number, or of those that turned out dearer, with this one.
+    fn next(
+        &mut self,
+        rest: &mut Peekable<impl Iterator<Item = (usize, Candidate)>>,
+        number: usize,
+    ) -> Option<(usize, Candidate)> {
+        let is_next = |&Reverse((key, _)): &Reverse<(u32, u32)>| rest.peek().is_none_or(|(_, other)| key <= other.key);
+        match self.dearer.peek().is_some_and(is_next) {
+            true => self.dearer.pop().map(|Reverse((key, half_edge))| (number, Candidate { key, half_edge })),
+            false => rest.next(),
+        }
+    }
+
+    /// Contracts a candidate if its ends are free and it is legal; returns false if it reaches out of the patch, or others come first.
     fn attempt(&mut self, candidate: Candidate) -> bool {
         if self.of == Candidates::Triangles {
             return self.attempt_triangle(candidate);
@@ -348,6 +367,11 @@ impl<'a> Work<'a> {
         self.timed += clock.map_or(Duration::ZERO, |clock| clock.elapsed());
         match verdict {
             Verdict::Outside => return false,
+            // Of a patch it is left to the whole surface.
+            Verdict::Dearer(cost) => {
+                self.dearer.push(Reverse((cost.to_bits(), candidate.half_edge)));
+                return false;
+            }
             Verdict::Rejected(Rejection::Outdated) => self.committed.outdated += 1,
             Verdict::Rejected(rejection) => {
                 self.committed.blocked.count(rejection);

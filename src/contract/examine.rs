@@ -12,6 +12,7 @@ use super::blend::Blend;
 use super::filter::{Rejection, ShapeLimits, closed_link_condition, link_condition, shapes_hold};
 use super::patch::{Accumulated, Patch, Placed};
 use super::placement::Quadric;
+use super::retreat::retreat_sq;
 use super::seam_filter::seams_let;
 use super::sides::Sides;
 use super::star::Star;
@@ -36,6 +37,9 @@ const HELD_SEAM_WEIGHT: f64 = 1.0;
 /// that is on the flat as well, which rounds nothing: new places off their flats made others dear, round after round.
 const FLAT: f64 = 1e-8;
 
+/// The mean of squared distances from what a pair leaves, of the greatest of them.
+const RETREAT: f64 = 0.2;
+
 /// What stays the same over all rounds of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Rules {
@@ -46,6 +50,10 @@ pub struct Rules {
     pub limits: ShapeLimits,
     /// Whether pairs may join parts, and change the topology where they have or the surface was not manifold.
     pub joins: bool,
+    /// Whether it costs that both sides of a wall cancel each other out: where parts join that is meant.
+    pub keeps_walls: bool,
+    /// Whether borders are to be those of the input, also where parts join.
+    locks_border: bool,
     /// Greatest estimated deviation, in the normalized frame.
     pub max_deviation: f64,
 }
@@ -65,6 +73,8 @@ impl Rules {
             limits: ShapeLimits { min_cos: min_cos(options.max_flip_rad), min_height: MIN_HEIGHT },
             max_deviation,
             joins: options.joins() || complex_yield,
+            keeps_walls: complex_yield && !options.joins(),
+            locks_border: options.lock_border && !options.joins(),
         }
     }
 }
@@ -74,8 +84,16 @@ impl Rules {
 pub enum Verdict {
     Accepted(Accepted),
     Rejected(Rejection),
+    /// It costs as much, of which its quadric did not tell: others come first.
+    Dearer(f32),
     /// Its faces reach out of the patch.
     Outside,
+}
+
+impl From<Rejection> for Verdict {
+    fn from(rejection: Rejection) -> Self {
+        Self::Rejected(rejection)
+    }
 }
 
 /// A legal contraction.
@@ -150,22 +168,21 @@ impl Examiner {
         if self.star.gather(pair, h, patch).is_err() {
             return Verdict::Outside;
         }
-        match self.judge(patch, pair, middle, cost) {
-            Ok(accepted) => Verdict::Accepted(accepted),
-            Err(rejection) => Verdict::Rejected(rejection),
-        }
+        self.judge(patch, pair, middle, cost).map_or_else(|verdict| verdict, Verdict::Accepted)
     }
 
     #[inline(always)]
-    fn judge(&mut self, patch: &Patch<'_>, pair: [u32; 2], middle: DVec3, cost: f32) -> Result<Accepted, Rejection> {
+    fn judge(&mut self, patch: &Patch<'_>, pair: [u32; 2], middle: DVec3, cost: f32) -> Result<Accepted, Verdict> {
         let (pu, pw) = (patch.position(pair[0]), patch.position(pair[1]));
-        let joins = self.rules.joins && ((pu.flags | pw.flags) & JOINED != 0 || self.star.shared().is_empty());
+        let stays_border = self.rules.locks_border && (pu.flags | pw.flags) & BORDER != 0;
+        let may_join = (pu.flags | pw.flags) & JOINED != 0 && !stays_border;
+        let joins = self.rules.joins && (may_join || self.star.shared().is_empty());
         if !self.rules.joins && (pu.flags | pw.flags) & (BORDER | LOCKED) == 0 {
             closed_link_condition(&self.star, pair[1])?;
         } else if !joins {
             link_condition(&self.star, pair[1], [pu.flags, pw.flags])?;
         } else if pu.flags & pw.flags & LOCKED != 0 {
-            return Err(Rejection::Link);
+            return Err(Rejection::Link.into());
         }
         seams_let(patch, pair, &self.star)?;
         self.sides.gather_pair(patch, pair, &self.star, middle);
@@ -182,7 +199,7 @@ impl Examiner {
         let weight = weights.map_or(1.0, |[first, second]| f64::from(first.max(second)));
         let (dear, known) = (weight * total, OUTDATED * f64::from(cost) + weight * flat);
         if self.may_wait && self.rules.metric == Metric::Volume && dear > known && dear > self.most_waiting(known) {
-            return Err(Rejection::Outdated);
+            return Err(Rejection::Outdated.into());
         }
         // To the bit at the ends, whose difference may have been rounded.
         let at = match end {
@@ -191,18 +208,38 @@ impl Examiner {
             None => (middle + x).as_vec3(),
         };
         let cancelled = if joins { self.star.cancel(middle, patch) } else { Vec::new() };
+        let is_on_border = |v: u32| patch.position(v).flags & BORDER != 0;
+        if self.rules.locks_border && cancelled.iter().any(|side| side.iter().all(|&v| is_on_border(v))) {
+            return Err(Rejection::Border.into());
+        }
         shapes_hold(&self.star, at.as_dvec3() - middle, self.rules.limits)?;
+        let mut retreat = self.retreat(&costs, x, at.as_dvec3() - middle);
+        if self.rules.keeps_walls && !cancelled.is_empty() {
+            retreat = retreat.max(height_of_walls(&cancelled, patch, at.as_dvec3()));
+        }
+        // In single precision, as costs are: what comes back with it costs that, and no more.
+        let retreated = (weight * RETREAT * retreat * retreat * costs.geometry.weight()) as f32;
+        if f64::from(retreated) > known {
+            match self.may_wait {
+                true if retreated > self.dearest => return Err(Rejection::Outdated.into()),
+                false => return Err(Verdict::Dearer(retreated)),
+                true => {}
+            }
+        }
 
         let accumulated = match self.rules.metric {
             Metric::Plane => {
                 let [first, second] = pair.map(|v| *patch.quadric(v));
                 Accumulated::Planes(contracted(first, second, pu.xyz(), pw.xyz(), at))
             }
-            Metric::Volume => Accumulated::Drift(patch.drift(pair[0], pair[1]) + off_planes(&costs.geometry, x)),
+            Metric::Volume => {
+                let step = off_planes(&costs.geometry, x).max((RETREAT.sqrt() * retreat) as f32);
+                Accumulated::Drift(patch.drift(pair[0], pair[1]) + step)
+            }
         };
         let deviation = accumulated.deviation();
         if f64::from(deviation) > self.rules.max_deviation {
-            return Err(Rejection::Error);
+            return Err(Rejection::Error.into());
         }
         self.blend.place(patch, &self.sides, at.as_dvec3() - middle, end)?;
         let h = self.star.h;
@@ -217,6 +254,15 @@ impl Examiner {
         let placed = Placed { x: at, t, accumulated, flags };
         let faces_removed = self.star.shared().len() + cancelled.len();
         Ok(Accepted { placed, deviation, faces_removed, cancelled, end })
+    }
+
+    /// How far an end comes to lie from the new faces, where the quadric does not tell; 0 elsewhere.
+    fn retreat(&self, costs: &Costs, x: DVec3, at: DVec3) -> f64 {
+        if self.rules.metric == Metric::Plane || self.star.shared().is_empty() {
+            return 0.0;
+        }
+        let off_sq = costs.geometry.value(x).max(0.0) / costs.geometry.weight();
+        retreat_sq(&self.star, at, off_sq).map_or(0.0, f64::sqrt)
     }
 
     /// What a pair costs, whose sides are found.
@@ -309,6 +355,18 @@ impl Examiner {
             }
         }
     }
+}
+
+/// The greatest of the least heights of faces that cancel each other out with one that runs the other way: so far what is in them
+/// comes to lie from what is left, if only at their sides.
+fn height_of_walls(cancelled: &[[u32; 2]], patch: &Patch<'_>, at: DVec3) -> f64 {
+    let walls = cancelled.iter().filter(|&&[v1, v2]| v1 < v2 && cancelled.contains(&[v2, v1]));
+    let height = |&[v1, v2]: &[u32; 2]| {
+        let [to_v1, to_v2] = [v1, v2].map(|v| patch.position(v).xyz().as_dvec3() - at);
+        let longest_sq = [to_v1, to_v2, to_v2 - to_v1].map(DVec3::length_squared).into_iter().fold(0.0, f64::max);
+        if longest_sq > 0.0 { to_v1.cross(to_v2).length() / longest_sq.sqrt() } else { 0.0 }
+    };
+    walls.map(height).fold(0.0, f64::max)
 }
 
 /// The root of the weighted mean squared distance of `x` to what a pair's quadric stands for: planes, and border edges.

@@ -132,10 +132,13 @@ fn leaves_an_edge(star: &Star, tip: u32) -> bool {
 pub struct ShapeLimits {
     /// Least cosine between a face's old and new normal.
     pub min_cos: f64,
-    /// Least area of a face, doubled, over the sum of the squares of its two sides at the moved corner, unless it was
-    /// worse: about its height over its length.
+    /// Least area of a face, doubled, over the sum of the squares of its two sides at the moved corner, unless it was worse or
+    /// another around the pair is: about its height over its length.
     pub min_height: f64,
 }
+
+/// What others around a pair excuse, of the height that faces have to keep: of what is thinner normals are rounding noise.
+const THINNEST: f64 = 1e-2;
 
 /// Squared normals below this are of faces without area, which may take any shape.
 const NO_AREA_SQ: f64 = 1e-24;
@@ -181,13 +184,31 @@ fn hold<S: Simd>(
         if thin.to_bitmask() & counted != 0 {
             let p0 = h.scaled(quad.sides.simd_into(simd));
             let was_sq = (p1 - p0).length_squared() + (p2 - p0).length_squared();
-            let thinner = (after_sq.sqrt() / sides_sq).simd_lt(before_sq.sqrt() / was_sq);
-            if (thin & thinner).to_bitmask() & counted != 0 {
-                return Err(Rejection::Aspect);
+            let ratios = after_sq.sqrt() / sides_sq;
+            let thinner = ratios.simd_lt(before_sq.sqrt() / was_sq);
+            let too_thin = (thin & thinner).to_bitmask() & counted;
+            if too_thin != 0 {
+                let thinnest = thinnest(simd, quads, h).max(THINNEST * limits.min_height);
+                if ratios.simd_lt(splat(thinnest)).to_bitmask() & too_thin != 0 {
+                    return Err(Rejection::Aspect);
+                }
             }
         }
     }
     Ok(())
+}
+
+/// The least height over length of the faces of a star that have an area, as they are.
+#[inline(always)]
+fn thinnest<S: Simd>(simd: S, quads: &[Quad], h: WideVec3<S>) -> f64 {
+    let ratios = |quad: &Quad| -> [f64; WIDE] {
+        let p0 = h.scaled(quad.sides.simd_into(simd));
+        let sides = quad.points.map(|points| (points.load(simd) - p0).length_squared());
+        let normal_sq = quad.normals.load(simd).length_squared();
+        let has_area = normal_sq.simd_gt(f64x4::splat(simd, NO_AREA_SQ));
+        has_area.select(normal_sq.sqrt() / (sides[0] + sides[1]), f64x4::splat(simd, f64::INFINITY)).into()
+    };
+    quads.iter().flat_map(ratios).fold(f64::INFINITY, f64::min)
 }
 
 /// The bits of as many lanes, of the first ones.

@@ -59,6 +59,7 @@ mod reach;
 mod record;
 mod refusals;
 mod restore;
+mod retreat;
 mod scan;
 mod seam_filter;
 mod seam_flags;

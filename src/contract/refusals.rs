@@ -160,7 +160,7 @@ mod tests {
             match verdict {
                 Verdict::Rejected(reason) => refused.push(Refusal::new([pair[1], pair[0]], reason)),
                 Verdict::Accepted(accepted) => legal.push((pair, accepted)),
-                Verdict::Outside => unreachable!("the patch is the whole surface"),
+                Verdict::Dearer(_) | Verdict::Outside => unreachable!("the patch is the whole surface, and flat"),
             }
         }
         let (mut contracted, mut removed) = (0, 0);

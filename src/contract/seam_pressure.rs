@@ -17,6 +17,10 @@ const FAR: usize = 3;
 const LATE: usize = 2;
 /// The estimated error that is looked at, of the diagonal: a run to the tenth of a percent has what it needs.
 const SEEN: f64 = 1e-3;
+/// The estimated error from which a result is a wreck, of the diagonal: whatever holds at all is worth a try without it.
+const WRECKED: f64 = 0.02;
+/// The estimated error up to which it is none yet, and a run may be taken up to go another way.
+pub const SOUND: f64 = WRECKED / 4.0;
 /// What the estimated error of a run in which seams yield is of that with them at most, for it to be worth what they show.
 const CLOSER: f64 = 0.7;
 
@@ -27,6 +31,11 @@ pub const FARTHER_WITH_SEAMS: &str = "seams yield: the surface is estimated fart
 pub fn is_seen(outcome: &Outcome, budget: &Budget, diagonal: f64) -> bool {
     let is_reached = outcome.stop == StopReason::FacesReached && budget.counts_faces();
     is_reached && outcome.error_estimate > SEEN * diagonal
+}
+
+/// Whether an outcome is so far off that hardly anything is left of the shape.
+pub fn is_wrecked(outcome: &Outcome, diagonal: f64) -> bool {
+    outcome.error_estimate > WRECKED * diagonal
 }
 
 /// Whether seams pressed on the run of an outcome from so many faces, of which they keep some.
@@ -109,6 +118,7 @@ mod tests {
         let counted = Budget::faces(20);
         assert!(press(&[[40, 8], [22, 0]], 0.01, counted) && !press(&[[41, 8], [22, 7]], 0.01, counted));
         assert!(!press(&[[40, 8]], 1e-3, counted));
+        assert_eq!([0.021, 0.019].map(|error| is_wrecked(&with(StopReason::FacesReached, error), 1.0)), [true, false]);
         let folded = Outcome {
             rounds: vec![RoundRecord { blocked: Blocked { texture: 70, ..Blocked::default() }, ..round(30, 0) }],
             ..with(StopReason::FacesReached, 0.01)
@@ -175,9 +185,9 @@ mod tests {
         assert_eq!(taken([1.0, 2.0, 3.0], [finest, middle, (StopReason::Stuck, 0.1)]), [true, true, false]);
     }
 
-    /// A globe whose poles have a place in the texture for every face: held, these are most of what is left of it.
-    fn globe() -> Mesh {
-        let (around, down) = (48, 24);
+    /// A globe of so many columns and rows whose poles have a place in the texture for every face: held, these are most of what is
+    /// left of it.
+    fn globe(around: usize, down: usize) -> Mesh {
         let place = |column: usize, row: usize| {
             let angles = [column as f64 / around as f64, row as f64 / (2 * down) as f64];
             let [(sin, cos), (height, width)] = angles.map(|turns| {
@@ -222,7 +232,7 @@ mod tests {
 
     #[test]
     fn the_poles_of_a_globe_do_not_wreck_it() {
-        let globe = globe();
+        let globe = globe(48, 24);
         let mut options = Options::default();
         let outcome = made(&globe, 140, &options);
         assert_eq!((outcome.stop, outcome.mesh.faces.len()), (StopReason::FacesReached, 140));
@@ -233,9 +243,22 @@ mod tests {
         assert!(closer < 0.5 * farther, "{closer} with seams that yield, {farther} with those that hold");
     }
 
+    /// To so few faces that corners yield from the start, and the rest is a wreck long before it is reached.
+    #[test]
+    fn a_wreck_is_made_again_from_where_it_was_none() {
+        let globe = globe(32, 16);
+        let (outcome, shape) = (
+            made(&globe, 48, &Options::default()),
+            made(&Mesh::new(globe.positions.clone(), globe.faces.clone()), 48, &Options::default()),
+        );
+        assert_eq!((outcome.stop, outcome.mesh.faces.len()), (StopReason::FacesReached, 48));
+        let [textured, shape] = [&outcome, &shape].map(|outcome| outcome.error_estimate);
+        assert!(textured < 2.0 * shape, "{textured}, and {shape} of the shape alone");
+    }
+
     #[test]
     fn levels_of_a_chain_are_compared_as_one_number_is() {
-        let (globe, device) = (globe(), Device::cpu(1).expect("a device"));
+        let (globe, device) = (globe(48, 24), Device::cpu(1).expect("a device"));
         // Also where the coarsest is stuck with seams that hold, and is made again by itself.
         for (coarsest, is_stuck) in [(200, false), (60, true)] {
             let chain = |seams: Seams| {

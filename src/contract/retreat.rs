@@ -1,0 +1,117 @@
+//! How far a pair's ends come to lie from the surface that it leaves, where its quadric does not tell.
+//!
+//! ```text
+//!  ____________u      A quadric measures from planes. Those of both sides of a thin sheet hold the sheet's rim wherever in them it is:
+//!  ____________/      that u goes to w costs nothing, and the sheet is eaten from there. So do the sides of a finger hold its tip.
+//!        w
+//! ```
+//!
+//! An end mostly lies above one of the faces that are left, as near as the quadric says, and nothing more is asked. Else it is
+//! measured how far it is from all of them.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, f64x4};
+
+use crate::math::DVec3;
+use crate::math::wide::{WIDE, WideVec3};
+use crate::spatial::triangle::closest_point;
+
+use super::quads::Quad;
+use super::star::Star;
+
+/// How many times as far as the quadric says an end may be until that is believed no more.
+const BELIEVED: f64 = 3.0;
+/// Up to which share of half the pair's length, squared, distances are rounding.
+const ROUNDING_SQ: f64 = 1e-6;
+
+/// The greatest squared distance of the ends of a pair from the faces of its star as they are with the new vertex at `x`, about the
+/// pair's midpoint; `None` where it is believable, of a mean of squares of `off_sq` from their planes.
+pub fn retreat_sq(star: &Star, x: DVec3, off_sq: f64) -> Option<f64> {
+    let limit_sq = BELIEVED * BELIEVED * off_sq + ROUNDING_SQ * star.h.length_squared();
+    let are_covered =
+        dispatch!(star.quads.level, simd => covered(simd, star.quads.rows(), star.survivors(), star.h, x, limit_sq));
+    let faces = || (0..star.survivors()).map(|face| [x, star.quads.point(face, 0), star.quads.point(face, 1)]);
+    let from_faces =
+        |end: DVec3| faces().map(|corners| closest_point(end, corners).distance_sq).fold(f64::INFINITY, f64::min);
+    let ends = [-star.h, star.h].into_iter().zip(are_covered);
+    let farthest = ends.filter(|(_, is_covered)| !is_covered).map(|(end, _)| from_faces(end)).fold(0.0, f64::max);
+    (farthest > limit_sq).then_some(farthest)
+}
+
+/// Whether each end, at −h and h, lies above one of the first so many faces with the new vertex at `x`, at most so far from its plane.
+#[expect(clippy::inline_always, reason = "compiled for the instruction set of its caller")]
+#[inline(always)]
+fn covered<S: Simd>(simd: S, quads: &[Quad], count: usize, h: DVec3, x: DVec3, limit_sq: f64) -> [bool; 2] {
+    let splat = |number: f64| f64x4::splat(simd, number);
+    let (from_x, limit_sq, zero) = (WideVec3::splat(simd, x), splat(limit_sq), splat(0.0));
+    // From the new vertex.
+    let ends = [-h - x, h - x].map(|end| WideVec3::splat(simd, end));
+    let mut covered = [0, 0];
+    for (quad, first) in quads.iter().zip((0..count).step_by(WIDE)) {
+        let [p1, p2] = [quad.points[0].load(simd) - from_x, quad.points[1].load(simd) - from_x];
+        let normal = p1.cross(p2);
+        let normal_sq = normal.length_squared();
+        let lanes = (1 << (count - first).min(WIDE)) - 1;
+        for (end, covered) in ends.iter().zip(&mut covered) {
+            // Twice the areas that the end's foot cuts off at each side, times that of the face.
+            let [at_p2, at_p1] = [normal.dot(p1.cross(*end)), normal.dot(end.cross(p2))];
+            let at_x = normal_sq - at_p1 - at_p2;
+            let height = normal.dot(*end);
+            let is_above = at_p1.simd_ge(zero) & at_p2.simd_ge(zero) & at_x.simd_ge(zero);
+            let is_near = (height * height).simd_le(limit_sq * normal_sq) & normal_sq.simd_gt(zero);
+            *covered |= (is_above & is_near).to_bitmask() & lanes;
+        }
+    }
+    covered.map(|lanes| lanes != 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Options;
+    use super::super::patch::Patch;
+    use super::super::prepare::prepare;
+    use super::super::surface::Surface;
+    use super::*;
+    use crate::backend::Device;
+    use crate::mesh::{Mesh, shapes};
+
+    /// What is found of the pairs of a mesh that each go where the second end is, so far from their planes: in lengths of theirs.
+    fn retreats(mesh: &Mesh, off: f64) -> Vec<([u32; 2], Option<f64>)> {
+        let mut prepared = prepare(mesh, &Options::default()).expect("a valid mesh");
+        let device = Device::cpu(1).expect("a device");
+        let origin = prepared.carried.origin.clone();
+        let start = prepared.take_start();
+        let mut surface = Surface::new(&mut device.cpu_queue(), start, false).expect("room");
+        let patch = Patch::whole(&mut surface, &mut prepared.carried);
+        let mut star = Star::default();
+        let mut found = Vec::new();
+        for corners in patch.connectivity.faces.iter().map(|face| face.corners()) {
+            for pair in [0, 1, 2].map(|k| [corners[k], corners[(k + 1) % 3]]) {
+                let [pu, pw] = pair.map(|v| patch.position(v).xyz().as_dvec3());
+                let h = (pw - pu) * 0.5;
+                star.gather(pair, h, &patch).expect("the patch is the whole surface");
+                star.locate(pu + h, &patch);
+                let input = pair.map(|v| origin[v as usize]);
+                found.push((input, retreat_sq(&star, h, off * off).map(|sq| sq.sqrt() / (2.0 * h.length()))));
+            }
+        }
+        found
+    }
+
+    #[test]
+    fn pairs_within_flats_and_along_their_borders_are_believed() {
+        let plane = shapes::plane(6, 6);
+        let is_on_rim = |v: u32| plane.positions[v as usize].to_array()[..2].iter().any(|&x| x == 0.0 || x == 6.0);
+        let is_corner = |v: u32| plane.positions[v as usize].to_array()[..2].iter().all(|&x| x == 0.0 || x == 6.0);
+        for ([u, w], retreat) in retreats(&plane, 0.0) {
+            let shares_a_side = {
+                let [p, q] = [u, w].map(|v| plane.positions[v as usize]);
+                (p.x == q.x && (p.x == 0.0 || p.x == 6.0)) || (p.y == q.y && (p.y == 0.0 || p.y == 6.0))
+            };
+            let stays = !is_on_rim(u) || (shares_a_side && !is_corner(u));
+            assert_eq!(retreat.is_none(), stays, "{u} to {w}: {retreat:?}");
+            // As far as it is from the straight line between its neighbors, at most as far as it went.
+            assert!(retreat.is_none_or(|share| (0.3..=1.0).contains(&share)), "{u} to {w}: {retreat:?}");
+        }
+    }
+}

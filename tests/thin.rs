@@ -1,0 +1,139 @@
+//! What the planes of faces do not tell: where thin sheets end, walls that have two sides, faces like needles.
+
+mod support;
+
+use std::collections::BTreeSet;
+
+use coarsen::contract::Options;
+use coarsen::math::DVec3;
+use coarsen::mesh::shapes;
+use coarsen::{Budget, Mesh, StopReason};
+use support::deviation::deviation;
+use support::engine::contract;
+use support::shapes::{boxed, grid};
+
+/// A bent sheet of a square of `n`² squares on either side, so thick in its length, closed along its rim.
+fn sheet(n: u32, thickness: f64) -> Mesh {
+    let bend = |p: DVec3| DVec3::new(p.x, p.y, 0.2 * (3.0 * p.x).sin() * (2.0 * p.y).cos());
+    let flat = grid(n, n);
+    let count = flat.positions.len() as u32;
+    let side = |up: f64| flat.positions.iter().map(move |&p| bend(p / f64::from(n)) + DVec3::Z * up);
+    let positions = side(thickness).chain(side(0.0)).collect();
+    let mut faces = flat.faces.clone();
+    faces.extend(flat.faces.iter().map(|&[a, b, c]| [a + count, c + count, b + count]));
+    let at = |i: u32, j: u32| j * (n + 1) + i;
+    let corners = [[0, 0], [n, 0], [n, n], [0, n]];
+    for (k, [x, y]) in corners.into_iter().enumerate() {
+        let [to_x, to_y] = corners[(k + 1) % 4];
+        let step = |from: u32, to: u32, i: u32| if to > from { from + i } else { from - i * u32::from(to < from) };
+        let rim = |i: u32| at(step(x, to_x, i), step(y, to_y, i));
+        for i in 0..n {
+            let (a, b) = (rim(i), rim(i + 1));
+            faces.extend([[b, a, a + count], [b, a + count, b + count]]);
+        }
+    }
+    Mesh::new(positions, faces)
+}
+
+/// `count`² closed boxes side by side, with n² squares a wall; those inside lie on each other.
+fn rooms(count: u32, n: u32) -> Mesh {
+    let room = boxed(n);
+    let mut all = Mesh::default();
+    for at in (0..count * count).map(|room| DVec3::new(f64::from(room % count), f64::from(room / count), 0.0)) {
+        let first = all.positions.len() as u32;
+        all.positions.extend(room.positions.iter().map(|&p| p + 2.0 * at));
+        all.faces.extend(room.faces.iter().map(|face| face.map(|v| v + first)));
+    }
+    all
+}
+
+#[test]
+fn thin_sheets_keep_their_rims() {
+    let sheet = sheet(100, 5e-4);
+    for (faces, most) in [(1000, 0.004), (300, 0.015)] {
+        let outcome = contract(&sheet, &Options::default(), Budget::faces(faces));
+        assert_eq!(outcome.mesh.faces.len(), faces);
+        let found = deviation(&sheet, &outcome.mesh, 20_000);
+        assert!(found.rms <= most, "{faces} faces: {} where {most} was asked for", found.rms);
+        // What is eaten from the rim is in the estimate.
+        assert!(
+            outcome.error_estimate >= 0.1 * found.forward_max,
+            "{} of {}",
+            outcome.error_estimate,
+            found.forward_max
+        );
+    }
+}
+
+#[test]
+fn walls_with_two_sides_stay() {
+    for (count, n, faces) in [(5, 16, 600), (3, 16, 432), (3, 16, 350)] {
+        let rooms = rooms(count, n);
+        let outcome = contract(&rooms, &Options::default(), Budget::faces(faces));
+        let share = outcome.mesh.area() / rooms.area();
+        assert!(outcome.mesh.faces.len() <= faces && (0.999..1.001).contains(&share), "{count}: {share} of the area");
+    }
+}
+
+#[test]
+fn needles_are_no_reason_to_stay() {
+    for length in [1.0, 400.0, 2e3] {
+        let mut tube = shapes::tube(96);
+        tube.positions.iter_mut().for_each(|p| p.z *= length);
+        let outcome = contract(&tube, &Options::default(), Budget::keep(0.25));
+        assert_eq!((outcome.stop, outcome.mesh.faces.len()), (StopReason::FacesReached, 48), "{length}");
+        let found = deviation(&tube, &outcome.mesh, 20_000);
+        assert!(found.forward_max < 0.03, "{length}: {}", found.forward_max);
+    }
+}
+
+/// Edges of one face, by the places of their ends.
+fn borders(mesh: &Mesh) -> BTreeSet<[[u64; 3]; 2]> {
+    let place = |v: u32| mesh.positions[v as usize].to_array().map(f64::to_bits);
+    let mut edges = std::collections::BTreeMap::new();
+    for &[a, b, c] in &mesh.faces {
+        for [u, w] in [[a, b], [b, c], [c, a]] {
+            let mut ends = [place(u), place(w)];
+            ends.sort_unstable();
+            *edges.entry(ends).or_insert(0) += 1;
+        }
+    }
+    edges.into_iter().filter(|&(_, count)| count == 1).map(|(ends, _)| ends).collect()
+}
+
+#[test]
+fn locked_borders_stay_where_vertices_yield() {
+    // A tube with fins, that stand on it where three faces meet.
+    let (around, down) = (48, 60);
+    let turn = |i: u32| std::f64::consts::TAU * f64::from(i % around) / f64::from(around);
+    let at = |i: u32, j: u32| j * around + i % around;
+    let point = |i: u32, j: u32, out: f64| {
+        let (sin, cos) = turn(i).sin_cos();
+        let z = 0.05 * f64::from(j);
+        DVec3::new(out * cos, out * sin, 0.0) * (1.0 + 0.1 * (3.0 * z).sin()) + DVec3::Z * z
+    };
+    let mut mesh = Mesh::default();
+    mesh.positions.extend((0..=down).flat_map(|j| (0..around).map(move |i| point(i, j, 1.0))));
+    for (i, j) in (0..down).flat_map(|j| (0..around).map(move |i| (i, j))) {
+        mesh.faces.extend([[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]]);
+    }
+    for i in (0..around).step_by(4) {
+        let first = mesh.positions.len() as u32;
+        let row = |out: u32, j: u32| if out == 0 { at(i, j) } else { first + (out - 1) * (down + 1) + j };
+        let outs = 1..=6_u32;
+        let points = outs.flat_map(|out| (0..=down).map(move |j| (out, j)));
+        mesh.positions.extend(points.map(|(out, j)| point(i, j, 1.0 + 0.1 * f64::from(out))));
+        for (out, j) in (0..6).flat_map(|out| (0..down).map(move |j| (out, j))) {
+            let [a, b, c, d] = [row(out, j), row(out + 1, j), row(out + 1, j + 1), row(out, j + 1)];
+            mesh.faces.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    let options = Options { lock_border: true, ..Options::default() };
+    for faces in [1200, 1000, 800] {
+        let outcome = contract(&mesh, &options, Budget::faces(faces));
+        let is_told = outcome.warnings.iter().any(|warning| warning.contains("not manifold move"));
+        assert!(is_told, "{:?}", outcome.warnings);
+        let lost = borders(&mesh).difference(&borders(&outcome.mesh)).count();
+        assert_eq!(lost, 0, "at {} faces", outcome.mesh.faces.len());
+    }
+}
