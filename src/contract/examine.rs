@@ -37,7 +37,7 @@ const HELD_SEAM_WEIGHT: f64 = 1.0;
 /// that is on the flat as well, which rounds nothing: new places off their flats made others dear, round after round.
 const FLAT: f64 = 1e-8;
 
-/// The mean of squared distances from what a pair leaves, of the greatest of them.
+/// What the squared distances of a star from what a pair leaves of it are in the mean, of that of the farther end.
 const RETREAT: f64 = 0.2;
 
 /// What stays the same over all rounds of a run.
@@ -84,7 +84,7 @@ impl Rules {
 pub enum Verdict {
     Accepted(Accepted),
     Rejected(Rejection),
-    /// It costs as much, of which its quadric did not tell: others come first.
+    /// It costs as much, of which its quadric did not tell, in a round where none may wait: cheaper ones come first.
     Dearer(f32),
     /// Its faces reach out of the patch.
     Outside,

@@ -54,7 +54,8 @@ pub enum Accumulated {
     /// Of the metric `plane`: the planes that it stands for, about it.
     Planes(PlaneQuadric),
     /// Of the metric `volume`: the greater sum of steps of both ends and the last one, in the normalized frame. A step is the
-    /// root of the weighted mean squared distance to the planes of the faces around the pair, and to border edges there.
+    /// root of the weighted mean squared distance to the planes of the faces around the pair, and to border edges there; or to the
+    /// faces that are left, where these tell less.
     /// Planes that a vertex once stood for tell less, since it may slide along a flat away from them.
     Drift(f32),
 }

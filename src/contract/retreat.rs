@@ -25,7 +25,7 @@ const BELIEVED: f64 = 3.0;
 const ROUNDING_SQ: f64 = 1e-6;
 
 /// The greatest squared distance of the ends of a pair from the faces of its star as they are with the new vertex at `x`, about the
-/// pair's midpoint; `None` where it is believable, of a mean of squares of `off_sq` from their planes.
+/// pair's midpoint; `None` where it is believable, of a mean of squares of `off_sq` from their planes, and where no face is left.
 pub fn retreat_sq(star: &Star, x: DVec3, off_sq: f64) -> Option<f64> {
     let limit_sq = BELIEVED * BELIEVED * off_sq + ROUNDING_SQ * star.h.length_squared();
     let are_covered =
@@ -35,7 +35,7 @@ pub fn retreat_sq(star: &Star, x: DVec3, off_sq: f64) -> Option<f64> {
         |end: DVec3| faces().map(|corners| closest_point(end, corners).distance_sq).fold(f64::INFINITY, f64::min);
     let ends = [-star.h, star.h].into_iter().zip(are_covered);
     let farthest = ends.filter(|(_, is_covered)| !is_covered).map(|(end, _)| from_faces(end)).fold(0.0, f64::max);
-    (farthest > limit_sq).then_some(farthest)
+    (farthest > limit_sq && farthest.is_finite()).then_some(farthest)
 }
 
 /// Whether each end, at −h and h, lies above one of the first so many faces with the new vertex at `x`, at most so far from its plane.
