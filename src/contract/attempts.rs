@@ -16,7 +16,9 @@ use super::attempt::{Attempt, Holds, Step, may_yield};
 use super::checkpoint::Checkpoints;
 use super::driver::{self, Job};
 use super::pressure::{compared, face_counts, has_error};
-use super::seam_pressure::{FARTHER_WITH_SEAMS, SOUND, are_pressing, is_seen, is_wrecked, keep_closer, keep_many};
+use super::seam_pressure::{
+    FARTHER_WITH_SEAMS, SOUND, are_pressing, is_seen, is_wrecked, keep_closer, keep_many, keep_some,
+};
 use super::yielding::Yields;
 
 /// Runs a job.
@@ -137,8 +139,9 @@ impl<'a> Found<'a> {
         {
             self.press.yields = Yields::Seams;
         }
-        let complex_presses = is_wrecked || keep_many(outcome, faces, FACES_EACH * holds.complex);
-        self.press.complex |= is_far && holds.complex > 0 && complex_presses;
+        let kept = FACES_EACH * holds.complex;
+        let complex_presses = keep_many(outcome, faces, kept) || (is_wrecked && keep_some(outcome, kept));
+        self.press.complex |= is_far && complex_presses;
     }
 }
 
