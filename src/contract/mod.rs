@@ -138,7 +138,8 @@ impl Candidates {
 pub enum NonManifold {
     /// A vertex becomes one for each fan around it, so that what only touches there goes its own way; no border opens
     /// \[GTLH98\]. Faces on an edge that cannot be paired stay together, as where three meet: such vertices are held, until they keep
-    /// a run from its number of faces, or most of these. Then they move, what comes to lie on itself vanishes, and an outcome warns
+    /// a run from its number of faces, or two fifths of these, or a fifth of a result that is more than 2 % of the diagonal off and is
+    /// closer by much without. Then they move, what comes to lie on itself vanishes, and an outcome warns
     /// of it. With [`Placement::Endpoint`], a join distance or a log all are held, with a fit or [`Candidates::Triangles`] these
     /// always.
     #[default]

@@ -70,6 +70,7 @@ pub fn compared(
 ) -> Result<Vec<Outcome>> {
     let Job { mesh, options, budgets, .. } = job;
     let (scale, counts) = (start.frame.length_to_rows(1.0), face_counts(budgets, mesh.faces.len()));
+    let complex_yield = start.complex_yield;
     let (mut without, mut with_made) = (start, None);
     if counts.is_some_and(|[_, most]| checkpoints.may_part(&without, most, options)) {
         without.let_yield(mesh, Yields::Nothing, options);
@@ -79,6 +80,9 @@ pub fn compared(
             return Ok(outcomes.into_iter().flatten().collect());
         }
         without = checkpoints.parting().map_or_else(|| begin(mesh, options), Ok)?;
+        if complex_yield && !without.complex_yield {
+            without.let_complex_yield();
+        }
         // Seams may hold it before.
         with_made = outcomes.iter().all(Option::is_some).then_some(outcomes);
     }

@@ -160,7 +160,9 @@ mod tests {
             match verdict {
                 Verdict::Rejected(reason) => refused.push(Refusal::new([pair[1], pair[0]], reason)),
                 Verdict::Accepted(accepted) => legal.push((pair, accepted)),
-                Verdict::Dearer(_) | Verdict::Outside => unreachable!("the patch is the whole surface, and flat"),
+                Verdict::Dearer(_) | Verdict::Outside => {
+                    unreachable!("the patch is the whole surface, and has no rim that planes do not tell of")
+                }
             }
         }
         let (mut contracted, mut removed) = (0, 0);

@@ -75,8 +75,8 @@ mod tests {
     use crate::backend::Device;
     use crate::mesh::{Mesh, shapes};
 
-    /// What is found of the pairs of a mesh that each go where the second end is, so far from their planes: in lengths of theirs.
-    fn retreats(mesh: &Mesh, off: f64) -> Vec<([u32; 2], Option<f64>)> {
+    /// What is found of the pairs of a mesh that each go where the second end is, which is in all planes: in lengths of theirs.
+    fn retreats(mesh: &Mesh) -> Vec<([u32; 2], Option<f64>)> {
         let mut prepared = prepare(mesh, &Options::default()).expect("a valid mesh");
         let device = Device::cpu(1).expect("a device");
         let origin = prepared.carried.origin.clone();
@@ -92,7 +92,7 @@ mod tests {
                 star.gather(pair, h, &patch).expect("the patch is the whole surface");
                 star.locate(pu + h, &patch);
                 let input = pair.map(|v| origin[v as usize]);
-                found.push((input, retreat_sq(&star, h, off * off).map(|sq| sq.sqrt() / (2.0 * h.length()))));
+                found.push((input, retreat_sq(&star, h, 0.0).map(|sq| sq.sqrt() / (2.0 * h.length()))));
             }
         }
         found
@@ -103,7 +103,7 @@ mod tests {
         let plane = shapes::plane(6, 6);
         let is_on_rim = |v: u32| plane.positions[v as usize].to_array()[..2].iter().any(|&x| x == 0.0 || x == 6.0);
         let is_corner = |v: u32| plane.positions[v as usize].to_array()[..2].iter().all(|&x| x == 0.0 || x == 6.0);
-        for ([u, w], retreat) in retreats(&plane, 0.0) {
+        for ([u, w], retreat) in retreats(&plane) {
             let shares_a_side = {
                 let [p, q] = [u, w].map(|v| plane.positions[v as usize]);
                 (p.x == q.x && (p.x == 0.0 || p.x == 6.0)) || (p.y == q.y && (p.y == 0.0 || p.y == 6.0))
