@@ -428,12 +428,16 @@ fn labels_are_those_of_a_corner() {
 #[test]
 fn a_weight_for_nothing_is_told() {
     let weights = AttributeWeights {
-        channels: [("heat".into(), 1.0), ("haet".into(), 1.0)].into(),
+        channels: [("heat".into(), 1.0), ("haet".into(), 1.0), ("JOINTS_0".into(), 1.0)].into(),
         ..AttributeWeights::default()
     };
     let outcome = run(&dressed(24, 12), Attributes { weights, ..Attributes::default() }, 0.5);
     let told: Vec<_> = outcome.warnings.iter().filter(|warning| warning.contains("weight")).collect();
-    assert_eq!(told, ["no channel 'haet' to give a weight to: the mesh has heat, TEXCOORD_1, TANGENT, JOINTS_0"]);
+    let expected = [
+        "no channel 'haet' to give a weight to: the mesh has heat, TEXCOORD_1, TANGENT, JOINTS_0",
+        "the weight of 'JOINTS_0' counts nothing: the one of joints is called 'pose'",
+    ];
+    assert_eq!(told, expected);
 }
 
 /// Differences of such numbers are infinite, along seams that hold and along others that yield.

@@ -184,8 +184,8 @@ fn skins_and_targets_are_told() {
     };
     mesh.channels = vec![
         channel("JOINTS", ChannelKind::Joints, 8),
-        channel("target_0.POSITION", ChannelKind::Linear, 3),
-        channel("target_1.POSITION", ChannelKind::Linear, 3),
+        channel("target_0.POSITION", ChannelKind::Displacement, 3),
+        channel("target_1.NORMAL", ChannelKind::Linear, 3),
         channel("TANGENT", ChannelKind::Tangent, 4),
     ];
     let losses = |name: &str| {

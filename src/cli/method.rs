@@ -145,6 +145,7 @@ fn attributes(given: &args::Attributes) -> contract::Attributes {
             "normal" => weights.normal = *weight,
             "uv" => weights.texcoord = *weight,
             "color" => weights.color = *weight,
+            "pose" => weights.pose = *weight,
             _ => channels.push((name.clone(), *weight)),
         }
     }

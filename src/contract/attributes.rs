@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
-use crate::mesh::{Dropped, Mesh, Normals};
+use crate::mesh::{Channel, ChannelKind, Dropped, Mesh, Normals};
 
 /// Greatest weight of an attribute.
 const MOST_WEIGHT: f32 = 1e6;
@@ -19,6 +19,9 @@ pub struct AttributeWeights {
     pub texcoord: f32,
     /// Colors: a difference of 1, from black to full red, counts as a distance of this share of a fiftieth of the diagonal.
     pub color: f32,
+    /// How vertices move: what a morph target displaces counts as this share of its length, and where limbs bend the distance of
+    /// the joints on either side. Targets that are given a weight by name are left out of it.
+    pub pose: f32,
     /// Further channels by name: the whole range of a channel counts as a distance of this share of a fiftieth of the
     /// diagonal; texture coordinates and tangents as those above. Labels that are given one, be it 0, are amounts.
     pub channels: Arc<[(String, f32)]>,
@@ -26,22 +29,28 @@ pub struct AttributeWeights {
 
 impl Default for AttributeWeights {
     fn default() -> Self {
-        Self { normal: 0.7, texcoord: 0.25, color: 1.0, channels: Arc::new([]) }
+        Self { normal: 0.7, texcoord: 0.25, color: 1.0, pose: 0.1, channels: Arc::new([]) }
     }
 }
 
 impl AttributeWeights {
     /// Attributes are carried and decide nothing.
     pub fn none() -> Self {
-        Self { normal: 0.0, texcoord: 0.0, color: 0.0, channels: Arc::new([]) }
+        Self { normal: 0.0, texcoord: 0.0, color: 0.0, pose: 0.0, channels: Arc::new([]) }
     }
 
     /// What a user should know of weights for channels that `mesh` has not.
     pub(super) fn warnings<'a>(&'a self, mesh: &'a Mesh) -> impl Iterator<Item = String> + 'a {
         let is_known = |name: &str| mesh.channels.iter().any(|channel| channel.name == name);
         let unknown = self.channels.iter().filter(move |(name, _)| !is_known(name));
-        unknown
-            .map(|(name, _)| format!("no channel '{name}' to give a weight to: the mesh has {}", mesh.channel_names()))
+        let unknown = unknown
+            .map(|(name, _)| format!("no channel '{name}' to give a weight to: the mesh has {}", mesh.channel_names()));
+        let joints = mesh.channels.iter().filter(|channel| channel.kind == ChannelKind::Joints);
+        let given = joints.filter(|channel| self.of_channel(&channel.name).is_some());
+        let named = |channel: &Channel| {
+            format!("the weight of '{}' counts nothing: the one of joints is called 'pose'", channel.name)
+        };
+        unknown.chain(given.map(named))
     }
 
     /// The weight of the channel of this name, if it was given.
@@ -109,8 +118,8 @@ impl Attributes {
     }
 
     pub(super) fn check(&self) -> Result<()> {
-        let AttributeWeights { normal, texcoord, color, channels } = &self.weights;
-        let own = [("normal", *normal), ("uv", *texcoord), ("color", *color)];
+        let AttributeWeights { normal, texcoord, color, pose, channels } = &self.weights;
+        let own = [("normal", *normal), ("uv", *texcoord), ("color", *color), ("pose", *pose)];
         let channels = channels.iter().map(|(name, weight)| (name.as_str(), *weight));
         for (name, weight) in own.into_iter().chain(channels) {
             if !(0.0..=MOST_WEIGHT).contains(&weight) {

@@ -11,6 +11,7 @@ use crate::mesh::{ChannelKind, Mesh, Normals};
 
 use super::Metric;
 use super::attributes::{Attributes, ColorSpace};
+use super::pose::{Motion, Pose};
 use super::yielding::Yields;
 
 /// What a difference of 1 in a normal counts as, of the diagonal, times its weight.
@@ -58,6 +59,8 @@ pub enum Origin {
     Colors,
     Texcoords,
     Channel(usize),
+    /// How it moves, which decides alone: none of it is written.
+    Pose(Motion),
 }
 
 /// An attribute in a row.
@@ -127,6 +130,8 @@ pub struct Layout {
     pub is_smooth: bool,
     /// Which seams give way.
     pub yields: Yields,
+    /// How vertices move.
+    pose: Pose,
 }
 
 impl Layout {
@@ -175,7 +180,7 @@ impl Layout {
                 ChannelKind::Joints => add(origin, Kind::Joints, channel.width, 0.0),
                 ChannelKind::Label if given.is_none() => add(origin, Kind::Label, channel.width, 0.0),
                 // A label with a weight is an amount.
-                ChannelKind::Linear | ChannelKind::Label => {
+                ChannelKind::Linear | ChannelKind::Displacement | ChannelKind::Label => {
                     let finite = || channel.values.iter().copied().filter(|x| x.is_finite());
                     let range = finite().fold(f32::NEG_INFINITY, f32::max) - finite().fold(f32::INFINITY, f32::min);
                     let factor = unit(COLOR_UNIT, given.unwrap_or(0.0)) / range;
@@ -183,8 +188,16 @@ impl Layout {
                 }
             }
         }
+        let length = (frame.length_to_rows(1.0) * f64::from(weights.pose)) as f32 * counts;
+        let is_still = is_smooth || dropped.channels || length <= 0.0;
+        let pose = if is_still {
+            Pose::default()
+        } else {
+            Pose::of(mesh, |channel| weights.of_channel(&channel.name).is_some())
+        };
+        pose.motions().for_each(|motion| add(Origin::Pose(motion), Kind::Linear, 3, length));
         let has_materials = mesh.materials.is_some() && !dropped.materials && !is_smooth;
-        (!all.is_empty() || has_materials).then(|| Self { is_smooth, ..Self::arranged(all, has_materials) })
+        (!all.is_empty() || has_materials).then(|| Self { is_smooth, pose, ..Self::arranged(all, has_materials) })
     }
 
     /// Puts what is costed first, as far as the kernels have room, and the others after it.
@@ -196,7 +209,7 @@ impl Layout {
             if is_costed && used + layer.width <= MOST_COSTED {
                 layout.layers.push(Layer { first: used, ..layer });
                 used += layer.width;
-            } else {
+            } else if !matches!(layer.origin, Origin::Pose(_)) {
                 carried.push(Layer { scale: 1.0, ..layer });
             }
         }
@@ -260,6 +273,7 @@ impl Layout {
                     let stored = mesh.channels[number].row(vertex);
                     out.iter_mut().zip(stored).for_each(|(out, &x)| *out = place(x));
                 }
+                Origin::Pose(motion) => out.copy_from_slice(&self.pose.read(mesh, vertex, motion).map(place)),
             }
         }
     }

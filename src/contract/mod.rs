@@ -48,6 +48,7 @@ mod lock;
 mod pace;
 mod patch;
 mod placement;
+mod pose;
 mod prepare;
 mod pressure;
 mod propose;

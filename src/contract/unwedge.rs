@@ -107,7 +107,7 @@ impl<'a> Split<'a> {
                 Origin::Colors => {
                     mesh.colors = self.input.colors.as_ref().map(|rows| self.rows(layer, |v| &rows[v]));
                 }
-                Origin::Texcoords => {}
+                Origin::Texcoords | Origin::Pose(_) => {}
                 Origin::Channel(number) => {
                     let channel = &self.input.channels[number];
                     let values = self.rows(layer, |v| channel.row(v));
@@ -183,7 +183,8 @@ fn join(input: &Mesh, wedges: &Wedges, origin: &[u32], places: &[u32]) -> (Vec<V
 /// Whether two wedges have the same of what vertices carry.
 fn agree(wedges: &Wedges, first: u32, second: u32) -> bool {
     let (a, b) = (wedges.row(first), wedges.row(second));
-    let mut layers = wedges.layout.layers.iter().filter(|layer| layer.origin != Origin::Texcoords);
+    let mut layers =
+        wedges.layout.layers.iter().filter(|layer| !matches!(layer.origin, Origin::Texcoords | Origin::Pose(_)));
     layers.all(|layer| layer.of(a).iter().zip(layer.of(b)).all(|(a, b)| a.to_bits() == b.to_bits()))
 }
 

@@ -159,6 +159,7 @@ pub(super) fn losses(mesh: &Mesh, faces: Faces<'_>, document: &Document, format:
         let is_target = channel.kind == ChannelKind::Linear && channel.name.contains('.');
         let word = match channel.kind {
             ChannelKind::Joints => "joints of skins",
+            ChannelKind::Displacement => "displacements of morph targets",
             ChannelKind::Linear if is_target => "displacements of morph targets",
             _ if is_gltf => continue,
             ChannelKind::Texcoords => "further texture coordinates",

@@ -6,8 +6,10 @@ use crate::error::{Error, Result};
 /// How the numbers of a [`Channel`] pass from the vertices of a face to a point between them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ChannelKind {
-    /// Each by itself, linearly: a scalar, a color, the displacements of a morph target.
+    /// Each by itself, linearly: a scalar, a color.
     Linear,
+    /// What a morph target adds to a position: three lengths, linearly.
+    Displacement,
     /// Pairs u, v of a further set of texture coordinates: linearly, and a face may not turn over in them.
     Texcoords,
     /// A unit vector and a sign, as the tangents of glTF: the vector linearly and at unit length, the sign of the nearest.
@@ -48,6 +50,7 @@ impl Channel {
         let Self { name, width, .. } = self;
         let fits = match self.kind {
             ChannelKind::Linear | ChannelKind::Label => *width > 0,
+            ChannelKind::Displacement => *width == 3,
             ChannelKind::Texcoords => *width == 2,
             ChannelKind::Tangent => *width == 4,
             ChannelKind::Joints => *width > 0 && width.is_multiple_of(2),

@@ -101,7 +101,7 @@ impl<'a> Corners<'a> {
                 ChannelKind::Tangent => Layer { source, width, names: 0, tolerance: direction },
                 ChannelKind::Label => Layer { source, width, names: width, tolerance: step },
                 ChannelKind::Joints => Layer { source, width, names: width / 2, tolerance: step },
-                ChannelKind::Linear => {
+                ChannelKind::Linear | ChannelKind::Displacement => {
                     let (low, high) = finite().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
                     let tolerance = if high > low { share.max(SCALAR) * (high - low) } else { 1.0 };
                     Layer { source, width, names: 0, tolerance }

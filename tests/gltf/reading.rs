@@ -155,8 +155,15 @@ fn the_first_node_places_a_mesh() {
     builder.json["nodes"] =
         json!([{ "children": [1], "scale": [2, 2, 2] }, inner, { "mesh": 0, "translation": [9, 9, 9] }]);
     let normals = builder.floats(&[[0.6, 0.8, 0.0]; 4]);
-    builder.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = normals.into();
+    let displaced = builder.floats(&[[1.0, 0.0, 0.25]; 4]);
+    let primitive = &mut builder.json["meshes"][0]["primitives"][0];
+    primitive["attributes"]["NORMAL"] = normals.into();
+    primitive["targets"] = json!([{ "POSITION": displaced }]);
     let scene = builder.scene();
+    // What is added to a point is turned and doubled, and not moved.
+    let target = &scene.mesh.channels[0];
+    assert_eq!(target.kind, ChannelKind::Displacement);
+    assert!(Vec3::from_slice(target.row(0)).distance(Vec3::new(-2.0, 0.0, 0.5)) < 1e-6);
     // Half a turn about z, then doubled.
     assert!(scene.mesh.positions[2].distance(DVec3::new(-2.0, -2.0, 6.0)) < 1e-12);
     assert!(scene.mesh.normals.as_ref().expect("normals")[0].distance(Vec3::new(-0.6, -0.8, 0.0)) < 1e-6);
@@ -167,6 +174,9 @@ fn the_first_node_places_a_mesh() {
     let bytes: Vec<u8> = SQUARE.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
     assert_eq!(view(&json, &binary, &accessor["bufferView"]), bytes, "in the space of the mesh, to the bit");
     assert_eq!((&accessor["min"], &accessor["max"]), (&json!([0.0, 0.0, 0.0]), &json!([1.0, 1.0, 0.0])));
+    let number = &json["meshes"][0]["primitives"][0]["targets"][0]["POSITION"];
+    let target = &json["accessors"][number.as_u64().expect("one") as usize];
+    assert_eq!(target["max"], json!([1.0, 0.0, 0.25]));
 }
 
 #[test]

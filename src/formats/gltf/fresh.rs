@@ -95,7 +95,7 @@ fn attributes_of(mesh: &Mesh) -> Vec<Attribute> {
     for channel in &mesh.channels {
         let semantic = match channel.kind {
             // Joints say nothing without a skin, nor targets without their mesh.
-            ChannelKind::Joints => continue,
+            ChannelKind::Joints | ChannelKind::Displacement => continue,
             ChannelKind::Linear | ChannelKind::Label if channel.name.contains('.') || channel.width > 4 => continue,
             ChannelKind::Linear | ChannelKind::Label if channel.name.starts_with('_') => channel.name.clone(),
             ChannelKind::Linear | ChannelKind::Label => format!("_{}", channel.name.to_ascii_uppercase()),

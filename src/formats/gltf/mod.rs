@@ -6,7 +6,7 @@
 //!   skin, whose joints place it, stays as it is, and so does one whose transform cannot be undone;
 //! - `NORMAL`, `COLOR_0` and `TEXCOORD_0` are the mesh's own, colors as screens take them (`color`);
 //! - `TANGENT` and further `TEXCOORD_n` are channels by these names, `JOINTS` is one of the joints of all sets, then their
-//!   weights, and `target_0.POSITION` what the first morph target adds to positions, in the space of the mesh;
+//!   weights, and `target_0.POSITION` what the first morph target adds to positions, in that of the scene as they are;
 //! - whatever else a primitive has at its vertices is a channel by its name;
 //! - a primitive without an attribute that others have gets zeros, white for its color, and is written without it.
 //!

@@ -71,11 +71,14 @@ impl Attribute {
                 (Place::Weights(set.parse::<u8>().unwrap_or(0).into()), &[4])
             }
             (None, ..) => (Place::Channel(semantic.into(), kind_of(semantic, accessor)), &[]),
+            (Some(target), "POSITION", _) => {
+                (Place::Channel(displacement(target, semantic), ChannelKind::Displacement), &[3])
+            }
             (Some(target), ..) => (Place::Channel(displacement(target, semantic), ChannelKind::Linear), &[]),
         };
         if !widths.is_empty() {
             accessor.expect_width(widths, semantic)?;
-        } else if target.is_some() && matches!(semantic, "POSITION" | "NORMAL" | "TANGENT") {
+        } else if target.is_some() && matches!(semantic, "NORMAL" | "TANGENT") {
             accessor.expect_width(&[3], semantic)?;
         }
         let (width, number) = (accessor.width(), accessor.number);
@@ -90,8 +93,8 @@ fn kind_of(semantic: &str, accessor: &Accessor<'_>) -> ChannelKind {
     if is_whole || semantic.starts_with("_FEATURE_ID_") { ChannelKind::Label } else { ChannelKind::Linear }
 }
 
-/// The channel of what a morph target adds to an attribute. In the space of the mesh: however it is turned, the sums between
-/// vertices are the same.
+/// The channel of what a morph target adds to an attribute: to positions in the space of the scene, as they are; to others in
+/// that of the mesh, for however they are turned, the sums between vertices are the same.
 pub(super) fn displacement(target: usize, semantic: &str) -> String {
     format!("target_{target}.{semantic}")
 }

@@ -132,6 +132,10 @@ impl Assembly {
                                 (ChannelKind::Tangent, Ok(row)) => {
                                     channel.values.extend(placement.tangent_to_scene(row).map(finite));
                                 }
+                                (ChannelKind::Displacement, _) => {
+                                    let displaced = placement.vector_to_scene(Vec3::from_slice(row));
+                                    channel.values.extend(displaced.to_array().map(finite));
+                                }
                                 _ => channel.values.extend(row.iter().copied().map(finite)),
                             }
                             channel.values.resize(start + channel.width, 0.0);

@@ -63,11 +63,21 @@ impl Placement {
             return point.as_vec3();
         }
         let DAffine3 { matrix3, translation } = self.from_scene;
-        // What is only rounding was zero: the sides of a box stay flat.
         let magnitude = matrix3.abs() * point.abs() + translation.abs();
-        let kept = |x: f64, magnitude: f64| if x.abs() <= 4.0 * f64::EPSILON * magnitude { 0.0 } else { x as f32 };
-        let moved = matrix3 * point + translation;
-        Vec3::from_array([0, 1, 2].map(|axis| kept(moved[axis], magnitude[axis])))
+        without_rounding(matrix3 * point + translation, magnitude, f64::EPSILON)
+    }
+
+    /// What is added to a point.
+    pub(super) fn vector_to_scene(&self, vector: Vec3) -> Vec3 {
+        if self.is_identity { vector } else { (self.to_scene.matrix3 * vector.as_dvec3()).as_vec3() }
+    }
+
+    pub(super) fn vector_from_scene(&self, vector: Vec3) -> Vec3 {
+        if self.is_identity {
+            return vector;
+        }
+        let (matrix, vector) = (self.from_scene.matrix3, vector.as_dvec3());
+        without_rounding(matrix * vector, matrix.abs() * vector.abs(), f32::EPSILON.into())
     }
 
     pub(super) fn normal_to_scene(&self, normal: Vec3) -> Vec3 {
@@ -98,6 +108,13 @@ impl Placement {
         }
         (matrix * direction.as_dvec3()).normalize_or_zero().as_vec3()
     }
+}
+
+/// Sums of numbers of such a magnitude and precision. What is only rounding was zero: the sides of a box stay flat.
+fn without_rounding(sums: DVec3, magnitude: DVec3, precision: f64) -> Vec3 {
+    let kept =
+        |axis: usize| if sums[axis].abs() <= 4.0 * precision * magnitude[axis] { 0.0 } else { sums[axis] as f32 };
+    Vec3::from_array([0, 1, 2].map(kept))
 }
 
 /// For each mesh where the first node that has it puts it; as it is without a node, or with a skin, whose joints place it.

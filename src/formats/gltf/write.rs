@@ -169,6 +169,9 @@ impl File {
                     (ChannelKind::Tangent, 4) => rows()
                         .flat_map(|v| part.placement.tangent_from_scene([0, 1, 2, 3].map(|i| channel.row(v)[i])))
                         .collect(),
+                    (ChannelKind::Displacement, 3) => rows()
+                        .flat_map(|v| part.placement.vector_from_scene(Vec3::from_slice(channel.row(v))).to_array())
+                        .collect(),
                     _ => rows().flat_map(row).copied().collect(),
                 }
             }
