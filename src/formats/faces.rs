@@ -18,6 +18,14 @@ impl<'a> Faces<'a> {
         Self::Triangles(&mesh.faces)
     }
 
+    /// The triangles of `mesh` where these are triangles.
+    pub fn of_same_kind(self, mesh: &'a Mesh) -> Self {
+        match self {
+            Self::Triangles(_) => Self::of(mesh),
+            Self::Polygons(_) => self,
+        }
+    }
+
     pub fn len(self) -> usize {
         match self {
             Self::Triangles(faces) => faces.len(),

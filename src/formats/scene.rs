@@ -45,6 +45,14 @@ impl Scene {
 }
 
 impl Scene {
+    /// The scene with the faces that all nodes of a glTF show, where several have one mesh; as it is otherwise, and where that is
+    /// more than can be told. What is simplified is there once, where the first node puts it.
+    #[must_use]
+    pub fn with_instances(self) -> Self {
+        let all = self.document.gltf().and_then(|document| document.instanced(&self.mesh).ok().flatten());
+        Self { mesh: all.unwrap_or(self.mesh), document: self.document }
+    }
+
     /// What every face is made of, by the material alone: parts and groups of one material are one.
     pub fn materials(&self) -> Option<Materials> {
         convert::materials(&self.mesh, &self.document)
@@ -69,6 +77,27 @@ fn turned_for<'a>(mesh: &'a Mesh, document: &Document, format: Format) -> Cow<'a
     let mut turned = mesh.clone();
     turn_textures(&mut turned);
     Cow::Owned(turned)
+}
+
+/// The mesh as a file of `format` shows it: without nodes with all that they show, and what cannot be told of that.
+fn shown_in<'a>(
+    (mesh, faces): (Cow<'a, Mesh>, Faces<'_>),
+    document: &Document,
+    format: Format,
+) -> (Cow<'a, Mesh>, Option<String>) {
+    let has_nodes = matches!(format, Format::Gltf | Format::Glb);
+    match document.gltf().filter(|_| !has_nodes).map(|document| document.instanced(&mesh)) {
+        Some(Ok(Some(_))) if matches!(faces, Faces::Polygons(_)) => {
+            (mesh, Some("what several nodes have is there once: polygons are not repeated".into()))
+        }
+        Some(Ok(Some(all))) => {
+            let more = all.faces.len() - mesh.faces.len();
+            let told = format!("what several nodes show is written for each of them: {more} faces more");
+            (Cow::Owned(all), Some(told))
+        }
+        Some(Err(why)) => (mesh, Some(why)),
+        _ => (mesh, None),
+    }
 }
 
 /// Reads the mesh at `path` with what the file says beside it.
@@ -161,8 +190,10 @@ fn write_at(
     let (format, compression) = Format::from_path(path)?;
     mesh.check()?;
     document.check_output(path)?;
-    let mesh = &*turned_for(mesh, document, format);
+    let (mesh, told) = shown_in((turned_for(mesh, document, format), faces), document, format);
+    let (mesh, faces) = (&*mesh, faces.of_same_kind(&mesh));
     let mut warnings = document.losses(format, Some(path));
+    warnings.extend(told);
     warnings.extend(convert::losses(mesh, faces, document, format));
     let written = match format {
         Format::Gltf | Format::Glb => {
@@ -221,8 +252,10 @@ fn write_into(
     out: &mut dyn Write,
 ) -> Result<Vec<String>> {
     mesh.check()?;
-    let mesh = &*turned_for(mesh, document, format);
+    let (mesh, told) = shown_in((turned_for(mesh, document, format), faces), document, format);
+    let (mesh, faces) = (&*mesh, faces.of_same_kind(&mesh));
     let mut warnings = document.losses(format, None);
+    warnings.extend(told);
     warnings.extend(convert::losses(mesh, faces, document, format));
     let written = match format {
         Format::Gltf | Format::Glb => {

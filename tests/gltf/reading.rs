@@ -1,5 +1,7 @@
 //! What becomes of accessors, primitives and nodes.
 
+use coarsen::Mesh;
+use coarsen::formats::{self, Format, WriteOptions};
 use coarsen::math::{DVec3, Vec2, Vec3};
 use coarsen::mesh::ChannelKind;
 use serde_json::json;
@@ -232,4 +234,44 @@ fn primitives_are_materials_and_lack_what_others_have() {
     assert_eq!(keys(0), ["POSITION"]);
     assert_eq!(keys(1), ["POSITION", "TEXCOORD_1", "_ID", "COLOR_0"]);
     assert_eq!(&again(mesh, &scene.document), mesh);
+}
+
+/// A square in a node, and twice and mirrored in another: a file with nodes has it once, others show both.
+#[test]
+fn what_several_nodes_show_is_written_for_each() {
+    let mut builder = square();
+    builder.json["nodes"] = json!([{ "mesh": 0 }, { "mesh": 0, "scale": [-2, 2, 2], "translation": [9, 0, 0] }]);
+    let scene = builder.scene();
+    assert_eq!(scene.mesh.faces.len(), 2);
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, mesh: &Mesh| {
+        let path = folder.path().join(name);
+        let told = formats::write_scene(mesh, &scene.document, &path, &WriteOptions::default()).expect("written");
+        (formats::read(&path).expect("a mesh"), told.join("; "))
+    };
+    for name in ["a.obj", "a.ply", "a.stl", "a.off"] {
+        let (all, told) = write(name, &scene.mesh);
+        assert_eq!((all.positions.len(), all.faces.len()), (8, 4), "{name}");
+        assert!(told.contains("2 faces more"), "{told}");
+        let area = |face: &[u32; 3]| {
+            let [a, b, c] = face.map(|v| all.positions[v as usize]);
+            (b - a).cross(c - a).z / 2.0
+        };
+        assert_eq!(all.faces.iter().map(area).collect::<Vec<_>>(), [0.5, 0.5, 2.0, 2.0], "{name}");
+        let (low, high) = all.bounds();
+        assert_eq!((low, high), (DVec3::ZERO, DVec3::new(9.0, 2.0, 0.0)), "{name}");
+    }
+    let (once, told) = write("a.glb", &scene.mesh);
+    assert_eq!((once.faces.len(), told.as_str()), (2, ""));
+    assert_eq!(builder.scene().with_instances().mesh.faces.len(), 4);
+    // A file that asks for more than anybody could write has it once, and so has one whose only mesh has a skin.
+    let mut many = square();
+    many.json["meshes"][0]["primitives"][0]["indices"] = many.indices(&[0, 1, 2].repeat(12_000)).into();
+    many.json["nodes"] = (0..1_500).map(|_| json!({ "mesh": 0 })).collect();
+    let scene = many.scene();
+    let mut out = Vec::new();
+    let told = formats::write_scene_to(&scene.mesh, &scene.document, Format::Off, &WriteOptions::default(), &mut out);
+    assert!(told.expect("written").join("; ").contains("is there once"));
+    builder.json["nodes"] = json!([{ "mesh": 0, "skin": 0 }, { "mesh": 0, "skin": 0 }]);
+    assert_eq!(builder.scene().with_instances().mesh.faces.len(), 2);
 }

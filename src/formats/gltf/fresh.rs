@@ -24,6 +24,7 @@ pub(super) fn document(mesh: &Mesh, described: &[Material]) -> Gltf {
         mesh: 0,
         primitive,
         placement: Placement::shift(shift),
+        others: [].into(),
         attributes: attributes.clone(),
         indices_said: Map::new(),
     };

@@ -23,6 +23,7 @@ mod container;
 mod document;
 mod file;
 mod fresh;
+mod instances;
 mod json;
 mod looks;
 mod materials;

@@ -1,5 +1,7 @@
 //! A primitive of triangles: which of its attributes go where in a mesh.
 
+use std::sync::Arc;
+
 use serde_json::{Map, Value};
 
 use super::accessor::{Accessor, Store};
@@ -49,6 +51,8 @@ pub(super) struct Part {
     pub(super) mesh: usize,
     pub(super) primitive: usize,
     pub(super) placement: Placement,
+    /// From there to where further nodes show it.
+    pub(super) others: Arc<[Placement]>,
     pub(super) attributes: Vec<Attribute>,
     /// What the accessor of its indices says beside them.
     pub(super) indices_said: Map<String, Value>,
@@ -128,7 +132,7 @@ impl<'a> Source<'a> {
         store: &'a Store<'a>,
         mesh: usize,
         primitive: usize,
-        placement: Placement,
+        (placement, others): (Placement, Arc<[Placement]>),
     ) -> Result<Option<Self>> {
         let root = Json::root(store.json);
         let owner = root.element("meshes", mesh)?;
@@ -165,6 +169,7 @@ impl<'a> Source<'a> {
                 mesh,
                 primitive,
                 placement,
+                others,
                 attributes: found,
                 indices_said: indices.as_ref().map(said).unwrap_or_default(),
             },

@@ -1,7 +1,10 @@
 //! Primitives to one mesh.
 
+use std::sync::Arc;
+
 use super::accessor::Store;
 use super::color;
+use super::instances::others;
 use super::json::Json;
 use super::part::{JOINTS, Part, Place, Source};
 use super::scene::{Placement, placements};
@@ -19,9 +22,10 @@ pub(super) fn mesh(store: &Store<'_>) -> Result<(Mesh, Vec<Part>)> {
     let placements = placements(store.json)?;
     let mut sources = Vec::new();
     for (mesh, json) in root.elements("meshes")?.iter().enumerate() {
-        let placement = placements.get(mesh).copied().unwrap_or(Placement::IDENTITY);
+        let placements = placements.get(mesh).map_or(&[][..], Vec::as_slice);
+        let (placement, others) = (placements.first().copied().unwrap_or(Placement::IDENTITY), others(placements));
         for primitive in 0..json.elements("primitives")?.len() {
-            sources.extend(Source::of(store, mesh, primitive, placement)?);
+            sources.extend(Source::of(store, mesh, primitive, (placement, Arc::clone(&others)))?);
         }
     }
     let mut assembly = Assembly::of(&sources);

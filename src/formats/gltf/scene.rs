@@ -58,6 +58,16 @@ impl Placement {
         if self.is_identity { point } else { self.to_scene.transform_point3(point) }
     }
 
+    /// The same of a position that is in the scene already.
+    pub(super) fn position_to_scene(&self, position: DVec3) -> DVec3 {
+        self.to_scene.transform_point3(position)
+    }
+
+    /// From where `first` puts something to where this does.
+    pub(super) fn after(&self, first: &Self) -> Self {
+        Self::new(self.to_scene * first.from_scene)
+    }
+
     pub(super) fn point_from_scene(&self, point: DVec3) -> Vec3 {
         if self.is_identity {
             return point.as_vec3();
@@ -117,25 +127,28 @@ fn without_rounding(sums: DVec3, magnitude: DVec3, precision: f64) -> Vec3 {
     Vec3::from_array([0, 1, 2].map(kept))
 }
 
-/// For each mesh where the first node that has it puts it; as it is without a node, or with a skin, whose joints place it.
+/// For each mesh where the nodes that have it put it; as it is with a skin, whose joints place it, and then once.
 ///
 /// # Errors
 /// [`crate::Error::Format`] for nodes that are their own descendants or have two parents.
-pub(super) fn placements(json: &Value) -> Result<Vec<Placement>> {
+pub(super) fn placements(json: &Value) -> Result<Vec<Vec<Placement>>> {
     let root = Json::root(json);
     let nodes = root.elements("nodes")?;
     let transforms = world_transforms(&nodes)?;
-    let mut placements = vec![None; root.elements("meshes")?.len()];
+    let mut placements = vec![Vec::new(); root.elements("meshes")?.len()];
     for (node, transform) in nodes.iter().zip(transforms) {
         let Some(mesh) = node.optional_whole("mesh")? else { continue };
         let Some(placement) = placements.get_mut(mesh) else {
             return Err(node.error(format!("has no meshes[{mesh}]")));
         };
         let is_skinned = node.get("skin").is_some();
-        let place = || if is_skinned { Placement::IDENTITY } else { Placement::new(transform) };
-        placement.get_or_insert_with(place);
+        if !is_skinned {
+            placement.push(Placement::new(transform));
+        } else if placement.is_empty() {
+            placement.push(Placement::IDENTITY);
+        }
     }
-    Ok(placements.into_iter().map(|placement| placement.unwrap_or(Placement::IDENTITY)).collect())
+    Ok(placements)
 }
 
 /// From each node's space to that of the scene.
@@ -193,12 +206,12 @@ mod tests {
 
     use super::*;
 
-    fn of(nodes: Value) -> Result<Vec<Placement>> {
+    fn of(nodes: Value) -> Result<Vec<Vec<Placement>>> {
         placements(&json!({ "nodes": nodes, "meshes": [{}, {}] }))
     }
 
     #[test]
-    fn the_first_node_places_a_mesh() {
+    fn nodes_place_a_mesh() {
         let nodes = json!([
             { "children": [1, 2], "scale": [2, 2, 2] },
             { "mesh": 1, "translation": [1, 0, 0] },
@@ -206,15 +219,17 @@ mod tests {
             { "mesh": 0, "skin": 0, "translation": [9, 9, 9] },
         ]);
         let placements = of(nodes).expect("a tree");
-        assert_eq!(placements[1].point_to_scene(Vec3::Y), DVec3::new(2.0, 2.0, 0.0));
-        assert_eq!(placements[1].point_from_scene(DVec3::new(2.0, 2.0, 0.0)), Vec3::Y);
-        assert!(placements[1].keeps_directions && !placements[1].is_mirrored);
-        assert!(placements[0].is_identity, "joints place what has a skin");
+        let [first, second] = &placements[1][..] else { panic!("two nodes") };
+        assert_eq!(first.point_to_scene(Vec3::Y), DVec3::new(2.0, 2.0, 0.0));
+        assert_eq!(first.point_from_scene(DVec3::new(2.0, 2.0, 0.0)), Vec3::Y);
+        assert!(first.keeps_directions && !first.is_mirrored);
+        assert_eq!(second.point_to_scene(Vec3::Y), DVec3::new(18.0, 20.0, 18.0));
+        assert!(placements[0][0].is_identity, "joints place what has a skin");
     }
 
     #[test]
     fn mirrors_turn_normals_and_sides() {
-        let placement = &of(json!([{ "mesh": 0, "scale": [-2, 1, 1] }])).expect("a tree")[0];
+        let placement = &of(json!([{ "mesh": 0, "scale": [-2, 1, 1] }])).expect("a tree")[0][0];
         assert!(placement.is_mirrored);
         let slanted = Vec3::new(0.6, 0.8, 0.0);
         let turned = placement.normal_to_scene(slanted);
@@ -247,6 +262,6 @@ mod tests {
     fn deep_chains_and_flat_transforms_are_no_trouble() {
         let mut nodes: Vec<Value> = (1..100_000).map(|child| json!({ "children": [child] })).collect();
         nodes.push(json!({ "mesh": 0, "scale": [1, 0, 1] }));
-        assert!(of(Value::Array(nodes)).expect("a chain")[0].is_identity);
+        assert!(of(Value::Array(nodes)).expect("a chain")[0][0].is_identity);
     }
 }
