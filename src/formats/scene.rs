@@ -383,6 +383,10 @@ impl Document {
             Self::Ply(notes) => notes.loss(),
             _ => None,
         };
-        loss.into_iter().collect()
+        let skipped = match self {
+            Self::Obj(libraries) => libraries.loss(),
+            _ => None,
+        };
+        loss.into_iter().chain(skipped).collect()
     }
 }

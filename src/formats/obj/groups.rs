@@ -1,4 +1,4 @@
-//! What faces are made of and belong to: `usemtl`, `g`, `o`; and where materials are described: `mtllib`.
+//! What faces are made of and belong to: `usemtl`, `g`, `o`; where materials are described: `mtllib`; and what is no face.
 
 use rustc_hash::FxHashMap;
 
@@ -6,8 +6,11 @@ use super::Libraries;
 use crate::formats::text;
 use crate::mesh::Materials;
 
-/// The statements that hold until the next of their kind.
-pub(super) const KEYWORDS: [&[u8]; 4] = [b"usemtl", b"g", b"o", b"mtllib"];
+/// The statements that hold until the next of their kind, the library, and elements that are passed over.
+pub(super) const KEYWORDS: [&[u8]; 8] = [b"usemtl", b"g", b"o", b"mtllib", b"p", b"l", b"curv", b"surf"];
+
+/// What the elements from the fifth of [`KEYWORDS`] on are.
+const SKIPPED: [&str; 4] = ["points", "lines", "curves", "free-form surfaces"];
 
 /// Materials and groups of faces, as they come.
 ///
@@ -31,9 +34,15 @@ impl Groups {
         let Some(kind) = KEYWORDS.iter().position(|known| *known == keyword) else { return };
         let bytes = name.trim_ascii();
         let name = text::name(bytes);
-        self.libraries.in_latin1 |= name.as_bytes() != bytes;
+        self.libraries.in_latin1 |= kind < 4 && name.as_bytes() != bytes;
         match kind {
             3 => self.libraries.names.push(name.into()),
+            4.. => {
+                let what = SKIPPED[kind - 4];
+                if !self.libraries.skipped.contains(&what) {
+                    self.libraries.skipped.push(what);
+                }
+            }
             kind => {
                 self.is_told = true;
                 if self.current[kind] != name {
@@ -100,6 +109,15 @@ mod tests {
     use super::*;
 
     #[test]
+    fn elements_that_are_no_faces_are_told_once() {
+        let mut groups = Groups::default();
+        [&b"l"[..], b"p", b"l", b"s", b"surf"].iter().for_each(|keyword| groups.statement(keyword, b" 1 2\xff"));
+        let (libraries, materials) = groups.finish();
+        assert_eq!((libraries.skipped, materials), (vec!["lines", "points", "free-form surfaces"], None));
+        assert!(!libraries.in_latin1);
+    }
+
+    #[test]
     fn names_lead_back_to_statements() {
         let mut groups = Groups::default();
         let told: [(&[u8], &[u8]); 5] =
@@ -113,6 +131,7 @@ mod tests {
         groups.faces(1);
         let (libraries, materials) = groups.finish();
         let materials = materials.expect("some");
+        assert!(libraries.skipped.is_empty());
         assert_eq!((libraries.names, &materials.of_face), (vec!["a b.mtl".to_string()], &vec![0, 1, 1, 2, 1]));
         assert!(!libraries.in_latin1);
         assert_eq!(materials.names, ["", "red #2\no car\ng door left", "red #2\no car"]);

@@ -24,6 +24,8 @@ pub struct Libraries {
     pub folder: Option<PathBuf>,
     /// Whether a name in the file was not UTF-8, and was read as Latin-1: an OBJ gets all names back so, as its libraries have them.
     pub in_latin1: bool,
+    /// What the file has beside faces, which is not read.
+    pub skipped: Vec<&'static str>,
 }
 
 impl Libraries {
@@ -32,6 +34,11 @@ impl Libraries {
         let Some(from) = &self.folder else { return false };
         let to = output.parent().unwrap_or(Path::new(""));
         self.names.iter().any(|name| from.join(name).is_file() && !to.join(name).is_file())
+    }
+
+    /// What a user should know of what is lost, whatever the mesh is written as.
+    pub(in crate::formats) fn loss(&self) -> Option<String> {
+        (!self.skipped.is_empty()).then(|| format!("not read of the OBJ file, and lost: {}", self.skipped.join(", ")))
     }
 
     /// The materials of all that can be read, and of the others what is wrong.
@@ -263,7 +270,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         std::fs::write(folder.path().join("here.mtl"), b"\xef\xbb\xbfnewmtl red\nKd 1 0 0\n").expect("a library");
         let names = vec!["here.mtl gone.mtl".into()];
-        let (known, warnings) = Libraries { names, folder: Some(folder.path().into()), in_latin1: false }.read();
+        let (known, warnings) = Libraries { names, folder: Some(folder.path().into()), ..Libraries::default() }.read();
         assert_eq!((known.len(), known[0].name.as_str()), (1, "red"));
         assert!(warnings.len() == 1 && warnings[0].contains("'gone.mtl' are missing"), "{warnings:?}");
     }
@@ -271,7 +278,7 @@ mod tests {
     #[test]
     fn what_is_missing_is_told() {
         let libraries =
-            Libraries { names: vec!["gone.mtl".into()], folder: Some(std::env::temp_dir()), in_latin1: false };
+            Libraries { names: vec!["gone.mtl".into()], folder: Some(std::env::temp_dir()), ..Libraries::default() };
         let (known, warnings) = libraries.read();
         assert!(
             known.is_empty() && warnings.len() == 1 && warnings[0].contains("'gone.mtl' are missing"),

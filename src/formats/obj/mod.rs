@@ -1,5 +1,5 @@
 //! OBJ, Wavefront's text format: `v`, `vt`, `vn` and `f` lines, and what stands between them: `usemtl`, `g`, `o`, `mtllib`;
-//! everything else is skipped.
+//! lines and points are told as lost, everything else is skipped.
 //!
 //! [`plain`] reads what nearly all files hold, by all threads. The others are parsed by `tobj`: [`normalize`] feeds it a
 //! plainer text in which the things it cannot do are already done: continued lines, vertices without a color among colored
