@@ -198,3 +198,39 @@ fn skins_and_targets_are_told() {
     assert_eq!(losses("a.glb"), format!("{skinned} are not written: the input has no nodes for them"));
     assert_eq!(losses("a.ply"), "");
 }
+
+/// Objects of an OBJ are nodes of a glTF by their names, and nodes objects.
+#[test]
+fn objects_are_nodes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let square =
+        |first: u32| format!("f {} {} {}\nf {} {} {}\n", first, first + 1, first + 2, first, first + 2, first + 3);
+    let vertices = |z: u32| format!("v 0 0 {z}\nv 1 0 {z}\nv 1 1 {z}\nv 0 1 {z}\n");
+    let text = format!(
+        "{}{}{}o door left\nusemtl wood\n{}usemtl red\n{}g lamp\no\nusemtl wood\n{}",
+        vertices(0),
+        vertices(1),
+        vertices(2),
+        square(1),
+        square(5),
+        square(9)
+    );
+    fs::write(at("house.obj"), text).expect("written");
+    let write = |from: &str, to: &str| {
+        let scene = formats::read_scene(&at(from)).expect("a mesh");
+        formats::write_scene(&scene.mesh, &scene.document, &at(to), &WriteOptions::default()).expect("written");
+    };
+    write("house.obj", "house.gltf");
+    let json: Value = serde_json::from_slice(&fs::read(at("house.gltf")).expect("read")).expect("JSON");
+    let names =
+        |list: &str| json[list].as_array().expect(list).iter().map(|one| one["name"].clone()).collect::<Vec<_>>();
+    assert_eq!((names("nodes"), names("meshes")), (vec!["door left".into(), "lamp".into()], names("nodes")));
+    assert_eq!(json["meshes"][0]["primitives"].as_array().map(Vec::len), Some(2));
+    assert_eq!(json["scenes"][0]["nodes"], json!([0, 1]));
+    write("house.gltf", "back.obj");
+    let back = fs::read_to_string(at("back.obj")).expect("read");
+    let told: Vec<&str> = back.lines().filter(|line| line.starts_with(['o', 'u'])).collect();
+    assert_eq!(told, ["o door left", "usemtl wood", "usemtl red", "o lamp", "usemtl wood"], "{back}");
+    assert_eq!(formats::read(&at("back.obj")).expect("a mesh").faces.len(), 6);
+}

@@ -29,6 +29,27 @@ pub(super) fn materials(mesh: &Mesh, document: &Document) -> Option<Materials> {
     Some(Materials { of_face, names })
 }
 
+/// What every face of an OBJ is made of and belongs to: of a glTF the material and, where there is one, the object's name.
+pub(super) fn objects(mesh: &Mesh, document: &Document) -> Option<Materials> {
+    let mut materials = materials(mesh, document)?;
+    materials.names.iter_mut().for_each(|name| *name = obj::plain_name(name));
+    let (Document::Gltf(document), Some(parts)) = (document, &mesh.materials) else { return Some(materials) };
+    let objects = gltf::objects(document);
+    if objects.len() != parts.names.len() || objects.iter().all(String::is_empty) {
+        return Some(materials);
+    }
+    let (mut names, mut known) = (Vec::new(), FxHashMap::default());
+    let of_part = |(part, number): (u32, u32)| {
+        *known.entry((part, number)).or_insert_with(|| {
+            let object = obj::plain_name(&objects[part as usize]);
+            names.push(obj::in_object(&materials.names[number as usize], &object));
+            names.len() as u32 - 1
+        })
+    };
+    let of_face = parts.of_face.iter().copied().zip(materials.of_face.iter().copied()).map(of_part).collect();
+    Some(Materials { of_face, names })
+}
+
 fn by_first_line(all: &[String]) -> (Vec<String>, Vec<usize>) {
     let mut names: Vec<String> = Vec::new();
     let mut known = FxHashMap::default();

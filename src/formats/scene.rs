@@ -279,9 +279,7 @@ fn encode(
 ) -> io::Result<()> {
     match (format, document) {
         (Format::Obj, Document::Gltf(_)) => {
-            let mut materials = convert::materials(mesh, document);
-            let names = materials.iter_mut().flat_map(|materials| &mut materials.names);
-            names.for_each(|name| *name = obj::plain_name(name));
+            let materials = convert::objects(mesh, document);
             obj::write(mesh, faces, (libraries, materials.as_ref()), out)
         }
         (Format::Obj, _) => obj::write(mesh, faces, (libraries, mesh.materials.as_ref()), out),

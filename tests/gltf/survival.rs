@@ -232,7 +232,7 @@ fn meshes_of_other_formats_become_a_file_of_their_own() {
     mesh.positions.iter_mut().for_each(|position| position.x += 5e6 + 0.1);
     let (json, ..) = written(&mesh, &Document::None);
     assert_eq!(json["materials"], json!([{ "name": "stone" }, { "name": "wood" }]));
-    assert_eq!(json["meshes"][0]["primitives"].as_array().map(Vec::len), Some(2));
+    assert_eq!((&json["meshes"][0]["name"], json["meshes"].as_array().map(Vec::len)), (&json!("wall"), Some(2)));
     // Far from the origin the node takes the distance, so that no digit is lost.
     let read = again(&mesh, &Document::None);
     assert_eq!(read.channels[0].name, "_QUALITY");

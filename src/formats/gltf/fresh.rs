@@ -13,39 +13,77 @@ use crate::formats::{attributes, obj};
 use crate::math::DVec3;
 use crate::mesh::{ChannelKind, Mesh};
 
-/// One node with one mesh, a primitive for each name of its materials; these as `described` by the first lines of names.
+/// A node with a mesh for each object, of these a primitive for each name of its materials; these as `described` by the first lines
+/// of names.
 pub(super) fn document(mesh: &Mesh, described: &[Material]) -> Gltf {
     let names = mesh.materials.as_ref().map_or(&[][..], |materials| &materials.names);
     let (numbers, materials) = materials_of(names, described);
     // Map coordinates would lose what the eye can see.
     let shift = if attributes::needs_double(mesh) { center(mesh) } else { DVec3::ZERO };
     let attributes = attributes_of(mesh);
-    let part = |primitive| Part {
-        mesh: 0,
-        primitive,
-        placement: Placement::shift(shift),
-        others: [].into(),
-        attributes: attributes.clone(),
-        indices_said: Map::new(),
+    let mut objects = Objects::default();
+    let part = |number: usize| {
+        let name = names.get(number).map_or("", |name| obj::object_of(name));
+        let material = numbers.get(number).copied().flatten();
+        let (mesh, primitive) = objects.add(name, material.map_or_else(|| json!({}), |of| json!({ "material": of })));
+        Part {
+            mesh,
+            primitive,
+            placement: Placement::shift(shift),
+            others: [].into(),
+            attributes: attributes.clone(),
+            indices_said: Map::new(),
+        }
     };
     let parts: Vec<Part> = (0..names.len().max(1)).map(part).collect();
-    let primitive = |part: usize| match numbers.get(part) {
-        Some(Some(number)) => json!({ "material": number }),
-        _ => json!({}),
-    };
+    let (nodes, meshes) = objects.finish(shift);
     let mut json = json!({
         "asset": { "version": "2.0", "generator": format!("coarsen {}", env!("CARGO_PKG_VERSION")) },
         "scene": 0,
-        "scenes": [{ "nodes": [0] }],
-        "nodes": [{ "mesh": 0 }],
-        "meshes": [{ "primitives": (0..parts.len()).map(primitive).collect::<Vec<Value>>() }],
+        "scenes": [{ "nodes": (0..nodes.len()).collect::<Vec<usize>>() }],
+        "nodes": nodes,
+        "meshes": meshes,
     });
-    if shift != DVec3::ZERO {
-        json["nodes"][0]["translation"] = json!(shift.to_array());
-    }
     let mut binary = Vec::new();
     materials::put(&mut json, &mut binary, &materials, mesh.texcoords.is_some());
     Gltf { json, binary, parts, folder: None, has_data_uris: false, files: Vec::new() }
+}
+
+/// Objects by name, with the primitives of each.
+#[derive(Default)]
+struct Objects<'a> {
+    known: FxHashMap<&'a str, usize>,
+    all: Vec<(&'a str, Vec<Value>)>,
+}
+
+impl<'a> Objects<'a> {
+    /// Adds a primitive to an object; tells the numbers of both.
+    fn add(&mut self, name: &'a str, primitive: Value) -> (usize, usize) {
+        let next = self.all.len();
+        let number = *self.known.entry(name).or_insert(next);
+        if number == next {
+            self.all.push((name, Vec::new()));
+        }
+        let primitives = &mut self.all[number].1;
+        primitives.push(primitive);
+        (number, primitives.len() - 1)
+    }
+
+    /// A node that is shifted and a mesh for each.
+    fn finish(self, shift: DVec3) -> (Vec<Value>, Vec<Value>) {
+        let row = |(mesh, (name, primitives)): (usize, (&str, Vec<Value>))| {
+            let (mut node, mut mesh) = (json!({ "mesh": mesh }), json!({ "primitives": primitives }));
+            if !name.is_empty() {
+                node["name"] = name.into();
+                mesh["name"] = name.into();
+            }
+            if shift != DVec3::ZERO {
+                node["translation"] = json!(shift.to_array());
+            }
+            (node, mesh)
+        };
+        self.all.into_iter().enumerate().map(row).unzip()
+    }
 }
 
 /// Materials by name, those that are described.

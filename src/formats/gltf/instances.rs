@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use serde_json::Value;
+
 use super::document::Gltf;
 use super::scene::Placement;
 use crate::math::Vec3;
@@ -95,6 +97,18 @@ fn append_row(values: &mut Vec<f32>, channel: &Channel, vertex: usize, place: &P
         (ChannelKind::Tangent, &[x, y, z, side]) => values.extend(place.tangent_to_scene([x, y, z, side])),
         (_, row) => values.extend(row),
     }
+}
+
+/// What people call the object of each part: the name of the first node that has its mesh, or the mesh's own; empty without either.
+pub(in crate::formats) fn objects(document: &Gltf) -> Vec<String> {
+    let list = |key: &str| document.json.get(key).and_then(Value::as_array).map_or(&[][..], |list| list);
+    let named = |value: &Value| value.get("name").and_then(Value::as_str).unwrap_or_default().to_string();
+    let mut names: Vec<String> = list("meshes").iter().map(named).collect();
+    for node in list("nodes").iter().rev().filter(|node| !named(node).is_empty()) {
+        let mesh = node.get("mesh").and_then(Value::as_u64).and_then(|mesh| names.get_mut(mesh as usize));
+        mesh.into_iter().for_each(|name| *name = named(node));
+    }
+    document.parts.iter().map(|part| names.get(part.mesh).cloned().unwrap_or_default()).collect()
 }
 
 /// From where the first node that has a mesh puts it to where the others do.

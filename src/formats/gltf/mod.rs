@@ -49,6 +49,7 @@ use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use accessor::Store;
 pub use document::Gltf;
+pub(super) use instances::objects;
 pub(super) use looks::{looks, materials};
 pub(super) use materials::described;
 

@@ -90,6 +90,17 @@ fn name([material, group, object]: &[String; 3]) -> String {
     name
 }
 
+/// The object that faces of this name belong to, or the group where none is told; empty without either.
+pub(in crate::formats) fn object_of(name: &str) -> &str {
+    let line = |keyword: &str| name.lines().skip(1).find_map(|line| line.strip_prefix(keyword));
+    line("o ").or_else(|| line("g ")).unwrap_or_default()
+}
+
+/// The name of faces of a material in an object, which may be none.
+pub(in crate::formats) fn in_object(material: &str, object: &str) -> String {
+    if object.is_empty() { material.into() } else { format!("{material}\no {object}") }
+}
+
 /// The statements that lead from faces of one name to faces of another.
 pub(super) fn statements(before: Option<&str>, after: &str) -> String {
     let parts = |name: &str| {
@@ -135,6 +146,9 @@ mod tests {
         assert_eq!((libraries.names, &materials.of_face), (vec!["a b.mtl".to_string()], &vec![0, 1, 1, 2, 1]));
         assert!(!libraries.in_latin1);
         assert_eq!(materials.names, ["", "red #2\no car\ng door left", "red #2\no car"]);
+        assert_eq!(materials.names.iter().map(|name| object_of(name)).collect::<Vec<_>>(), ["", "car", "car"]);
+        assert_eq!((object_of("red\ng door"), object_of("o red")), ("door", ""));
+        assert_eq!((object_of(&in_object("red", "car")), in_object("red", "")), ("car", "red".to_string()));
         assert_eq!(statements(None, &materials.names[1]), "o car\ng door left\nusemtl red #2\n");
         assert_eq!(statements(Some(&materials.names[1]), &materials.names[2]), "g\n");
         assert_eq!(statements(Some(&materials.names[2]), ""), "o\nusemtl\n");

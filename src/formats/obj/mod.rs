@@ -20,6 +20,7 @@ mod shading;
 mod words;
 mod write;
 
+pub(super) use groups::{in_object, object_of};
 pub use library::Libraries;
 pub(super) use library::{described, plain_name, write_library};
 pub(super) use looks::looks;
