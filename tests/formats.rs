@@ -495,20 +495,3 @@ fn a_broken_stream_is_an_error_not_an_end() {
     let error = formats::write_to(&sheet(1), Format::Off, &WriteOptions::default(), &mut Broken(0)).unwrap_err();
     assert!(matches!(&error, Error::Write { source, .. } if source.kind() == io::ErrorKind::BrokenPipe), "{error:?}");
 }
-
-#[test]
-fn lines_of_an_obj_that_are_no_faces_are_told() {
-    let folder = tempfile::tempdir().expect("a folder");
-    // The second is not plain: an index from the end, past a line that goes on.
-    for face in ["f 1 2 3", "f 1 2 \\\n-1"] {
-        let input = folder.path().join("a.obj");
-        fs::write(&input, format!("v 0 0 0\nv 1 0 0\nv 0 1 0\n{face}\nl 1 2\np 1\nl 2 3\n")).expect("written");
-        let scene = formats::read_scene(&input).expect("a mesh");
-        for name in ["b.obj", "b.ply"] {
-            let output = folder.path().join(name);
-            let told =
-                formats::write_scene(&scene.mesh, &scene.document, &output, &WriteOptions::default()).expect("written");
-            assert_eq!(told, ["not read of the OBJ file, and lost: lines, points"], "{face}");
-        }
-    }
-}

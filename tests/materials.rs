@@ -82,9 +82,11 @@ fn libraries_become_materials_of_a_glb() {
         assert!((light - 0.214_041_14).abs() < 1e-6 && surface(2)["baseColorFactor"][3] == 0.25, "{light}");
         assert_eq!((&json["materials"][2]["alphaMode"], &surface(2)["metallicFactor"]), (&json!("BLEND"), &json!(1.0)));
         assert_eq!(json["materials"][3], json!({ "name": "unknown" }));
-        let primitives = json["meshes"][0]["primitives"].as_array().expect("a list");
-        let numbers: Vec<Option<u64>> = primitives.iter().map(|primitive| primitive["material"].as_u64()).collect();
-        assert_eq!(numbers, [None, Some(0), Some(0), Some(1), Some(2), Some(3)]);
+        let meshes = json["meshes"].as_array().expect("a list");
+        let primitives = |mesh: &Value| mesh["primitives"].as_array().cloned().expect("a list");
+        let numbers = |mesh| primitives(mesh).iter().map(|primitive| primitive["material"].as_u64()).collect();
+        let numbers: Vec<Vec<Option<u64>>> = meshes.iter().map(numbers).collect();
+        assert_eq!(numbers, [vec![None], vec![Some(0)], vec![Some(0), Some(1), Some(2), Some(3)]]);
     }
 }
 
@@ -233,4 +235,21 @@ fn objects_are_nodes() {
     let told: Vec<&str> = back.lines().filter(|line| line.starts_with(['o', 'u'])).collect();
     assert_eq!(told, ["o door left", "usemtl wood", "usemtl red", "o lamp", "usemtl wood"], "{back}");
     assert_eq!(formats::read(&at("back.obj")).expect("a mesh").faces.len(), 6);
+}
+
+#[test]
+fn lines_of_an_obj_that_are_no_faces_are_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    // The second is not plain: an index from the end, past a line that goes on.
+    for face in ["f 1 2 3", "f 1 2 \\\n-1"] {
+        let input = folder.path().join("a.obj");
+        fs::write(&input, format!("v 0 0 0\nv 1 0 0\nv 0 1 0\n{face}\nl 1 2\np 1\nl 2 3\n")).expect("written");
+        let scene = formats::read_scene(&input).expect("a mesh");
+        for name in ["b.obj", "b.ply"] {
+            let output = folder.path().join(name);
+            let told =
+                formats::write_scene(&scene.mesh, &scene.document, &output, &WriteOptions::default()).expect("written");
+            assert_eq!(told, ["not read of the OBJ file, and lost: lines, points"], "{face}");
+        }
+    }
 }
