@@ -66,6 +66,7 @@ mod seam_filter;
 mod seam_flags;
 mod seam_pressure;
 mod select;
+mod shading;
 mod side_edges;
 mod side_faces;
 mod side_sums;

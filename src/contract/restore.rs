@@ -13,6 +13,7 @@ use crate::simplify::MOVED;
 use super::carry::{Carried, MOVED_FROM};
 use super::join::referenced;
 use super::ranks::Ranks;
+use super::shading::mend;
 use super::unwedge::Split;
 
 /// Rows that a thread moves at a time.
@@ -76,10 +77,8 @@ pub fn restore(input: &Mesh, frame: Frame, placed: Placed<'_>, carried: &Carried
     let (split, face_order) = rayon::join(|| Split::new(input, wedges, placed), face_order);
     let corners = |&f: &u32| as_input(face_origin[f as usize], split.corners(f as usize));
     let texcoords = |&f: &u32| as_input(face_origin[f as usize], split.texcoords(f as usize));
-    let materials = input.materials.as_ref().filter(|_| wedges.layout.has_materials).map(|rows| {
-        let of_face: Vec<u32> = face_order.iter().map(|&f| face_origin[f as usize] & !TURNED).collect();
-        rows.take(&of_face)
-    });
+    let was: Vec<u32> = face_order.iter().map(|&f| face_origin[f as usize] & !TURNED).collect();
+    let materials = input.materials.as_ref().filter(|_| wedges.layout.has_materials).map(|rows| rows.take(&was));
     let mut mesh = Mesh {
         positions: split.vertices().map(at).collect(),
         faces: face_order.par_iter().with_min_len(ROWS).map(corners).collect(),
@@ -88,6 +87,7 @@ pub fn restore(input: &Mesh, frame: Frame, placed: Placed<'_>, carried: &Carried
         ..Mesh::default()
     };
     split.fill(&mut mesh);
+    mend(&mut mesh, input, &was, |v| split.has_other_numbers(v));
     (mesh, split.origins().map(|origin| origin.unwrap_or(MOVED)).collect())
 }
 

@@ -4,7 +4,7 @@
 use bytemuck::Pod;
 use rayon::prelude::*;
 
-use crate::math::{Vec2, Vec3};
+use crate::math::Vec2;
 use crate::mesh::{Channel, ChannelKind, Mesh};
 
 use super::carry::MOVED_FROM;
@@ -69,6 +69,11 @@ impl<'a> Split<'a> {
         })
     }
 
+    /// Whether a vertex of the result has other numbers than in the input.
+    pub fn has_other_numbers(&self, vertex: usize) -> bool {
+        self.has_changed(self.vertices[vertex].wedge)
+    }
+
     fn has_changed(&self, wedge: u32) -> bool {
         self.wedges.input_corner(wedge).2
     }
@@ -126,29 +131,13 @@ impl<'a> Split<'a> {
         let numbers = self.vertices.len() * layer.width;
         let mut rows: Vec<T> = bytemuck::zeroed_vec(numbers * size_of::<f32>() / size_of::<T>());
         let out = bytemuck::cast_slice_mut(&mut rows).par_chunks_mut(layer.width.max(1));
-        let normals = self.wedges.layout.layers.iter().find(|other| other.origin == Origin::Normals);
-        let normals = normals.filter(|_| layer.kind == Kind::Tangent);
         out.zip(&self.vertices).with_min_len(ROWS).for_each(|(out, vertex)| {
             match self.wedges.input_corner(vertex.wedge) {
-                (_, _, true) => {
-                    let row = self.wedges.row(vertex.wedge);
-                    layer.store(row, out);
-                    normals.iter().for_each(|normals| lie_in_plane(out, normals.stored(row).into()));
-                }
+                (_, _, true) => layer.store(self.wedges.row(vertex.wedge), out),
                 (face, corner, false) => out.copy_from_slice(input(self.input.faces[face][corner] as usize)),
             }
         });
         rows
-    }
-}
-
-/// Turns a tangent into the plane of its normal, as renderers expect, unless it is the normal; both may have changed, each by
-/// itself.
-fn lie_in_plane(tangent: &mut [f32], normal: Vec3) {
-    let given = Vec3::from_slice(tangent);
-    let flat = given - normal * normal.dot(given);
-    if flat.length_squared() > 1e-6 {
-        tangent[..3].copy_from_slice(&flat.normalize().to_array());
     }
 }
 
@@ -219,18 +208,6 @@ fn in_order(mut vertices: Vec<Vertex>, bound: usize) -> Vec<Vertex> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn tangents_are_turned_into_the_plane_of_their_normals() {
-        let turned = |tangent: [f32; 4]| {
-            let mut numbers = tangent;
-            lie_in_plane(&mut numbers, Vec3::Z);
-            numbers
-        };
-        assert_eq!(turned([0.6, 0.0, 0.8, -1.0]), [1.0, 0.0, 0.0, -1.0]);
-        assert_eq!(turned([0.0, 0.0, 1.0, 1.0]), [0.0, 0.0, 1.0, 1.0]);
-        assert_eq!(turned([0.0; 4]), [0.0; 4]);
-    }
 
     #[test]
     fn vertices_are_sorted_whether_or_not_they_share_sources() {

@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::document::Gltf;
 use super::scene::Placement;
 use crate::math::Vec3;
-use crate::mesh::{Channel, ChannelKind, Mesh};
+use crate::mesh::{Channel, ChannelKind, Mesh, take};
 
 /// Faces that may be added, whatever a small file asks for.
 const MOST_ADDED: usize = 1 << 24;
@@ -44,8 +44,20 @@ impl Gltf {
         for (part, faces) in self.parts.iter().zip(&faces_of) {
             part.others.iter().for_each(|place| append(&mut all, mesh, faces, place, &mut number));
         }
-        Ok(Some(all))
+        Ok(Some(by_material(all)))
     }
+}
+
+/// The mesh with the faces of each material together.
+fn by_material(mut mesh: Mesh) -> Mesh {
+    let Some(materials) = &mesh.materials else { return mesh };
+    let mut order: Vec<u32> = (0..mesh.faces.len() as u32).collect();
+    order.sort_by_key(|&face| materials.of_face[face as usize]);
+    mesh.materials = Some(materials.take(&order));
+    mesh.faces = take(&mesh.faces, &order);
+    mesh.texcoords = mesh.texcoords.map(|rows| take(&rows, &order));
+    mesh.face_colors = mesh.face_colors.map(|rows| take(&rows, &order));
+    mesh
 }
 
 /// Appends `faces` of `mesh`, and their vertices, where `place` moves them; of `number`, one a vertex, nothing is left.
