@@ -189,8 +189,8 @@ impl Layout {
             }
         }
         let length = (frame.length_to_rows(1.0) * f64::from(weights.pose)) as f32 * counts;
-        let is_still = is_smooth || dropped.channels || length <= 0.0;
-        let pose = if is_still {
+        let counts_no_pose = is_smooth || dropped.channels || length <= 0.0;
+        let pose = if counts_no_pose {
             Pose::default()
         } else {
             Pose::of(mesh, |channel| weights.of_channel(&channel.name).is_some())

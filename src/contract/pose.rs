@@ -1,11 +1,12 @@
 //! What joints and morph targets do to a shape, as numbers that decide: a shape is to hold in every pose, not at rest alone.
 //!
 //! - What moves with several joints goes between them: the mean of their places, by their weights, changes where a limb bends,
-//!   by as much as the bones are long. It is three numbers, however many joints there are. The place of a joint is the mean of
-//!   the vertices that it moves.
-//! - Up to two morph targets add what they displace. Of more there are two sums, in which each target is turned by the golden
-//!   angle from the one before: the squares of both add up to those of all targets but for what the products of two that change
-//!   at one place add, of either sign, and no two targets cancel each other out in both.
+//!   by as much as the bones are long. It is three numbers, however many joints there are. The place of a joint is the centroid of
+//!   the vertices that it moves. Joints of one number are one: skins of one file that number theirs differently share them.
+//! - Up to two morph targets add what they displace. Of more there are two weighted sums: target k counts cos kφ in one and
+//!   sin kφ in the other, φ the golden angle. One alone keeps its length; several at one place may add up, or cancel out in part.
+//!
+//! Three numbers each, as far as there is room beside normals, textures and colors: joints first.
 
 use crate::math::{DVec3, Vec3};
 use crate::mesh::{Channel, ChannelKind, Mesh};
@@ -16,16 +17,28 @@ const SUMS: usize = 2;
 /// The cosine and the sine of the golden angle, π (3 − √5): constants, for libraries differ in the last digit.
 const GOLDEN: [f64; 2] = [-0.737_368_878_078_319_7, 0.675_490_294_261_523_8];
 
-/// Numbers of joints past this are none.
-const MOST_JOINTS: f32 = 65_535.0;
+/// Numbers past this are of no joint.
+const GREATEST_JOINT: f32 = 65_535.0;
 
 /// How the vertices of a mesh move.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Pose {
-    /// The channel of the joints, and the places of these, about the center of the mesh.
-    joints: Option<(usize, Vec<Vec3>)>,
-    /// Channels of displacements, and how much each counts in either sum.
-    targets: Vec<(usize, [f32; SUMS])>,
+    joints: Option<Joints>,
+    targets: Vec<Target>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Joints {
+    channel: usize,
+    /// Of each joint, about the center of the mesh.
+    centroids: Vec<Vec3>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Target {
+    channel: usize,
+    /// How much it counts in either sum.
+    factors: [f32; SUMS],
 }
 
 /// Three numbers of it, in units of length.
@@ -44,16 +57,18 @@ impl Pose {
             let channels = mesh.channels.iter().enumerate();
             channels.filter(move |(_, channel)| channel.kind == kind)
         };
-        let joints = of_kind(ChannelKind::Joints).next().map(|(number, channel)| (number, places(mesh, channel)));
+        let joints = of_kind(ChannelKind::Joints)
+            .next()
+            .map(|(number, channel)| Joints { channel: number, centroids: joint_centroids(mesh, channel) });
         let displacements = of_kind(ChannelKind::Displacement).filter(|(_, channel)| !is_left_out(channel));
         let channels: Vec<usize> = displacements.map(|(number, _)| number).collect();
         let is_each_alone = channels.len() <= SUMS;
         let mut turned = [1.0, 0.0];
-        let count = |number: usize| {
+        let count = |channel: usize| {
             let factors = turned;
             let ([x, y], [cos, sin]) = (turned, GOLDEN);
             turned = if is_each_alone { [0.0, 1.0] } else { [x * cos - y * sin, x * sin + y * cos] };
-            (number, factors.map(|factor| factor as f32))
+            Target { channel, factors: factors.map(|factor| factor as f32) }
         };
         let targets = channels.into_iter().map(count).collect();
         Self { joints, targets }
@@ -68,17 +83,16 @@ impl Pose {
     /// Three numbers of a vertex.
     pub fn read(&self, mesh: &Mesh, vertex: usize, motion: Motion) -> [f32; 3] {
         let sum = match (motion, &self.joints) {
-            (Motion::Joints, Some((number, places))) => {
-                let influences = || influences(&mesh.channels[*number], vertex);
+            (Motion::Joints, Some(Joints { channel, centroids })) => {
+                let influences = || influences(&mesh.channels[*channel], vertex);
                 let total: f32 = influences().map(|(_, weight)| weight).sum();
-                let sum: Vec3 = influences().map(|(joint, weight)| places[joint] * weight).sum();
+                let sum: Vec3 = influences().map(|(joint, weight)| centroids[joint] * weight).sum();
                 if total > 0.0 { sum / total } else { Vec3::ZERO }
             }
             (Motion::Joints, None) => Vec3::ZERO,
             (Motion::Targets(sum), _) => {
-                let displaced = |&(number, factors): &(usize, [f32; SUMS])| {
-                    Vec3::from_slice(mesh.channels[number].row(vertex)) * factors[sum]
-                };
+                let displaced =
+                    |target: &Target| Vec3::from_slice(mesh.channels[target.channel].row(vertex)) * target.factors[sum];
                 self.targets.iter().map(displaced).sum()
             }
         };
@@ -90,12 +104,13 @@ impl Pose {
 fn influences(channel: &Channel, vertex: usize) -> impl Iterator<Item = (usize, f32)> {
     let (joints, weights) = channel.row(vertex).split_at(channel.width / 2);
     let pairs = joints.iter().copied().zip(weights.iter().copied());
-    let is_one = |&(joint, weight): &(f32, f32)| (0.0..=MOST_JOINTS).contains(&joint) && weight > 0.0 && weight <= 1.0;
+    let is_one =
+        |&(joint, weight): &(f32, f32)| (0.0..=GREATEST_JOINT).contains(&joint) && weight > 0.0 && weight <= 1.0;
     pairs.filter(is_one).map(|(joint, weight)| (joint as usize, weight))
 }
 
 /// For each joint the mean of the vertices that it moves, by its weights, about the center of the mesh.
-fn places(mesh: &Mesh, channel: &Channel) -> Vec<Vec3> {
+fn joint_centroids(mesh: &Mesh, channel: &Channel) -> Vec<Vec3> {
     let (low, high) = mesh.bounds();
     let center = low * 0.5 + high * 0.5;
     let mut sums: Vec<(DVec3, f64)> = Vec::new();
@@ -160,12 +175,14 @@ mod tests {
         assert_eq!(all(&mesh, 1), [[1.0, 2.0, 3.0]]);
         mesh.channels.push(target(1, [4.0, 5.0, 6.0]));
         assert_eq!(all(&mesh, 2), [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
-        // Of forty any one alone has its own length in both sums, any two that are opposite do not vanish.
+        // Of forty any one alone has its own length in both sums; no two at one place vanish, but 17 apart nearly.
         let squares = |mesh: &Mesh| all(mesh, 0).as_flattened().iter().map(|x| x * x).sum::<f32>();
-        for (a, b) in [(0, None), (39, None), (0, Some(1)), (3, Some(8)), (0, Some(34))] {
+        for (a, b, of_b) in
+            [(0, None, 0.0), (39, None, 0.0), (0, Some(1), -1.0), (0, Some(34), -1.0), (0, Some(17), 1.0)]
+        {
             let by = |number: usize| match number {
                 number if number == a => [1.0, 0.0, 0.0],
-                number if Some(number) == b => [-1.0, 0.0, 0.0],
+                number if Some(number) == b => [of_b, 0.0, 0.0],
                 _ => [0.0; 3],
             };
             mesh.channels = (0..40).map(|number| target(number, by(number))).collect();

@@ -18,7 +18,7 @@ impl<'a> Faces<'a> {
         Self::Triangles(&mesh.faces)
     }
 
-    /// The triangles of `mesh` where these are triangles.
+    /// The triangles of `mesh` where these are triangles; polygons stay what they are.
     pub fn of_same_kind(self, mesh: &'a Mesh) -> Self {
         match self {
             Self::Triangles(_) => Self::of(mesh),

@@ -45,12 +45,21 @@ impl Scene {
 }
 
 impl Scene {
-    /// The scene with the faces that all nodes of a glTF show, where several have one mesh; as it is otherwise, and where that is
-    /// more than can be told. What is simplified is there once, where the first node puts it.
+    /// The scene with the faces that all nodes of a glTF show, where several have one mesh, which is simplified once; as it is
+    /// where that cannot be told, and why. An invalid mesh stays as it is.
     #[must_use]
-    pub fn with_instances(self) -> Self {
-        let all = self.document.gltf().and_then(|document| document.instanced(&self.mesh).ok().flatten());
-        Self { mesh: all.unwrap_or(self.mesh), document: self.document }
+    pub fn with_instances(self) -> (Self, Option<String>) {
+        let Self { mesh, document } = self;
+        let shown = match document.gltf().filter(|document| document.has_instances() && mesh.check().is_ok()) {
+            Some(document) => document.instanced(&mesh),
+            None => gltf::Shown::Once,
+        };
+        let (mesh, untold) = match shown {
+            gltf::Shown::Once => (mesh, None),
+            gltf::Shown::All(all) => (all, None),
+            gltf::Shown::Untold(why) => (mesh, Some(why)),
+        };
+        (Self { mesh, document }, untold)
     }
 
     /// What every face is made of, by the material alone: parts and groups of one material are one.
@@ -79,24 +88,37 @@ fn turned_for<'a>(mesh: &'a Mesh, document: &Document, format: Format) -> Cow<'a
     Cow::Owned(turned)
 }
 
-/// The mesh as a file of `format` shows it: without nodes with all that they show, and what cannot be told of that.
-fn shown_in<'a>(
-    (mesh, faces): (Cow<'a, Mesh>, Faces<'_>),
+/// The mesh as a file of `format` has it, and a sentence for what is lost or has to be known: with its textures up or down, and
+/// without nodes with all that they show.
+fn as_in<'a>(
+    (mesh, faces): (&'a Mesh, Faces<'_>),
     document: &Document,
     format: Format,
-) -> (Cow<'a, Mesh>, Option<String>) {
+    path: Option<&Path>,
+) -> (Cow<'a, Mesh>, Vec<String>) {
+    let mut told = document.losses(format, path);
+    let mesh = turned_for(mesh, document, format);
     let has_nodes = matches!(format, Format::Gltf | Format::Glb);
-    match document.gltf().filter(|_| !has_nodes).map(|document| document.instanced(&mesh)) {
-        Some(Ok(Some(_))) if matches!(faces, Faces::Polygons(_)) => {
-            (mesh, Some("what several nodes have is there once: polygons are not repeated".into()))
+    let Some(document) = document.gltf().filter(|document| !has_nodes && document.has_instances()) else {
+        return (mesh, told);
+    };
+    let shown = match faces {
+        Faces::Triangles(_) => document.instanced(&mesh),
+        Faces::Polygons(_) => {
+            gltf::Shown::Untold("what several nodes show is there once: polygons are not repeated".into())
         }
-        Some(Ok(Some(all))) => {
+    };
+    match shown {
+        gltf::Shown::Once => (mesh, told),
+        gltf::Shown::All(all) => {
             let more = all.faces.len() - mesh.faces.len();
-            let told = format!("what several nodes show is written for each of them: {more} faces more");
-            (Cow::Owned(all), Some(told))
+            told.push(format!("what several nodes show is written for each of them: {more} faces more"));
+            (Cow::Owned(all), told)
         }
-        Some(Err(why)) => (mesh, Some(why)),
-        _ => (mesh, None),
+        gltf::Shown::Untold(why) => {
+            told.push(why);
+            (mesh, told)
+        }
     }
 }
 
@@ -156,6 +178,8 @@ pub fn read_scene_from(
 /// Writes `mesh` to `path` in the format and compression its extensions name, with what `document` says beside it where
 /// that is of the same format; returns what is lost or has to be known, a sentence each.
 ///
+/// A mesh that several nodes of a glTF show is written for each of them to a file of another format, which has more faces then.
+///
 /// Atomic as [`write`](super::write()); the bytes of a `.gltf` go to a `.bin` beside it, which is written first.
 ///
 /// # Errors
@@ -190,10 +214,8 @@ fn write_at(
     let (format, compression) = Format::from_path(path)?;
     mesh.check()?;
     document.check_output(path)?;
-    let (mesh, told) = shown_in((turned_for(mesh, document, format), faces), document, format);
+    let (mesh, mut warnings) = as_in((mesh, faces), document, format, Some(path));
     let (mesh, faces) = (&*mesh, faces.of_same_kind(&mesh));
-    let mut warnings = document.losses(format, Some(path));
-    warnings.extend(told);
     warnings.extend(convert::losses(mesh, faces, document, format));
     let written = match format {
         Format::Gltf | Format::Glb => {
@@ -252,10 +274,8 @@ fn write_into(
     out: &mut dyn Write,
 ) -> Result<Vec<String>> {
     mesh.check()?;
-    let (mesh, told) = shown_in((turned_for(mesh, document, format), faces), document, format);
+    let (mesh, mut warnings) = as_in((mesh, faces), document, format, None);
     let (mesh, faces) = (&*mesh, faces.of_same_kind(&mesh));
-    let mut warnings = document.losses(format, None);
-    warnings.extend(told);
     warnings.extend(convert::losses(mesh, faces, document, format));
     let written = match format {
         Format::Gltf | Format::Glb => {

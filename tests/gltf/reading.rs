@@ -178,7 +178,8 @@ fn the_first_node_places_a_mesh() {
     assert_eq!((&accessor["min"], &accessor["max"]), (&json!([0.0, 0.0, 0.0]), &json!([1.0, 1.0, 0.0])));
     let number = &json["meshes"][0]["primitives"][0]["targets"][0]["POSITION"];
     let target = &json["accessors"][number.as_u64().expect("one") as usize];
-    assert_eq!(target["max"], json!([1.0, 0.0, 0.25]));
+    let bytes: Vec<u8> = [1.0_f32, 0.0, 0.25].repeat(4).iter().flat_map(|x| x.to_le_bytes()).collect();
+    assert_eq!(view(&json, &binary, &target["bufferView"]), bytes, "displacements, too");
 }
 
 #[test]
@@ -263,15 +264,81 @@ fn what_several_nodes_show_is_written_for_each() {
     }
     let (once, told) = write("a.glb", &scene.mesh);
     assert_eq!((once.faces.len(), told.as_str()), (2, ""));
-    assert_eq!(builder.scene().with_instances().mesh.faces.len(), 4);
+    assert_eq!(builder.scene().with_instances().0.mesh.faces.len(), 4);
     // A file that asks for more than anybody could write has it once, and so has one whose only mesh has a skin.
     let mut many = square();
     many.json["meshes"][0]["primitives"][0]["indices"] = many.indices(&[0, 1, 2].repeat(12_000)).into();
-    many.json["nodes"] = (0..1_500).map(|_| json!({ "mesh": 0 })).collect();
+    many.json["nodes"] = (0..3_000).map(|_| json!({ "mesh": 0 })).collect();
     let scene = many.scene();
     let mut out = Vec::new();
     let told = formats::write_scene_to(&scene.mesh, &scene.document, Format::Off, &WriteOptions::default(), &mut out);
     assert!(told.expect("written").join("; ").contains("is there once"));
+    assert!(scene.with_instances().1.is_some_and(|why| why.contains("is there once")));
+    // Nor is it where its numbers end.
+    builder.json["nodes"] =
+        json!([{ "mesh": 0, "scale": [1e-150, 1e-150, 1e-150] }, { "mesh": 0, "scale": [1e200, 1, 1] }]);
+    let (far, why) = builder.scene().with_instances();
+    assert!(far.mesh.check().is_ok() && far.mesh.faces.len() == 2 && why.is_some_and(|why| why.contains("finite")));
     builder.json["nodes"] = json!([{ "mesh": 0, "skin": 0 }, { "mesh": 0, "skin": 0 }]);
-    assert_eq!(builder.scene().with_instances().mesh.faces.len(), 2);
+    assert_eq!(builder.scene().with_instances().0.mesh.faces.len(), 2);
+}
+
+/// What a mirrored second node shows of two primitives is what a mesh of its own would be, to rounding.
+#[test]
+fn instances_are_as_meshes_of_their_own() {
+    let mut builder = square();
+    let normals = builder.floats(&[[0.6, 0.0, 0.8], [0.0, 0.6, 0.8], [0.0, 0.0, 1.0], [0.8, 0.0, 0.6]]);
+    let tangents =
+        builder.floats(&[[0.8, 0.0, -0.6, 1.0], [1.0, 0.0, 0.0, -1.0], [0.0, 1.0, 0.0, 1.0], [0.6, 0.0, -0.8, 1.0]]);
+    let texcoords = builder.floats(&[[0.0, 0.25], [1.0, 0.0], [0.75, 1.0], [0.0, 1.0]]);
+    let colors =
+        builder.floats(&[[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0], [0.5, 0.5, 0.5, 1.0]]);
+    let displaced = builder.floats(&[[0.0, 0.0, 0.5], [0.0, 1.0, 0.0], [2.0, 0.0, -0.5], [0.125, 0.0, 0.0]]);
+    let primitive = &mut builder.json["meshes"][0]["primitives"][0];
+    for (semantic, number) in
+        [("NORMAL", normals), ("TANGENT", tangents), ("TEXCOORD_0", texcoords), ("COLOR_0", colors)]
+    {
+        primitive["attributes"][semantic] = number.into();
+    }
+    primitive["targets"] = json!([{ "POSITION": displaced }]);
+    let mut second = primitive.clone();
+    second["indices"] = builder.indices(&[0, 1, 3]).into();
+    builder.json["meshes"][0]["primitives"].as_array_mut().expect("a list").push(second);
+    let moved = json!({ "mesh": 0, "rotation": [0.6, 0, 0, 0.8], "scale": [-2, 1, 3], "translation": [1, 2, 3] });
+    builder.json["nodes"] = json!([{ "mesh": 0, "rotation": [0, 0.6, 0, 0.8], "translation": [5, 0, 0] }, moved]);
+    let (scene, untold) = builder.scene().with_instances();
+    assert_eq!(untold, None);
+    let mut alone = builder;
+    alone.json["nodes"].as_array_mut().expect("a list").remove(0);
+    let (all, expected) = (scene.mesh, alone.scene().mesh);
+    all.check().expect("a valid mesh");
+    let materials = |mesh: &Mesh| mesh.materials.as_ref().expect("materials").of_face.clone();
+    assert_eq!((materials(&all), materials(&expected)), (vec![0, 0, 0, 0, 1, 1], vec![0, 0, 1]));
+    // All that the corners of a face have.
+    let corners = |mesh: &Mesh, face: usize| -> Vec<f64> {
+        let of_corner = |k: usize| {
+            let v = mesh.faces[face][k] as usize;
+            let [normals, colors] = [
+                mesh.normals.as_ref().expect("normals")[v].to_array().to_vec(),
+                mesh.colors.as_ref().expect("colors")[v].to_vec(),
+            ];
+            let texture = mesh.texcoords.as_ref().expect("a texture")[face][k].to_array().to_vec();
+            let channels = mesh.channels.iter().flat_map(|channel| channel.row(v).to_vec());
+            let numbers = normals.into_iter().chain(colors).chain(texture).chain(channels).map(f64::from);
+            mesh.positions[v].to_array().into_iter().chain(numbers).collect::<Vec<f64>>()
+        };
+        (0..3).flat_map(of_corner).collect()
+    };
+    for (of_all, of_expected) in [(2, 0), (3, 1), (5, 2)] {
+        let (ours, theirs) = (corners(&all, of_all), corners(&expected, of_expected));
+        assert!(ours.len() == theirs.len() && ours.len() == 3 * (3 + 3 + 4 + 2 + 4 + 3));
+        assert!(ours.iter().zip(&theirs).all(|(a, b)| (a - b).abs() < 1e-5), "{ours:?}\n{theirs:?}");
+    }
+    // Without materials nobody knows which faces are whose.
+    let bare = Mesh { materials: None, ..alone.scene().mesh };
+    alone.json["nodes"].as_array_mut().expect("a list").push(json!({ "mesh": 0 }));
+    let document = alone.scene().document;
+    let mut out = Vec::new();
+    let told = formats::write_scene_to(&bare, &document, Format::Off, &WriteOptions::default(), &mut out);
+    assert!(told.expect("written").join("; ").contains("without materials"));
 }

@@ -165,10 +165,11 @@ struct Input {
 impl Input {
     /// Reads an input; what its materials look like only where somebody looks.
     fn read(source: &Source, job: &Job) -> anyhow::Result<Self> {
-        let scene = source.read_scene()?.with_instances();
+        let (scene, untold) = source.read_scene()?.with_instances();
         let folder = source.path().and_then(Path::parent);
         let are_seen = job.images || job.picture.is_some();
         let mut looks = if are_seen { formats::looks(&scene, folder) } else { Looks::default() };
+        looks.warnings.extend(untold);
         looks.warnings.iter_mut().for_each(|warning| *warning = format!("'{source}': {warning}"));
         Ok(Self { scene, looks })
     }

@@ -11,6 +11,7 @@ use super::number::Number;
 use super::orphans::stop_animations;
 use super::part::Part;
 use super::references;
+use super::scene::Placement;
 use crate::error::Result;
 
 /// Extensions that say how the numbers of meshes are stored. They are undone on reading.
@@ -28,6 +29,8 @@ pub struct Gltf {
     /// The only buffer: what is left of all of them.
     pub(super) binary: Vec<u8>,
     pub(super) parts: Vec<Part>,
+    /// From where each mesh is simplified to where further nodes show it; none for a document of another format's mesh.
+    pub(super) others: Vec<Vec<Placement>>,
     /// Where relative URIs start; none for a stream.
     pub(super) folder: Option<PathBuf>,
     /// Whether all bytes stood in the JSON.
@@ -38,7 +41,12 @@ pub struct Gltf {
 
 impl Gltf {
     /// Keeps of a file what its parts are not.
-    pub(super) fn of(store: &Store<'_>, parts: Vec<Part>, folder: Option<&Path>) -> Result<Self> {
+    pub(super) fn of(
+        store: &Store<'_>,
+        parts: Vec<Part>,
+        others: Vec<Vec<Placement>>,
+        folder: Option<&Path>,
+    ) -> Result<Self> {
         let mut json = store.json.clone();
         parts.iter().for_each(|part| strip(&mut json, part));
         let binary = compact(&mut json, store)?;
@@ -52,7 +60,7 @@ impl Gltf {
             _ => None,
         };
         let files = store.buffers.iter().filter_map(file).collect();
-        Ok(Self { json, binary, parts, folder: folder.map(Path::to_path_buf), has_data_uris, files })
+        Ok(Self { json, binary, parts, others, folder: folder.map(Path::to_path_buf), has_data_uris, files })
     }
 }
 

@@ -30,7 +30,6 @@ pub(super) fn document(mesh: &Mesh, described: &[Material]) -> Gltf {
             mesh,
             primitive,
             placement: Placement::shift(shift),
-            others: [].into(),
             attributes: attributes.clone(),
             indices_said: Map::new(),
         }
@@ -46,7 +45,7 @@ pub(super) fn document(mesh: &Mesh, described: &[Material]) -> Gltf {
     });
     let mut binary = Vec::new();
     materials::put(&mut json, &mut binary, &materials, mesh.texcoords.is_some());
-    Gltf { json, binary, parts, folder: None, has_data_uris: false, files: Vec::new() }
+    Gltf { json, binary, parts, others: Vec::new(), folder: None, has_data_uris: false, files: Vec::new() }
 }
 
 /// Objects by name, with the primitives of each.

@@ -1,50 +1,79 @@
-//! Meshes that several nodes have: one of them is simplified, where the first node puts it, and what a file without nodes shows
-//! is all of them.
-
-use std::sync::Arc;
-
-use serde_json::Value;
+//! Meshes that several nodes show: simplified once, where the first of them puts it; a file without nodes gets all.
 
 use super::document::Gltf;
+use super::part::Part;
+use super::read::finite;
 use super::scene::Placement;
 use crate::math::Vec3;
 use crate::mesh::{Channel, ChannelKind, Mesh, take};
 
-/// Faces that may be added, whatever a small file asks for.
-const MOST_ADDED: usize = 1 << 24;
+/// Numbers that may be added, whatever a small file asks for: 1 GiB.
+const MOST_ADDED: usize = 1 << 28;
+
+/// Numbers a vertex, beside those of channels, and a face.
+const OF_VERTEX: usize = 12;
+const OF_FACE: usize = 10;
 
 /// No vertex yet.
 const NONE: u32 = u32::MAX;
 
+/// What nodes show of a mesh.
+pub(in crate::formats) enum Shown {
+    /// What there is.
+    Once,
+    /// More.
+    All(Mesh),
+    /// More that cannot be told, and why.
+    Untold(String),
+}
+
 impl Gltf {
-    /// The faces of `mesh` with those that further nodes show; none where no node has a mesh that another has.
-    ///
-    /// # Errors
-    /// Why they cannot be told.
-    pub(in crate::formats) fn instanced(&self, mesh: &Mesh) -> Result<Option<Mesh>, String> {
-        if self.parts.iter().all(|part| part.others.is_empty()) {
-            return Ok(None);
+    /// Whether any of its meshes is shown by several nodes.
+    pub(in crate::formats) fn has_instances(&self) -> bool {
+        self.parts.iter().any(|part| !self.others_of(part).is_empty())
+    }
+
+    /// A valid mesh with what further nodes show of it.
+    pub(in crate::formats) fn instanced(&self, mesh: &Mesh) -> Shown {
+        if !self.has_instances() {
+            return Shown::Once;
         }
-        let part_of = match &mesh.materials {
-            _ if self.parts.len() == 1 => None,
-            Some(materials) if materials.names.len() == self.parts.len() => Some(&materials.of_face),
-            _ => return Err("what several nodes have is there once: its materials are not told apart".into()),
-        };
         let mut faces_of = vec![Vec::new(); self.parts.len()];
-        for face in 0..mesh.faces.len() as u32 {
-            faces_of[part_of.map_or(0, |parts| parts[face as usize] as usize)].push(face);
+        let part_of = mesh.materials.as_ref().filter(|materials| materials.names.len() == self.parts.len());
+        if part_of.is_none() && self.parts.len() != 1 {
+            return Shown::Untold(
+                "what several nodes show is there once: without materials nobody knows which it is".into(),
+            );
         }
-        let added: usize =
-            self.parts.iter().zip(&faces_of).map(|(part, faces)| part.others.len().saturating_mul(faces.len())).sum();
+        for face in 0..mesh.faces.len() {
+            faces_of[part_of.map_or(0, |parts| parts.of_face[face] as usize)].push(face as u32);
+        }
+        let of_vertex = OF_VERTEX + mesh.channels.iter().map(|channel| channel.width).sum::<usize>();
+        let added = |(part, faces): (&Part, &Vec<u32>)| {
+            let vertices = mesh.positions.len().min(3 * faces.len());
+            let numbers = vertices.saturating_mul(of_vertex).saturating_add(OF_FACE * faces.len());
+            numbers.saturating_mul(self.others_of(part).len())
+        };
+        let added = self.parts.iter().zip(&faces_of).map(added).fold(0, usize::saturating_add);
         if added > MOST_ADDED {
-            return Err(format!("what several nodes have is there once: they show {added} faces more"));
+            return Shown::Untold("what several nodes show is there once: it would be too much for the memory".into());
         }
         let mut all = mesh.clone();
         let mut number = vec![NONE; mesh.positions.len()];
-        for (part, faces) in self.parts.iter().zip(&faces_of) {
-            part.others.iter().for_each(|place| append(&mut all, mesh, faces, place, &mut number));
+        for (part, faces) in self.parts.iter().zip(&faces_of).filter(|(_, faces)| !faces.is_empty()) {
+            self.others_of(part).iter().for_each(|place| append(&mut all, mesh, faces, place, &mut number));
         }
-        Ok(Some(by_material(all)))
+        if all.positions.iter().all(|position| position.is_finite()) {
+            Shown::All(by_material(all))
+        } else {
+            Shown::Untold(
+                "what several nodes show is there once: elsewhere it has coordinates that are not finite".into(),
+            )
+        }
+    }
+
+    fn others_of(&self, part: &Part) -> &[Placement] {
+        self.others.get(part.mesh).map_or(&[], Vec::as_slice)
     }
 }
 
@@ -105,42 +134,10 @@ fn turned<T: Copy>([a, b, c]: [T; 3], place: &Placement) -> [T; 3] {
 
 fn append_row(values: &mut Vec<f32>, channel: &Channel, vertex: usize, place: &Placement) {
     match (channel.kind, channel.row(vertex)) {
-        (ChannelKind::Displacement, row) => values.extend(place.vector_to_scene(Vec3::from_slice(row)).to_array()),
-        (ChannelKind::Tangent, &[x, y, z, side]) => values.extend(place.tangent_to_scene([x, y, z, side])),
+        (ChannelKind::Displacement, &[x, y, z]) => {
+            values.extend(place.vector_to_scene(Vec3::new(x, y, z)).to_array().map(finite));
+        }
+        (ChannelKind::Tangent, &[x, y, z, side]) => values.extend(place.tangent_to_scene([x, y, z, side]).map(finite)),
         (_, row) => values.extend(row),
-    }
-}
-
-/// What people call the object of each part: the name of the first node that has its mesh, or the mesh's own; empty without either.
-pub(in crate::formats) fn objects(document: &Gltf) -> Vec<String> {
-    let list = |key: &str| document.json.get(key).and_then(Value::as_array).map_or(&[][..], |list| list);
-    let named = |value: &Value| value.get("name").and_then(Value::as_str).unwrap_or_default().to_string();
-    let mut names: Vec<String> = list("meshes").iter().map(named).collect();
-    for node in list("nodes").iter().rev().filter(|node| !named(node).is_empty()) {
-        let mesh = node.get("mesh").and_then(Value::as_u64).and_then(|mesh| names.get_mut(mesh as usize));
-        mesh.into_iter().for_each(|name| *name = named(node));
-    }
-    document.parts.iter().map(|part| names.get(part.mesh).cloned().unwrap_or_default()).collect()
-}
-
-/// From where the first node that has a mesh puts it to where the others do.
-pub(super) fn others(placements: &[Placement]) -> Arc<[Placement]> {
-    let Some((first, others)) = placements.split_first() else { return [].into() };
-    others.iter().map(|other| other.after(first)).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::math::{DAffine3, DVec3};
-
-    #[test]
-    fn others_are_seen_from_the_first() {
-        let shift = |x: f64| Placement::shift(DVec3::X * x);
-        let turn = Placement::new(DAffine3::from_scale(DVec3::new(-2.0, 2.0, 2.0)));
-        let found = others(&[shift(1.0), shift(4.0), turn]);
-        assert_eq!(found[0].position_to_scene(DVec3::X), DVec3::X * 4.0);
-        assert_eq!(found[1].position_to_scene(DVec3::new(3.0, 1.0, 0.0)), DVec3::new(-4.0, 2.0, 0.0));
-        assert!(found[1].is_mirrored && !found[0].is_mirrored && others(&[]).is_empty());
     }
 }

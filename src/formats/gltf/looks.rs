@@ -65,6 +65,20 @@ pub(in crate::formats) fn materials(document: &Gltf) -> (Vec<String>, Vec<usize>
     (names, document.parts.iter().map(of_part).collect())
 }
 
+/// What people call the object of each part: the name of the first node that has its mesh and a name, or the mesh's own; empty
+/// without either.
+pub(in crate::formats) fn objects(document: &Gltf) -> Vec<String> {
+    let list = |key: &str| document.json.get(key).and_then(Value::as_array).map_or(&[][..], |list| list);
+    let named = |value: &Value| value.get("name").and_then(Value::as_str).unwrap_or_default().to_string();
+    let mut names: Vec<String> = list("meshes").iter().map(named).collect();
+    for node in list("nodes").iter().rev() {
+        let mesh = node.get("mesh").and_then(Value::as_u64).and_then(|mesh| names.get_mut(mesh as usize));
+        let name = named(node);
+        mesh.filter(|_| !name.is_empty()).into_iter().for_each(|of_mesh| of_mesh.clone_from(&name));
+    }
+    document.parts.iter().map(|part| names.get(part.mesh).cloned().unwrap_or_default()).collect()
+}
+
 /// Where a material has its base color, and the keys of color and texture there.
 pub(super) fn base_color<'a>(material: &Json<'a>) -> (Option<Json<'a>>, &'static str, &'static str) {
     let glossy = material.get("extensions").and_then(|extensions| extensions.get(GLOSSY));

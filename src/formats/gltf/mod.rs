@@ -2,11 +2,11 @@
 //!
 //! All primitives of triangles, strips and fans of a file become one mesh, so that borders between them are kept together:
 //! - a face's material is the number of its primitive among them;
-//! - positions, normals and tangents are those of the scene, where the first node that has the mesh puts it; a mesh with a
+//! - positions, normals and tangents are those of the scene, where the first node that shows the mesh puts it; a mesh with a
 //!   skin, whose joints place it, stays as it is, and so does one whose transform cannot be undone;
 //! - `NORMAL`, `COLOR_0` and `TEXCOORD_0` are the mesh's own, colors as screens take them (`color`);
 //! - `TANGENT` and further `TEXCOORD_n` are channels by these names, `JOINTS` is one of the joints of all sets, then their
-//!   weights, and `target_0.POSITION` what the first morph target adds to positions, in that of the scene as they are;
+//!   weights, and `target_0.POSITION` what the first morph target adds to positions, in the scene's space, neither moved nor normalized;
 //! - whatever else a primitive has at its vertices is a channel by its name;
 //! - a primitive without an attribute that others have gets zeros, white for its color, and is written without it.
 //!
@@ -49,8 +49,8 @@ use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use accessor::Store;
 pub use document::Gltf;
-pub(super) use instances::objects;
-pub(super) use looks::{looks, materials};
+pub(super) use instances::Shown;
+pub(super) use looks::{looks, materials, objects};
 pub(super) use materials::described;
 
 const FORMAT: &str = "glTF";
@@ -71,8 +71,8 @@ pub(super) fn read(bytes: &[u8], format: Format, folder: Option<&Path>) -> Resul
     }
     let buffers = container::load(&json, chunk, folder)?;
     let store = Store::new(&json, buffers, bytes.len());
-    let (mesh, parts) = read::mesh(&store)?;
-    let document = Gltf::of(&store, parts, folder)?;
+    let (mesh, parts, others) = read::mesh(&store)?;
+    let document = Gltf::of(&store, parts, others, folder)?;
     Ok((mesh, document))
 }
 

@@ -1,7 +1,5 @@
 //! A primitive of triangles: which of its attributes go where in a mesh.
 
-use std::sync::Arc;
-
 use serde_json::{Map, Value};
 
 use super::accessor::{Accessor, Store};
@@ -51,8 +49,6 @@ pub(super) struct Part {
     pub(super) mesh: usize,
     pub(super) primitive: usize,
     pub(super) placement: Placement,
-    /// From there to where further nodes show it.
-    pub(super) others: Arc<[Placement]>,
     pub(super) attributes: Vec<Attribute>,
     /// What the accessor of its indices says beside them.
     pub(super) indices_said: Map<String, Value>,
@@ -132,7 +128,7 @@ impl<'a> Source<'a> {
         store: &'a Store<'a>,
         mesh: usize,
         primitive: usize,
-        (placement, others): (Placement, Arc<[Placement]>),
+        placement: Placement,
     ) -> Result<Option<Self>> {
         let root = Json::root(store.json);
         let owner = root.element("meshes", mesh)?;
@@ -169,7 +165,6 @@ impl<'a> Source<'a> {
                 mesh,
                 primitive,
                 placement,
-                others,
                 attributes: found,
                 indices_said: indices.as_ref().map(said).unwrap_or_default(),
             },

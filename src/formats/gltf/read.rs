@@ -1,10 +1,7 @@
 //! Primitives to one mesh.
 
-use std::sync::Arc;
-
 use super::accessor::Store;
 use super::color;
-use super::instances::others;
 use super::json::Json;
 use super::part::{JOINTS, Part, Place, Source};
 use super::scene::{Placement, placements};
@@ -16,16 +13,16 @@ use crate::mesh::{Channel, ChannelKind, Materials, Mesh};
 /// Color where a primitive has none among others: it multiplies the material's.
 const WHITE: [f32; 4] = [1.0; 4];
 
-/// The triangles of all meshes as one mesh, and where they came from: the number of a face's material is that of its part.
-pub(super) fn mesh(store: &Store<'_>) -> Result<(Mesh, Vec<Part>)> {
+/// The triangles of all meshes as one mesh, and where they came from: the number of a face's material is that of its part; and where
+/// else each mesh is shown.
+pub(super) fn mesh(store: &Store<'_>) -> Result<(Mesh, Vec<Part>, Vec<Vec<Placement>>)> {
     let root = Json::root(store.json);
     let placements = placements(store.json)?;
     let mut sources = Vec::new();
     for (mesh, json) in root.elements("meshes")?.iter().enumerate() {
-        let placements = placements.get(mesh).map_or(&[][..], Vec::as_slice);
-        let (placement, others) = (placements.first().copied().unwrap_or(Placement::IDENTITY), others(placements));
+        let placement = placements.get(mesh).map_or(Placement::IDENTITY, |placements| placements.first);
         for primitive in 0..json.elements("primitives")?.len() {
-            sources.extend(Source::of(store, mesh, primitive, (placement, Arc::clone(&others)))?);
+            sources.extend(Source::of(store, mesh, primitive, placement)?);
         }
     }
     let mut assembly = Assembly::of(&sources);
@@ -34,7 +31,8 @@ pub(super) fn mesh(store: &Store<'_>) -> Result<(Mesh, Vec<Part>)> {
     }
     let names = sources.iter().map(|source| source.name.clone()).collect();
     let mesh = Mesh { materials: Some(Materials { of_face: assembly.parts, names }), ..assembly.mesh };
-    Ok((mesh, sources.into_iter().map(|source| source.part).collect()))
+    let others = placements.into_iter().map(|placements| placements.others).collect();
+    Ok((mesh, sources.into_iter().map(|source| source.part).collect(), others))
 }
 
 /// A mesh that grows by parts.
@@ -65,9 +63,10 @@ impl Assembly {
                 Place::Channel(name, kind) => match mesh.channels.iter_mut().find(|channel| channel.name == *name) {
                     Some(channel) => {
                         channel.width = channel.width.max(attribute.width);
-                        // What is an amount anywhere is one everywhere.
-                        if channel.kind == ChannelKind::Label {
-                            channel.kind = *kind;
+                        // What is an amount anywhere is one everywhere, and what is two things is numbers.
+                        if channel.kind != *kind {
+                            let is_amount = matches!((channel.kind, kind), (ChannelKind::Label, ChannelKind::Linear));
+                            channel.kind = if is_amount { *kind } else { ChannelKind::Linear };
                         }
                     }
                     None => mesh.channels.push(empty(name, *kind, attribute.width)),
@@ -183,6 +182,6 @@ fn empty(name: &str, kind: ChannelKind, width: usize) -> Channel {
 }
 
 /// A number that others can be added to.
-fn finite(number: f32) -> f32 {
+pub(super) fn finite(number: f32) -> f32 {
     if number.is_finite() { number } else { 0.0 }
 }

@@ -28,44 +28,43 @@ impl Placement {
         is_mirrored: false,
     };
 
-    /// That of a transform; one that cannot be undone is left out.
-    pub(super) fn new(to_scene: DAffine3) -> Self {
+    /// That of a transform; none where it cannot be undone.
+    pub(super) fn of(to_scene: DAffine3) -> Option<Self> {
         let from_scene = to_scene.inverse();
         let matrix = to_scene.matrix3;
         // Scales of a thousandth are common, a flat matrix of rounding errors is none.
         let volume = matrix.x_axis.length() * matrix.y_axis.length() * matrix.z_axis.length();
         let determinant = matrix.determinant();
         if !(to_scene.is_finite() && from_scene.is_finite() && determinant.abs() > 1e-12 * volume) {
-            return Self::IDENTITY;
+            return None;
         }
         let size = matrix.x_axis.x;
-        Self {
+        Some(Self {
             is_identity: to_scene == DAffine3::IDENTITY,
             keeps_directions: size > 0.0 && matrix == DMat3::from_diagonal(DVec3::splat(size)),
             is_mirrored: determinant < 0.0,
             to_scene,
             from_scene,
-        }
+        })
     }
 
-    /// A shift.
+    /// A shift; none that is not finite.
     pub(super) fn shift(by: DVec3) -> Self {
-        Self::new(DAffine3::from_translation(by))
+        Self::of(DAffine3::from_translation(by)).unwrap_or(Self::IDENTITY)
     }
 
     pub(super) fn point_to_scene(&self, point: Vec3) -> DVec3 {
-        let point = point.as_dvec3();
+        self.position_to_scene(point.as_dvec3())
+    }
+
+    /// The same in double precision, as the scene has it where something is moved in it.
+    pub(super) fn position_to_scene(&self, point: DVec3) -> DVec3 {
         if self.is_identity { point } else { self.to_scene.transform_point3(point) }
     }
 
-    /// The same of a position that is in the scene already.
-    pub(super) fn position_to_scene(&self, position: DVec3) -> DVec3 {
-        self.to_scene.transform_point3(position)
-    }
-
-    /// From where `first` puts something to where this does.
-    pub(super) fn after(&self, first: &Self) -> Self {
-        Self::new(self.to_scene * first.from_scene)
+    /// From where `first` puts something to where this does; none where that cannot be undone.
+    pub(super) fn from(&self, first: &Self) -> Option<Self> {
+        Self::of(self.to_scene * first.from_scene)
     }
 
     pub(super) fn point_from_scene(&self, point: DVec3) -> Vec3 {
@@ -120,35 +119,73 @@ impl Placement {
     }
 }
 
-/// Sums of numbers of such a magnitude and precision. What is only rounding was zero: the sides of a box stay flat.
+/// Sums in single precision, those that are only rounding as zero, for they were: the sides of a box stay flat. `magnitude` is what
+/// their terms add up to without signs, `precision` that of the terms.
 fn without_rounding(sums: DVec3, magnitude: DVec3, precision: f64) -> Vec3 {
     let kept =
         |axis: usize| if sums[axis].abs() <= 4.0 * precision * magnitude[axis] { 0.0 } else { sums[axis] as f32 };
     Vec3::from_array([0, 1, 2].map(kept))
 }
 
-/// For each mesh where the nodes that have it put it; as it is with a skin, whose joints place it, and then once.
+/// Where the nodes of the scene put a mesh.
+#[derive(Debug, Clone)]
+pub(super) struct Placements {
+    /// Where it is simplified: by the first node that is shown, or that has it where none is.
+    pub(super) first: Placement,
+    /// From there to where other nodes show it.
+    pub(super) others: Vec<Placement>,
+}
+
+/// The placements of each mesh. With a skin, whose joints place it, it stays where it is, once for all such nodes; so does one
+/// whose transform cannot be undone, which is shown nowhere.
 ///
 /// # Errors
 /// [`crate::Error::Format`] for nodes that are their own descendants or have two parents.
-pub(super) fn placements(json: &Value) -> Result<Vec<Vec<Placement>>> {
+pub(super) fn placements(json: &Value) -> Result<Vec<Placements>> {
     let root = Json::root(json);
     let nodes = root.elements("nodes")?;
     let transforms = world_transforms(&nodes)?;
-    let mut placements = vec![Vec::new(); root.elements("meshes")?.len()];
-    for (node, transform) in nodes.iter().zip(transforms) {
+    let are_shown = shown(json, nodes.len());
+    let meshes = root.elements("meshes")?.len();
+    let (mut of_shown, mut of_others, mut has_skin) =
+        (vec![Vec::new(); meshes], vec![None; meshes], vec![false; meshes]);
+    for (number, (node, transform)) in nodes.iter().zip(transforms).enumerate() {
         let Some(mesh) = node.optional_whole("mesh")? else { continue };
-        let Some(placement) = placements.get_mut(mesh) else {
+        if mesh >= meshes {
             return Err(node.error(format!("has no meshes[{mesh}]")));
-        };
+        }
         let is_skinned = node.get("skin").is_some();
-        if !is_skinned {
-            placement.push(Placement::new(transform));
-        } else if placement.is_empty() {
-            placement.push(Placement::IDENTITY);
+        let placement = if is_skinned { Some(Placement::IDENTITY) } else { Placement::of(transform) };
+        if are_shown[number] && !(is_skinned && std::mem::replace(&mut has_skin[mesh], true)) {
+            of_shown[mesh].extend(placement);
+        } else if of_others[mesh].is_none() {
+            of_others[mesh] = placement;
         }
     }
-    Ok(placements)
+    let of_mesh = |(shown, other): (Vec<Placement>, Option<Placement>)| {
+        let first = shown.first().copied().or(other).unwrap_or(Placement::IDENTITY);
+        Placements { first, others: shown.iter().skip(1).filter_map(|place| place.from(&first)).collect() }
+    };
+    Ok(of_shown.into_iter().zip(of_others).map(of_mesh).collect())
+}
+
+/// Which nodes the scene shows: the default one or, without, the first; all where there is none.
+fn shown(json: &Value, count: usize) -> Vec<bool> {
+    let number = |value: &Value| value.as_u64().map(|number| number as usize);
+    let list = |value: Option<&Value>| -> Vec<usize> {
+        value.and_then(Value::as_array).into_iter().flatten().filter_map(number).collect()
+    };
+    let chosen = json.get("scene").and_then(number).unwrap_or(0);
+    let Some(scene) = json.get("scenes").and_then(|scenes| scenes.get(chosen)) else { return vec![true; count] };
+    let mut are_shown = vec![false; count];
+    let mut open = list(scene.get("nodes"));
+    while let Some(node) = open.pop() {
+        if are_shown.get(node) == Some(&false) {
+            are_shown[node] = true;
+            open.extend(list(json["nodes"][node].get("children")));
+        }
+    }
+    are_shown
 }
 
 /// From each node's space to that of the scene.
@@ -206,7 +243,7 @@ mod tests {
 
     use super::*;
 
-    fn of(nodes: Value) -> Result<Vec<Vec<Placement>>> {
+    fn of(nodes: Value) -> Result<Vec<Placements>> {
         placements(&json!({ "nodes": nodes, "meshes": [{}, {}] }))
     }
 
@@ -219,17 +256,46 @@ mod tests {
             { "mesh": 0, "skin": 0, "translation": [9, 9, 9] },
         ]);
         let placements = of(nodes).expect("a tree");
-        let [first, second] = &placements[1][..] else { panic!("two nodes") };
+        let Placements { first, others } = &placements[1];
         assert_eq!(first.point_to_scene(Vec3::Y), DVec3::new(2.0, 2.0, 0.0));
         assert_eq!(first.point_from_scene(DVec3::new(2.0, 2.0, 0.0)), Vec3::Y);
         assert!(first.keeps_directions && !first.is_mirrored);
-        assert_eq!(second.point_to_scene(Vec3::Y), DVec3::new(18.0, 20.0, 18.0));
-        assert!(placements[0][0].is_identity, "joints place what has a skin");
+        assert_eq!(others.len(), 1);
+        assert_eq!(others[0].position_to_scene(DVec3::new(2.0, 2.0, 0.0)), DVec3::new(18.0, 20.0, 18.0));
+        assert!(placements[0].first.is_identity, "joints place what has a skin");
+    }
+
+    #[test]
+    fn only_what_is_shown_is_there_again() {
+        let shift = |x: f64| json!({ "mesh": 0, "translation": [x, 0, 0] });
+        let flat = json!({ "mesh": 0, "scale": [0, 0, 0] });
+        let skinned = json!({ "mesh": 0, "skin": 0 });
+        let found = |more: Value| {
+            let mut file =
+                json!({ "nodes": [shift(1.0), shift(2.0), flat, skinned, skinned, shift(7.0)], "meshes": [{}] });
+            more.as_object().expect("an object").iter().for_each(|(key, value)| file[key] = value.clone());
+            let Placements { first, others } = placements(&file).expect("a tree").remove(0);
+            let place = |at: &Placement| at.position_to_scene(DVec3::ZERO).x;
+            let others = others.iter().map(|other| place(other) + place(&first)).collect::<Vec<f64>>();
+            (place(&first), others)
+        };
+        assert_eq!(found(json!({})), (1.0, vec![2.0, 0.0, 7.0]));
+        assert_eq!(found(json!({ "scenes": [{ "nodes": [1, 2] }, { "nodes": [5] }] })), (2.0, vec![]));
+        assert_eq!(
+            found(json!({ "scene": 1, "scenes": [{ "nodes": [1] }, { "nodes": [2, 0, 5] }] })),
+            (1.0, vec![7.0])
+        );
+        assert_eq!(found(json!({ "scenes": [{ "nodes": [99, "x"] }] })), (1.0, vec![]));
+        assert_eq!(found(json!({ "scene": 7, "scenes": [{}] })), (1.0, vec![2.0, 0.0, 7.0]));
+        assert_eq!(
+            found(json!({ "nodes": [{ "children": [1] }, shift(3.0)], "scenes": [{ "nodes": [0] }] })),
+            (3.0, vec![])
+        );
     }
 
     #[test]
     fn mirrors_turn_normals_and_sides() {
-        let placement = &of(json!([{ "mesh": 0, "scale": [-2, 1, 1] }])).expect("a tree")[0][0];
+        let placement = &of(json!([{ "mesh": 0, "scale": [-2, 1, 1] }])).expect("a tree")[0].first;
         assert!(placement.is_mirrored);
         let slanted = Vec3::new(0.6, 0.8, 0.0);
         let turned = placement.normal_to_scene(slanted);
@@ -262,6 +328,6 @@ mod tests {
     fn deep_chains_and_flat_transforms_are_no_trouble() {
         let mut nodes: Vec<Value> = (1..100_000).map(|child| json!({ "children": [child] })).collect();
         nodes.push(json!({ "mesh": 0, "scale": [1, 0, 1] }));
-        assert!(of(Value::Array(nodes)).expect("a chain")[0][0].is_identity);
+        assert!(of(Value::Array(nodes)).expect("a chain")[0].first.is_identity);
     }
 }

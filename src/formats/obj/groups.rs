@@ -6,11 +6,17 @@ use super::Libraries;
 use crate::formats::text;
 use crate::mesh::Materials;
 
-/// The statements that hold until the next of their kind, the library, and elements that are passed over.
-pub(super) const KEYWORDS: [&[u8]; 8] = [b"usemtl", b"g", b"o", b"mtllib", b"p", b"l", b"curv", b"surf"];
+/// The statements that hold until the next of their kind.
+pub(super) const KEYWORDS: [&[u8]; 4] = [b"usemtl", b"g", b"o", b"mtllib"];
 
-/// What the elements from the fifth of [`KEYWORDS`] on are.
-const SKIPPED: [&str; 4] = ["points", "lines", "curves", "free-form surfaces"];
+/// Elements that are no faces, and what they are.
+const SKIPPED: [(&[u8], &str); 5] =
+    [(b"p", "points"), (b"l", "lines"), (b"curv", "curves"), (b"curv2", "curves"), (b"surf", "free-form surfaces")];
+
+/// What such an element is.
+pub(super) fn skipped(keyword: &[u8]) -> Option<&'static str> {
+    SKIPPED.iter().find(|(known, _)| *known == keyword).map(|(_, what)| *what)
+}
 
 /// Materials and groups of faces, as they come.
 ///
@@ -29,20 +35,23 @@ pub(super) struct Groups {
 }
 
 impl Groups {
-    /// A statement of [`KEYWORDS`]; others are passed over.
+    /// Notes elements that are passed over.
+    pub(super) fn skip(&mut self, what: &'static str) {
+        if !self.libraries.skipped.contains(&what) {
+            self.libraries.skipped.push(what);
+        }
+    }
+
+    /// A statement of [`KEYWORDS`], or an element that is noted; others are passed over.
     pub(super) fn statement(&mut self, keyword: &[u8], name: &[u8]) {
-        let Some(kind) = KEYWORDS.iter().position(|known| *known == keyword) else { return };
+        let Some(kind) = KEYWORDS.iter().position(|known| *known == keyword) else {
+            return skipped(keyword).into_iter().for_each(|what| self.skip(what));
+        };
         let bytes = name.trim_ascii();
         let name = text::name(bytes);
-        self.libraries.in_latin1 |= kind < 4 && name.as_bytes() != bytes;
+        self.libraries.in_latin1 |= name.as_bytes() != bytes;
         match kind {
             3 => self.libraries.names.push(name.into()),
-            4.. => {
-                let what = SKIPPED[kind - 4];
-                if !self.libraries.skipped.contains(&what) {
-                    self.libraries.skipped.push(what);
-                }
-            }
             kind => {
                 self.is_told = true;
                 if self.current[kind] != name {

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::groups::{Groups, KEYWORDS};
+use super::groups::{Groups, KEYWORDS, skipped};
 use super::normalize::Counts;
 use super::read::unit_colors;
 use super::words::{Indices, NONE, Words};
@@ -64,6 +64,7 @@ fn split(mut rest: &[u8], chunk_bytes: usize) -> Vec<&[u8]> {
 fn grouped(chunks: &[Chunk<'_>]) -> (Libraries, Option<Materials>) {
     let mut groups = Groups::default();
     for chunk in chunks {
+        chunk.skipped.iter().for_each(|what| groups.skip(what));
         let arity = |face: usize| chunk.arities.get(face).copied().unwrap_or(3);
         let mut next = 0;
         for &(face, keyword, name) in &chunk.statements {
@@ -126,6 +127,8 @@ struct Chunk<'a> {
     face_count: usize,
     /// Those of [`KEYWORDS`], with the faces before them.
     statements: Vec<(usize, &'a [u8], &'a [u8])>,
+    /// Elements that are passed over.
+    skipped: Vec<&'static str>,
     vertices: Indices,
     texture: Indices,
     shading: Indices,
@@ -145,11 +148,21 @@ impl<'a> Chunk<'a> {
                 Some(b"vn") => chunk.normal(words.numbers()?)?,
                 Some(b"f") => chunk.face(&mut words)?,
                 Some(word) if KEYWORDS.contains(&word) => chunk.statements.push((chunk.face_count, word, words.name())),
-                _ => {}
+                Some(word) => chunk.skip(word),
+                None => {}
             }
             words.skip_line();
         }
         Some(chunk)
+    }
+
+    /// Notes an element that is passed over, once a piece.
+    fn skip(&mut self, word: &[u8]) {
+        if let Some(what) = skipped(word)
+            && !self.skipped.contains(&what)
+        {
+            self.skipped.push(what);
+        }
     }
 
     /// `x y z [w]` or `x y z r g b [a]`.
