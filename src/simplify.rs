@@ -29,6 +29,16 @@ pub enum Method {
 }
 
 impl Method {
+    /// Whether the result of `mesh` tells its materials apart, which a log never does.
+    pub fn keeps_materials(&self, mesh: &Mesh) -> bool {
+        match self {
+            Self::Contract(options) => options.log || !options.attributes.dropped.materials,
+            Self::Cluster(_) => true,
+            Self::Removal(_) => mesh.materials.as_ref().is_none_or(|materials| materials.names.len() < 2),
+            Self::Partition(options) => !options.dropped.materials,
+        }
+    }
+
     /// The edge flips that follow.
     pub fn flips(&self) -> Flips {
         match self {

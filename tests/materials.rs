@@ -234,6 +234,18 @@ fn objects_are_nodes() {
     let back = fs::read_to_string(at("back.obj")).expect("read");
     let told: Vec<&str> = back.lines().filter(|line| line.starts_with(['o', 'u'])).collect();
     assert_eq!(told, ["o door left", "usemtl wood", "usemtl red", "o lamp", "usemtl wood"], "{back}");
+    // Each node that shows a mesh is an object, by its own name or the mesh's.
+    let mut json = json;
+    let nodes = json["nodes"].as_array_mut().expect("nodes");
+    nodes.extend([json!({ "mesh": 0, "name": "door right" }), json!({ "mesh": 1 })]);
+    json["scenes"][0]["nodes"] = json!([0, 1, 2, 3]);
+    fs::write(at("house.gltf"), json.to_string()).expect("written");
+    write("house.gltf", "all.obj");
+    let all = fs::read_to_string(at("all.obj")).expect("read");
+    let told: Vec<&str> = all.lines().filter(|line| line.starts_with(['o', 'u'])).collect();
+    let right = ["o door right", "usemtl wood", "usemtl red", "o lamp.2", "usemtl wood"];
+    assert_eq!(told, [&["o door left", "usemtl wood", "usemtl red", "o lamp", "usemtl wood"][..], &right].concat());
+    assert_eq!(formats::read(&at("all.obj")).expect("a mesh").faces.len(), 12);
     assert_eq!(formats::read(&at("back.obj")).expect("a mesh").faces.len(), 6);
 }
 

@@ -75,8 +75,8 @@ pub fn run(job: &Job, input: &Input, options: &Options, device: &Device) -> anyh
         console::warning(job.setup.verbosity, &format!("'{}': {warning}", job.setup.source));
     }
     let (written, write) = timed(|| interrupt::shielded(|| device.install(|| write(job, &Document::None, &outcome))));
-    written?;
+    let losses = written?;
     let clocks = Clocks { solve, write, total: clock.elapsed().as_secs_f64(), ..Clocks::default() };
     let size = InputSize { vertices: input.vertices(), diagonal };
-    tell(job, &Record::new(job, size, &outcome, device, &clocks).with_passes(passes))
+    tell(job, &Record::new(job, size, &outcome, device, &clocks).with_losses(losses).with_passes(passes))
 }

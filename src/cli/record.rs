@@ -227,6 +227,12 @@ impl Record {
         }
     }
 
+    /// The record with what the output lost beside what the run warned of.
+    pub fn with_losses(mut self, losses: Vec<String>) -> Self {
+        self.warnings.extend(losses);
+        self
+    }
+
     /// The record with what was measured.
     pub fn with_measured(mut self, measured: Option<&metrics::Deviation>) -> Self {
         self.error.measured = measured.map(Measured::from);

@@ -121,7 +121,9 @@ impl Setup {
             }
             timed(|| device.install(|| self.source.read_scene()))
         });
-        Ok((input?, secs))
+        let input = input?;
+        // Without materials nobody can tell afterwards what of it the nodes show again.
+        Ok((if self.method.keeps_materials(&input.mesh) { input } else { input.with_instances().0 }, secs))
     }
 
     /// The device, or the CPU where the limit is too low for an adapter.

@@ -42,17 +42,21 @@ pub fn run(job: Job) -> anyhow::Result<Exit> {
         console::warning(setup.verbosity, &format!("'{}': {warning}", setup.source));
     }
     let (written, write) = timed(|| interrupt::shielded(|| device.install(|| write(&job, &document, &outcome))));
-    written?;
+    let losses = written?;
     // The result is safe by now, whatever happens to the measuring.
     let (measured, measure) =
         timed(|| setup.measure.map(|options| deviation(&input, &outcome.mesh, &options, &device)));
     let measured = measured.transpose().map_err(|error| at(setup.source.to_string().as_ref(), error))?;
     let clocks = Clocks { read, solve, write, measure, total: clock.elapsed().as_secs_f64() };
-    tell(&job, &Record::new(&job, &input, &outcome, &device, &clocks).with_measured(measured.as_ref()))
+    tell(
+        &job,
+        &Record::new(&job, &input, &outcome, &device, &clocks).with_losses(losses).with_measured(measured.as_ref()),
+    )
 }
 
-/// Writes the result with what the input said beside its mesh, and its log and its regions where they are asked for.
-pub fn write(job: &Job, document: &Document, outcome: &Outcome) -> anyhow::Result<()> {
+/// Writes the result with what the input said beside its mesh, and its log and its regions where they are asked for; returns what
+/// is lost, which is told.
+pub fn write(job: &Job, document: &Document, outcome: &Outcome) -> anyhow::Result<Vec<String>> {
     let Job { setup, sink, .. } = job;
     let losses = match outcome.regions.as_ref().filter(|_| job.polygons) {
         Some(regions) => sink.write_polygons(&outcome.mesh, &regions.polygons, document, &setup.writing)?,
@@ -60,10 +64,10 @@ pub fn write(job: &Job, document: &Document, outcome: &Outcome) -> anyhow::Resul
     };
     warn_of_losses(setup.verbosity, &setup.source, &losses);
     regions::write(job, outcome)?;
-    match (&job.setup.log, &outcome.log) {
-        (Some(path), Some(log)) => Ok(log.write(path)?),
-        _ => Ok(()),
+    if let (Some(path), Some(log)) = (&job.setup.log, &outcome.log) {
+        log.write(path)?;
     }
+    Ok(losses)
 }
 
 /// Says what was not written.

@@ -370,7 +370,10 @@ pub fn run(
         let job = Job { mesh, options, budgets, device, clock, awake, worst_deviation: f64::INFINITY };
         let mut outcomes = attempts::run(job, progress)?;
         if options.attributes.recomputes(mesh) {
-            outcomes.iter_mut().for_each(|outcome| outcome.mesh.normals = Some(vertex_normals(&outcome.mesh)));
+            for outcome in &mut outcomes {
+                outcome.mesh.normals = Some(vertex_normals(&outcome.mesh));
+                shading::flatten_tangents(&mut outcome.mesh, |_| true);
+            }
         }
         Ok(outcomes)
     })

@@ -81,12 +81,17 @@ pub fn mend(mesh: &mut Mesh, input: &Mesh, origins: &[u32], has_changed: impl Fn
         }
     }
     stars.iter().for_each(|(&v, star)| normals[v] = before_all(normals[v], star));
-    let tangents = mesh.channels.iter_mut().filter(|channel| channel.kind == ChannelKind::Tangent);
-    for channel in tangents {
-        let rows = channel.values.par_chunks_mut(4).zip(&normals).enumerate().with_min_len(ROWS);
+    mesh.normals = Some(normals);
+    flatten_tangents(mesh, has_changed);
+}
+
+/// Turns the tangents of vertices that have changed into the planes of their normals.
+pub fn flatten_tangents(mesh: &mut Mesh, has_changed: impl Fn(usize) -> bool + Sync) {
+    let Some(normals) = &mesh.normals else { return };
+    for channel in mesh.channels.iter_mut().filter(|channel| channel.kind == ChannelKind::Tangent) {
+        let rows = channel.values.par_chunks_mut(4).zip(normals).enumerate().with_min_len(ROWS);
         rows.filter(|(v, _)| has_changed(*v)).for_each(|(_, (tangent, normal))| lie_in_plane(tangent, *normal));
     }
-    mesh.normals = Some(normals);
 }
 
 /// A normal turned before the larger of these faces, whose normals are as long as twice their areas, or as it was where that does

@@ -18,7 +18,12 @@ use crate::mesh::{ChannelKind, Materials, Mesh};
 pub(super) fn materials(mesh: &Mesh, document: &Document) -> Option<Materials> {
     let materials = mesh.materials.as_ref()?;
     let (names, numbers) = match document {
-        Document::Gltf(document) => gltf::materials(document),
+        Document::Gltf(document) => {
+            let (names, of_part) = gltf::materials(document);
+            let has_instances = materials.names.len() > of_part.len();
+            let again = if has_instances { gltf::shown_again(document) } else { Vec::new() };
+            (names, of_part.iter().copied().chain(again.into_iter().map(|part| of_part[part])).collect())
+        }
         _ => by_first_line(&materials.names),
     };
     // Those of another mesh say nothing of this.
@@ -35,7 +40,7 @@ pub(super) fn objects(mesh: &Mesh, document: &Document) -> Option<Materials> {
     materials.names.iter_mut().for_each(|name| *name = obj::plain_name(name));
     let (Document::Gltf(document), Some(parts)) = (document, &mesh.materials) else { return Some(materials) };
     let objects = gltf::objects(document);
-    if objects.len() != parts.names.len() || objects.iter().all(String::is_empty) {
+    if objects.len() < parts.names.len() || objects.iter().all(String::is_empty) {
         return Some(materials);
     }
     let (mut names, mut known) = (Vec::new(), FxHashMap::default());

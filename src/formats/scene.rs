@@ -46,20 +46,20 @@ impl Scene {
 
 impl Scene {
     /// The scene with the faces that all nodes of a glTF show, where several have one mesh, which is simplified once; as it is
-    /// where that cannot be told, and why. An invalid mesh stays as it is.
+    /// where that cannot be told, and why. An invalid mesh stays as it is. For what is measured, or written without nodes: in a file
+    /// with nodes each of them shows it all.
     #[must_use]
     pub fn with_instances(self) -> (Self, Option<String>) {
         let Self { mesh, document } = self;
         let shown = match document.gltf().filter(|document| document.has_instances() && mesh.check().is_ok()) {
-            Some(document) => document.instanced(&mesh),
+            Some(document) => document.instanced(&mesh, false),
             None => gltf::Shown::Once,
         };
-        let (mesh, untold) = match shown {
-            gltf::Shown::Once => (mesh, None),
-            gltf::Shown::All(all) => (all, None),
-            gltf::Shown::Untold(why) => (mesh, Some(why)),
-        };
-        (Self { mesh, document }, untold)
+        match shown {
+            gltf::Shown::Once => (Self { mesh, document }, None),
+            gltf::Shown::All(mesh) => (Self { mesh, document: document.without_instances() }, None),
+            gltf::Shown::Untold(why) => (Self { mesh, document }, Some(why)),
+        }
     }
 
     /// What every face is made of, by the material alone: parts and groups of one material are one.
@@ -103,10 +103,8 @@ fn as_in<'a>(
         return (mesh, told);
     };
     let shown = match faces {
-        Faces::Triangles(_) => document.instanced(&mesh),
-        Faces::Polygons(_) => {
-            gltf::Shown::Untold("what several nodes show is there once: polygons are not repeated".into())
-        }
+        Faces::Triangles(_) => document.instanced(&mesh, format == Format::Obj),
+        Faces::Polygons(_) => gltf::Shown::Untold(format!("{}: polygons are not repeated", gltf::ONCE)),
     };
     match shown {
         gltf::Shown::Once => (mesh, told),
@@ -326,6 +324,13 @@ impl Document {
                 path.display()
             ))),
             None => Ok(()),
+        }
+    }
+
+    fn without_instances(self) -> Self {
+        match self {
+            Self::Gltf(document) => Self::Gltf(Box::new(document.without_instances())),
+            other => other,
         }
     }
 

@@ -162,3 +162,39 @@ fn real_files_are_halved() {
         }
     }
 }
+
+/// What two nodes show is there twice in whatever has no nodes, and where nobody could tell afterwards what they show.
+#[test]
+fn what_two_nodes_show_is_there_twice() {
+    let dir = Dir::new();
+    let mut json = write_sheet(&dir);
+    json["nodes"][1] = json!({ "mesh": 0, "name": "again", "translation": [0, 50, 0] });
+    // A second primitive, so that faces are told apart by their materials alone.
+    let primitives = json["meshes"][0]["primitives"].as_array_mut().expect("a list");
+    primitives.push(json!({ "attributes": { "POSITION": 0 }, "indices": 3 }));
+    json["accessors"]
+        .as_array_mut()
+        .expect("a list")
+        .push(json!({ "bufferView": 1, "componentType": 5123, "count": 3, "type": "SCALAR" }));
+    dir.file("two.gltf", json.to_string());
+    let height = |name: &str| {
+        let bounds = dir.run(&format!("inspect {name} --json")).succeeds().json()["bounds"].clone();
+        bounds["high"][1].as_f64().expect("a number")
+    };
+    let ran = dir.run("simplify two.gltf out.obj -f 50 -g cpu --json").succeeds();
+    let warnings = ran.json()["warnings"].to_string();
+    assert!(warnings.contains("is written for each of them") && warnings.contains("but base colors"), "{warnings}");
+    assert!(fs::read_to_string(dir.path("out.obj")).expect("text").contains("o again\n"));
+    dir.run("simplify two.gltf bare.glb -f 80 -g cpu -q --drop material").succeeds();
+    dir.run("simplify two.gltf removed.ply -f 80 -g cpu -q --method removal").succeeds();
+    dir.run("batch two.gltf -d bare --ratios 25% -g cpu -q --drop material").succeeds();
+    let batched = fs::read_dir(dir.path("bare")).expect("a folder").map(|entry| entry.expect("an entry").path());
+    let batched = batched.filter(|path| path.extension().is_some_and(|extension| extension == "gltf"));
+    let batched: Vec<String> = batched.map(|path| path.display().to_string()).collect();
+    assert_eq!(batched.len(), 1);
+    for name in ["out.obj", "bare.glb", "removed.ply", &batched[0]] {
+        assert!(height(name) > 55.0, "{name}: {}", height(name));
+    }
+    let found = dir.run("compare two.gltf out.obj --json").succeeds().json();
+    assert!(found["relative"]["max"].as_f64().is_some_and(|most| most < 0.05), "{}", found["relative"]);
+}

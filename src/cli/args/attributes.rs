@@ -22,7 +22,7 @@ pub struct Attributes {
     /// Normals: keep, recompute or drop
     ///
     /// With 'keep' they are carried, and creases, where the faces of a vertex disagree in them, are kept. With 'recompute'
-    /// those of the result are the means of its faces, by angle, and creases hold nothing. With 'drop' there are none.
+    /// those of the result are the means of its faces, exact on a sphere, and creases hold nothing. With 'drop' there are none.
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = Normals::Keep, hide_possible_values = true, hide_default_value = true)]
     pub normals: Normals,
 

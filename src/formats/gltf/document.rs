@@ -11,7 +11,7 @@ use super::number::Number;
 use super::orphans::stop_animations;
 use super::part::Part;
 use super::references;
-use super::scene::Placement;
+use super::scene::Instances;
 use crate::error::Result;
 
 /// Extensions that say how the numbers of meshes are stored. They are undone on reading.
@@ -29,8 +29,8 @@ pub struct Gltf {
     /// The only buffer: what is left of all of them.
     pub(super) binary: Vec<u8>,
     pub(super) parts: Vec<Part>,
-    /// From where each mesh is simplified to where further nodes show it; none for a document of another format's mesh.
-    pub(super) others: Vec<Vec<Placement>>,
+    /// Of each mesh; none for a document of another format's.
+    pub(super) instances: Vec<Instances>,
     /// Where relative URIs start; none for a stream.
     pub(super) folder: Option<PathBuf>,
     /// Whether all bytes stood in the JSON.
@@ -44,7 +44,7 @@ impl Gltf {
     pub(super) fn of(
         store: &Store<'_>,
         parts: Vec<Part>,
-        others: Vec<Vec<Placement>>,
+        instances: Vec<Instances>,
         folder: Option<&Path>,
     ) -> Result<Self> {
         let mut json = store.json.clone();
@@ -60,7 +60,7 @@ impl Gltf {
             _ => None,
         };
         let files = store.buffers.iter().filter_map(file).collect();
-        Ok(Self { json, binary, parts, others, folder: folder.map(Path::to_path_buf), has_data_uris, files })
+        Ok(Self { json, binary, parts, instances, folder: folder.map(Path::to_path_buf), has_data_uris, files })
     }
 }
 

@@ -45,7 +45,7 @@ pub(super) fn document(mesh: &Mesh, described: &[Material]) -> Gltf {
     });
     let mut binary = Vec::new();
     materials::put(&mut json, &mut binary, &materials, mesh.texcoords.is_some());
-    Gltf { json, binary, parts, others: Vec::new(), folder: None, has_data_uris: false, files: Vec::new() }
+    Gltf { json, binary, parts, instances: Vec::new(), folder: None, has_data_uris: false, files: Vec::new() }
 }
 
 /// Objects by name, with the primitives of each.
@@ -132,6 +132,8 @@ fn attributes_of(mesh: &Mesh) -> Vec<Attribute> {
     let mut attributes: Vec<Attribute> = standard.into_iter().filter(|(is_there, ..)| *is_there).map(of).collect();
     for channel in &mesh.channels {
         let semantic = match channel.kind {
+            // A tangent has a direction at every vertex, or none at any.
+            ChannelKind::Tangent if channel.values.chunks(4).any(|row| row[..3] == [0.0; 3]) => continue,
             // Joints say nothing without a skin, nor targets without their mesh.
             ChannelKind::Joints | ChannelKind::Displacement => continue,
             ChannelKind::Linear | ChannelKind::Label if channel.name.contains('.') || channel.width > 4 => continue,

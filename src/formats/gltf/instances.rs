@@ -1,9 +1,8 @@
 //! Meshes that several nodes show: simplified once, where the first of them puts it; a file without nodes gets all.
 
 use super::document::Gltf;
-use super::part::Part;
 use super::read::finite;
-use super::scene::Placement;
+use super::scene::{Instance, Placement};
 use crate::math::Vec3;
 use crate::mesh::{Channel, ChannelKind, Mesh, take};
 
@@ -13,6 +12,12 @@ const MOST_ADDED: usize = 1 << 28;
 /// Numbers a vertex, beside those of channels, and a face.
 const OF_VERTEX: usize = 12;
 const OF_FACE: usize = 10;
+
+/// Names of parts that may be added.
+const MOST_NAMES: usize = 1 << 22;
+
+/// What is lost where instances cannot be told.
+pub(in crate::formats) const ONCE: &str = "what several nodes show is there once";
 
 /// No vertex yet.
 const NONE: u32 = u32::MAX;
@@ -30,50 +35,71 @@ pub(in crate::formats) enum Shown {
 impl Gltf {
     /// Whether any of its meshes is shown by several nodes.
     pub(in crate::formats) fn has_instances(&self) -> bool {
-        self.parts.iter().any(|part| !self.others_of(part).is_empty())
+        self.parts.iter().any(|part| self.instances.get(part.mesh).is_some_and(|of_mesh| !of_mesh.others.is_empty()))
     }
 
-    /// A valid mesh with what further nodes show of it.
-    pub(in crate::formats) fn instanced(&self, mesh: &Mesh) -> Shown {
+    /// The document of a mesh that has all that nodes show.
+    pub(in crate::formats) fn without_instances(mut self) -> Self {
+        self.instances.iter_mut().for_each(|of_mesh| of_mesh.others.clear());
+        self
+    }
+
+    /// The parts as further nodes show them, node by node; none where these are too many.
+    pub(super) fn shown_again(&self) -> Vec<(usize, &Instance)> {
+        let mut parts_of = vec![Vec::new(); self.instances.len()];
+        for (number, part) in self.parts.iter().enumerate() {
+            parts_of.get_mut(part.mesh).into_iter().for_each(|parts: &mut Vec<usize>| parts.push(number));
+        }
+        let of_meshes = || self.instances.iter().zip(&parts_of);
+        let counts = of_meshes().map(|(instances, parts)| instances.others.len().saturating_mul(parts.len()));
+        if counts.fold(0, usize::saturating_add) > MOST_NAMES {
+            return Vec::new();
+        }
+        let mut all = Vec::new();
+        for (instances, parts) in of_meshes() {
+            for instance in &instances.others {
+                all.extend(parts.iter().map(|&part| (part, instance)));
+            }
+        }
+        all
+    }
+
+    /// A valid mesh with what further nodes show of it, which no transform that can be undone takes out of double precision; with `has_names`, under numbers of materials of their own, in the order of
+    /// [`Gltf::shown_again`], behind those of the parts.
+    pub(in crate::formats) fn instanced(&self, mesh: &Mesh, has_names: bool) -> Shown {
         if !self.has_instances() {
             return Shown::Once;
         }
-        let mut faces_of = vec![Vec::new(); self.parts.len()];
-        let part_of = mesh.materials.as_ref().filter(|materials| materials.names.len() == self.parts.len());
-        if part_of.is_none() && self.parts.len() != 1 {
-            return Shown::Untold(
-                "what several nodes show is there once: without materials nobody knows which it is".into(),
-            );
+        let untold = |why: &str| Shown::Untold(format!("{ONCE}: {why}"));
+        let materials = mesh.materials.as_ref().filter(|materials| materials.names.len() == self.parts.len());
+        if materials.is_none() && self.parts.len() != 1 {
+            return untold("without materials nobody knows which it is");
         }
+        let mut faces_of = vec![Vec::new(); self.parts.len()];
         for face in 0..mesh.faces.len() {
-            faces_of[part_of.map_or(0, |parts| parts.of_face[face] as usize)].push(face as u32);
+            faces_of[materials.map_or(0, |materials| materials.of_face[face] as usize)].push(face as u32);
         }
         let of_vertex = OF_VERTEX + mesh.channels.iter().map(|channel| channel.width).sum::<usize>();
-        let added = |(part, faces): (&Part, &Vec<u32>)| {
+        let of_part = |faces: &Vec<u32>| {
             let vertices = mesh.positions.len().min(3 * faces.len());
-            let numbers = vertices.saturating_mul(of_vertex).saturating_add(OF_FACE * faces.len());
-            numbers.saturating_mul(self.others_of(part).len())
+            vertices.saturating_mul(of_vertex).saturating_add(OF_FACE * faces.len())
         };
-        let added = self.parts.iter().zip(&faces_of).map(added).fold(0, usize::saturating_add);
-        if added > MOST_ADDED {
-            return Shown::Untold("what several nodes show is there once: it would be too much for the memory".into());
+        let sizes: Vec<usize> = faces_of.iter().map(of_part).collect();
+        let again = self.shown_again();
+        let added = again.iter().fold(0_usize, |sum, (part, _)| sum.saturating_add(sizes[*part]));
+        if again.is_empty() || added > MOST_ADDED {
+            return untold("it would be too much for the memory");
         }
         let mut all = mesh.clone();
         let mut number = vec![NONE; mesh.positions.len()];
-        for (part, faces) in self.parts.iter().zip(&faces_of).filter(|(_, faces)| !faces.is_empty()) {
-            self.others_of(part).iter().for_each(|place| append(&mut all, mesh, faces, place, &mut number));
+        for (part, instance) in again {
+            if let Some(materials) = all.materials.as_mut().filter(|_| has_names) {
+                materials.names.push(materials.names[part].clone());
+            }
+            let material = if has_names { all.materials.as_ref().map(|all| all.names.len() as u32 - 1) } else { None };
+            append(&mut all, (mesh, &faces_of[part], material), &instance.placement, &mut number);
         }
-        if all.positions.iter().all(|position| position.is_finite()) {
-            Shown::All(by_material(all))
-        } else {
-            Shown::Untold(
-                "what several nodes show is there once: elsewhere it has coordinates that are not finite".into(),
-            )
-        }
-    }
-
-    fn others_of(&self, part: &Part) -> &[Placement] {
-        self.others.get(part.mesh).map_or(&[], Vec::as_slice)
+        Shown::All(by_material(all))
     }
 }
 
@@ -89,8 +115,14 @@ fn by_material(mut mesh: Mesh) -> Mesh {
     mesh
 }
 
-/// Appends `faces` of `mesh`, and their vertices, where `place` moves them; of `number`, one a vertex, nothing is left.
-fn append(all: &mut Mesh, mesh: &Mesh, faces: &[u32], place: &Placement, number: &mut [u32]) {
+/// Appends faces of a mesh, of a material of their own or those that they have, and their vertices, where `place` moves them; of
+/// `number`, one a vertex, nothing is left.
+fn append(
+    all: &mut Mesh,
+    (mesh, faces, material): (&Mesh, &[u32], Option<u32>),
+    place: &Placement,
+    number: &mut [u32],
+) {
     let first = all.positions.len() as u32;
     let mut used = Vec::new();
     for &face in faces {
@@ -120,7 +152,7 @@ fn append(all: &mut Mesh, mesh: &Mesh, faces: &[u32], place: &Placement, number:
         all.extend(faces.iter().map(|&face| rows[face as usize]));
     }
     if let (Some(all), Some(rows)) = (&mut all.materials, &mesh.materials) {
-        all.of_face.extend(faces.iter().map(|&face| rows.of_face[face as usize]));
+        all.of_face.extend(faces.iter().map(|&face| material.unwrap_or(rows.of_face[face as usize])));
     }
     for (all, channel) in all.channels.iter_mut().zip(&mesh.channels) {
         vertices().for_each(|v| append_row(&mut all.values, channel, v, place));

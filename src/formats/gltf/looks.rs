@@ -11,6 +11,7 @@ use super::container;
 use super::document::Gltf;
 use super::json::Json;
 use super::part::Part;
+use super::scene::Instance;
 use crate::error::Result;
 use crate::formats::looks::Pictures;
 use crate::looks::{Image, Look, Opacity, Texture, Wrap};
@@ -57,26 +58,39 @@ pub(in crate::formats) fn materials(document: &Gltf) -> (Vec<String>, Vec<usize>
     let mut counts: FxHashMap<&str, u32> = FxHashMap::default();
     given.iter().for_each(|&name| *counts.entry(name).or_default() += 1);
     let is_own = |name: &str| !name.is_empty() && counts[name] == 1;
-    let name =
-        |(number, &name): (usize, &&str)| if is_own(name) { name.into() } else { format!("materials[{number}]") };
+    let name = |(number, &name): (usize, &&str)| match name {
+        "" => format!("materials[{number}]"),
+        name if is_own(name) => name.into(),
+        // By their numbers, which nobody else's name may end in.
+        name => format!("{name}[{number}]"),
+    };
     let mut names: Vec<String> = given.iter().enumerate().map(name).collect();
     names.push(String::new());
     let of_part = |part: &Part| material_of(document, part).filter(|&number| number < list.len()).unwrap_or(list.len());
     (names, document.parts.iter().map(of_part).collect())
 }
 
-/// What people call the object of each part: the name of the first node that has its mesh and a name, or the mesh's own; empty
-/// without either.
+/// What people call the object of each part, then of those that further nodes show: the name of the node or, where it has none, of
+/// the mesh, numbered from 2 on for the others; empty without either.
 pub(in crate::formats) fn objects(document: &Gltf) -> Vec<String> {
-    let list = |key: &str| document.json.get(key).and_then(Value::as_array).map_or(&[][..], |list| list);
-    let named = |value: &Value| value.get("name").and_then(Value::as_str).unwrap_or_default().to_string();
-    let mut names: Vec<String> = list("meshes").iter().map(named).collect();
-    for node in list("nodes").iter().rev() {
-        let mesh = node.get("mesh").and_then(Value::as_u64).and_then(|mesh| names.get_mut(mesh as usize));
-        let name = named(node);
-        mesh.filter(|_| !name.is_empty()).into_iter().for_each(|of_mesh| of_mesh.clone_from(&name));
-    }
-    document.parts.iter().map(|part| names.get(part.mesh).cloned().unwrap_or_default()).collect()
+    let meshes = document.json.get("meshes").and_then(Value::as_array).map_or(&[][..], |list| list);
+    let of_mesh = |part: &Part| {
+        meshes.get(part.mesh).and_then(|mesh| mesh.get("name")).and_then(Value::as_str).unwrap_or_default()
+    };
+    let first = |part: &Part| match document.instances.get(part.mesh) {
+        Some(instances) if !instances.first.name.is_empty() => instances.first.name.clone(),
+        _ => of_mesh(part).to_string(),
+    };
+    let mut seen = vec![1_u32; document.parts.len()];
+    let other = |(part, instance): (usize, &Instance)| {
+        seen[part] += 1;
+        match (instance.name.as_str(), of_mesh(&document.parts[part])) {
+            ("", "") => String::new(),
+            ("", mesh) => format!("{mesh}.{}", seen[part]),
+            (node, _) => node.into(),
+        }
+    };
+    document.parts.iter().map(first).chain(document.shown_again().into_iter().map(other)).collect()
 }
 
 /// Where a material has its base color, and the keys of color and texture there.

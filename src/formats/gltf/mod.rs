@@ -49,7 +49,7 @@ use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use accessor::Store;
 pub use document::Gltf;
-pub(super) use instances::Shown;
+pub(super) use instances::{ONCE, Shown};
 pub(super) use looks::{looks, materials, objects};
 pub(super) use materials::described;
 
@@ -62,6 +62,11 @@ fn unsupported(extension: &str) -> Error {
     Error::Unsupported(format!("glTF with the extension {extension}: save it without compression of its meshes"))
 }
 
+/// The parts that further nodes show, node by node.
+pub(super) fn shown_again(document: &Gltf) -> Vec<usize> {
+    document.shown_again().into_iter().map(|(part, _)| part).collect()
+}
+
 /// Reads a file; `folder` is where its relative URIs start.
 pub(super) fn read(bytes: &[u8], format: Format, folder: Option<&Path>) -> Result<(Mesh, Gltf)> {
     let (json, chunk) = container::parse(bytes, format)?;
@@ -71,8 +76,8 @@ pub(super) fn read(bytes: &[u8], format: Format, folder: Option<&Path>) -> Resul
     }
     let buffers = container::load(&json, chunk, folder)?;
     let store = Store::new(&json, buffers, bytes.len());
-    let (mesh, parts, others) = read::mesh(&store)?;
-    let document = Gltf::of(&store, parts, others, folder)?;
+    let (mesh, parts, instances) = read::mesh(&store)?;
+    let document = Gltf::of(&store, parts, instances, folder)?;
     Ok((mesh, document))
 }
 
@@ -97,6 +102,7 @@ pub(super) fn prepare(mesh: &Mesh, document: Option<&Gltf>, described: &[Materia
                 let message =
                     "the result does not tell its materials apart: nodes, materials and textures are not written";
                 warnings.push(message.into());
+                warnings.extend(document.filter(|document| document.has_instances()).map(|_| ONCE.into()));
             }
             let names = mesh.materials.as_ref().map_or(&[][..], |materials| &materials.names);
             if mesh.texcoords.is_none()

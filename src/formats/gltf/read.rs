@@ -4,7 +4,7 @@ use super::accessor::Store;
 use super::color;
 use super::json::Json;
 use super::part::{JOINTS, Part, Place, Source};
-use super::scene::{Placement, placements};
+use super::scene::{Instances, Placement, instances};
 use crate::error::Result;
 use crate::formats::attributes;
 use crate::math::{Vec2, Vec3};
@@ -13,14 +13,14 @@ use crate::mesh::{Channel, ChannelKind, Materials, Mesh};
 /// Color where a primitive has none among others: it multiplies the material's.
 const WHITE: [f32; 4] = [1.0; 4];
 
-/// The triangles of all meshes as one mesh, and where they came from: the number of a face's material is that of its part; and where
-/// else each mesh is shown.
-pub(super) fn mesh(store: &Store<'_>) -> Result<(Mesh, Vec<Part>, Vec<Vec<Placement>>)> {
+/// The triangles of all meshes as one mesh, and where they came from: the number of a face's material is that of its part; and the
+/// instances of each mesh.
+pub(super) fn mesh(store: &Store<'_>) -> Result<(Mesh, Vec<Part>, Vec<Instances>)> {
     let root = Json::root(store.json);
-    let placements = placements(store.json)?;
+    let instances = instances(store.json)?;
     let mut sources = Vec::new();
     for (mesh, json) in root.elements("meshes")?.iter().enumerate() {
-        let placement = placements.get(mesh).map_or(Placement::IDENTITY, |placements| placements.first);
+        let placement = instances.get(mesh).map_or(Placement::IDENTITY, |instances| instances.first.placement);
         for primitive in 0..json.elements("primitives")?.len() {
             sources.extend(Source::of(store, mesh, primitive, placement)?);
         }
@@ -31,8 +31,7 @@ pub(super) fn mesh(store: &Store<'_>) -> Result<(Mesh, Vec<Part>, Vec<Vec<Placem
     }
     let names = sources.iter().map(|source| source.name.clone()).collect();
     let mesh = Mesh { materials: Some(Materials { of_face: assembly.parts, names }), ..assembly.mesh };
-    let others = placements.into_iter().map(|placements| placements.others).collect();
-    Ok((mesh, sources.into_iter().map(|source| source.part).collect(), others))
+    Ok((mesh, sources.into_iter().map(|source| source.part).collect(), instances))
 }
 
 /// A mesh that grows by parts.

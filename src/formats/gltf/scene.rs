@@ -127,21 +127,29 @@ fn without_rounding(sums: DVec3, magnitude: DVec3, precision: f64) -> Vec3 {
     Vec3::from_array([0, 1, 2].map(kept))
 }
 
-/// Where the nodes of the scene put a mesh.
+/// A mesh in a node.
 #[derive(Debug, Clone)]
-pub(super) struct Placements {
-    /// Where it is simplified: by the first node that is shown, or that has it where none is.
-    pub(super) first: Placement,
-    /// From there to where other nodes show it.
-    pub(super) others: Vec<Placement>,
+pub(super) struct Instance {
+    pub(super) placement: Placement,
+    /// The node's name; empty without.
+    pub(super) name: String,
 }
 
-/// The placements of each mesh. With a skin, whose joints place it, it stays where it is, once for all such nodes; so does one
+/// The nodes of the scene that show a mesh.
+#[derive(Debug, Clone)]
+pub(super) struct Instances {
+    /// The one that places it where it is simplified: the first that is shown, or that has it where none is.
+    pub(super) first: Instance,
+    /// The others, by what leads from there to them.
+    pub(super) others: Vec<Instance>,
+}
+
+/// The instances of each mesh. With a skin, whose joints place it, it stays where it is, once for all such nodes; so does one
 /// whose transform cannot be undone, which is shown nowhere.
 ///
 /// # Errors
 /// [`crate::Error::Format`] for nodes that are their own descendants or have two parents.
-pub(super) fn placements(json: &Value) -> Result<Vec<Placements>> {
+pub(super) fn instances(json: &Value) -> Result<Vec<Instances>> {
     let root = Json::root(json);
     let nodes = root.elements("nodes")?;
     let transforms = world_transforms(&nodes)?;
@@ -156,15 +164,23 @@ pub(super) fn placements(json: &Value) -> Result<Vec<Placements>> {
         }
         let is_skinned = node.get("skin").is_some();
         let placement = if is_skinned { Some(Placement::IDENTITY) } else { Placement::of(transform) };
+        let name = node.value.get("name").and_then(Value::as_str).unwrap_or_default();
+        let instance = placement.map(|placement| Instance { placement, name: name.into() });
         if are_shown[number] && !(is_skinned && std::mem::replace(&mut has_skin[mesh], true)) {
-            of_shown[mesh].extend(placement);
+            of_shown[mesh].extend(instance);
         } else if of_others[mesh].is_none() {
-            of_others[mesh] = placement;
+            of_others[mesh] = instance;
         }
     }
-    let of_mesh = |(shown, other): (Vec<Placement>, Option<Placement>)| {
-        let first = shown.first().copied().or(other).unwrap_or(Placement::IDENTITY);
-        Placements { first, others: shown.iter().skip(1).filter_map(|place| place.from(&first)).collect() }
+    let of_mesh = |(shown, other): (Vec<Instance>, Option<Instance>)| {
+        let mut shown = shown.into_iter();
+        let none = || Instance { placement: Placement::IDENTITY, name: String::new() };
+        let first = shown.next().or(other).unwrap_or_else(none);
+        let from_first = |instance: Instance| {
+            instance.placement.from(&first.placement).map(|placement| Instance { placement, ..instance })
+        };
+        let others = shown.filter_map(from_first).collect();
+        Instances { first, others }
     };
     Ok(of_shown.into_iter().zip(of_others).map(of_mesh).collect())
 }
@@ -243,8 +259,8 @@ mod tests {
 
     use super::*;
 
-    fn of(nodes: Value) -> Result<Vec<Placements>> {
-        placements(&json!({ "nodes": nodes, "meshes": [{}, {}] }))
+    fn of(nodes: Value) -> Result<Vec<Instances>> {
+        instances(&json!({ "nodes": nodes, "meshes": [{}, {}] }))
     }
 
     #[test]
@@ -256,13 +272,13 @@ mod tests {
             { "mesh": 0, "skin": 0, "translation": [9, 9, 9] },
         ]);
         let placements = of(nodes).expect("a tree");
-        let Placements { first, others } = &placements[1];
+        let Instances { first: Instance { placement: first, .. }, others } = &placements[1];
         assert_eq!(first.point_to_scene(Vec3::Y), DVec3::new(2.0, 2.0, 0.0));
         assert_eq!(first.point_from_scene(DVec3::new(2.0, 2.0, 0.0)), Vec3::Y);
         assert!(first.keeps_directions && !first.is_mirrored);
         assert_eq!(others.len(), 1);
-        assert_eq!(others[0].position_to_scene(DVec3::new(2.0, 2.0, 0.0)), DVec3::new(18.0, 20.0, 18.0));
-        assert!(placements[0].first.is_identity, "joints place what has a skin");
+        assert_eq!(others[0].placement.position_to_scene(DVec3::new(2.0, 2.0, 0.0)), DVec3::new(18.0, 20.0, 18.0));
+        assert!(placements[0].first.placement.is_identity, "joints place what has a skin");
     }
 
     #[test]
@@ -274,8 +290,8 @@ mod tests {
             let mut file =
                 json!({ "nodes": [shift(1.0), shift(2.0), flat, skinned, skinned, shift(7.0)], "meshes": [{}] });
             more.as_object().expect("an object").iter().for_each(|(key, value)| file[key] = value.clone());
-            let Placements { first, others } = placements(&file).expect("a tree").remove(0);
-            let place = |at: &Placement| at.position_to_scene(DVec3::ZERO).x;
+            let Instances { first, others } = instances(&file).expect("a tree").remove(0);
+            let place = |at: &Instance| at.placement.position_to_scene(DVec3::ZERO).x;
             let others = others.iter().map(|other| place(other) + place(&first)).collect::<Vec<f64>>();
             (place(&first), others)
         };
@@ -295,7 +311,7 @@ mod tests {
 
     #[test]
     fn mirrors_turn_normals_and_sides() {
-        let placement = &of(json!([{ "mesh": 0, "scale": [-2, 1, 1] }])).expect("a tree")[0].first;
+        let placement = &of(json!([{ "mesh": 0, "scale": [-2, 1, 1] }])).expect("a tree")[0].first.placement;
         assert!(placement.is_mirrored);
         let slanted = Vec3::new(0.6, 0.8, 0.0);
         let turned = placement.normal_to_scene(slanted);
@@ -328,6 +344,6 @@ mod tests {
     fn deep_chains_and_flat_transforms_are_no_trouble() {
         let mut nodes: Vec<Value> = (1..100_000).map(|child| json!({ "children": [child] })).collect();
         nodes.push(json!({ "mesh": 0, "scale": [1, 0, 1] }));
-        assert!(of(Value::Array(nodes)).expect("a chain")[0].first.is_identity);
+        assert!(of(Value::Array(nodes)).expect("a chain")[0].first.placement.is_identity);
     }
 }
