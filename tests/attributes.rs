@@ -185,9 +185,15 @@ fn colors_decide_on_a_flat() {
 fn normals_are_found_anew_where_asked_for() {
     let mut mesh = dressed(48, 24);
     mesh.normals.iter_mut().flatten().for_each(|n| *n = -*n);
-    let outcome = run(&mesh, Attributes { normals: Normals::Recompute, ..Attributes::default() }, 0.3);
-    let expected = coarsen::mesh::vertex_normals(&outcome.mesh);
-    assert_eq!(outcome.mesh.normals, Some(expected));
+    for normals in [mesh.normals.clone(), None] {
+        let mesh = Mesh { normals, ..mesh.clone() };
+        let outcome = run(&mesh, Attributes { normals: Normals::Recompute, ..Attributes::default() }, 0.3);
+        let expected = coarsen::mesh::vertex_normals(&outcome.mesh);
+        assert_eq!(outcome.mesh.normals.as_ref(), Some(&expected));
+        let tangents = outcome.mesh.channels.iter().find(|channel| channel.kind == ChannelKind::Tangent).expect("some");
+        let off = |v: usize| expected[v].dot(Vec3::from_slice(tangents.row(v))).abs();
+        assert!((0..expected.len()).all(|v| off(v) < 1e-4));
+    }
 }
 
 #[test]

@@ -112,9 +112,9 @@ impl Attributes {
         Self { dropped, ..Self::default() }
     }
 
-    /// Whether the result's normals are found from its faces.
-    pub(super) fn recomputes(&self, mesh: &Mesh) -> bool {
-        self.normals == Normals::Recompute && mesh.normals.is_some() && !self.dropped.normals
+    /// Whether the result's normals are found from its faces, also where the input has none.
+    pub(super) fn recomputes(&self) -> bool {
+        self.normals == Normals::Recompute && !self.dropped.normals
     }
 
     pub(super) fn check(&self) -> Result<()> {

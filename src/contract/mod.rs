@@ -369,7 +369,7 @@ pub fn run(
         let (clock, awake) = (Instant::now(), &Awake::new());
         let job = Job { mesh, options, budgets, device, clock, awake, worst_deviation: f64::INFINITY };
         let mut outcomes = attempts::run(job, progress)?;
-        if options.attributes.recomputes(mesh) {
+        if options.attributes.recomputes() {
             for outcome in &mut outcomes {
                 outcome.mesh.normals = Some(vertex_normals(&outcome.mesh));
                 shading::flatten_tangents(&mut outcome.mesh, |_| true);

@@ -194,7 +194,7 @@ pub fn run(
     progress: Option<&mut OnProgress<'_>>,
 ) -> Result<Outcome> {
     options.check(budget)?;
-    let recomputes = options.normals == Normals::Recompute && mesh.normals.is_some() && !options.dropped.normals;
+    let recomputes = options.normals == Normals::Recompute && !options.dropped.normals;
     let dropped = Dropped { normals: options.dropped.normals || recomputes, ..options.dropped.clone() };
     device.install(|| {
         mesh.check()?;

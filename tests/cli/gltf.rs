@@ -195,6 +195,8 @@ fn what_two_nodes_show_is_there_twice() {
     for name in ["out.obj", "bare.glb", "removed.ply", &batched[0]] {
         assert!(height(name) > 55.0, "{name}: {}", height(name));
     }
+    let ran = dir.run("lod two.gltf shared.obj --levels 2 --shared-vertices -g cpu").succeeds();
+    assert!(ran.err.contains("are written without nodes, materials and groups"), "{}", ran.err);
     let found = dir.run("compare two.gltf out.obj --json").succeeds().json();
     assert!(found["relative"]["max"].as_f64().is_some_and(|most| most < 0.05), "{}", found["relative"]);
 }

@@ -22,12 +22,31 @@ pub fn write(job: &Job, document: &Document, outcomes: &[Outcome]) -> anyhow::Re
             }
             Ranges::new()
         }
-        Outputs::Shared { .. } => write_shared(job, outcomes)?,
+        Outputs::Shared { .. } => {
+            let losses = outcomes.first().and_then(|outcome| left_out(&outcome.mesh, document));
+            warn_of_losses(job.setup.verbosity, &job.setup.source, losses.as_slice());
+            write_shared(job, outcomes)?
+        }
     };
     if let (Some(path), Some(log)) = (&job.setup.log, outcomes.iter().find_map(|outcome| outcome.log.as_ref())) {
         log.write(path)?;
     }
     Ok(ranges)
+}
+
+/// What levels that share their vertices are written without.
+fn left_out(mesh: &Mesh, document: &Document) -> Option<String> {
+    let has_nodes = matches!(document, Document::Gltf(_));
+    let has_many = mesh.materials.as_ref().is_some_and(|materials| materials.names.len() > 1);
+    let lost: Vec<&str> = [
+        (has_nodes, "nodes"),
+        (has_nodes || has_many, "materials and groups"),
+        (mesh.texcoords.is_some(), "texture coordinates"),
+    ]
+    .into_iter()
+    .filter_map(|(is_lost, what)| is_lost.then_some(what))
+    .collect();
+    (!lost.is_empty()).then(|| format!("levels that share their vertices are written without {}", lost.join(", ")))
 }
 
 fn write_shared(job: &Job, outcomes: &[Outcome]) -> anyhow::Result<Ranges> {
