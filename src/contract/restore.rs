@@ -87,7 +87,10 @@ pub fn restore(input: &Mesh, frame: Frame, placed: Placed<'_>, carried: &Carried
         ..Mesh::default()
     };
     split.fill(&mut mesh);
-    mend(&mut mesh, input, &was, |v| split.has_other_numbers(v));
+    // A log tells normals as they were contracted.
+    if !wedges.layout.is_smooth {
+        mend(&mut mesh, input, &was, |v| split.has_other_numbers(v));
+    }
     (mesh, split.origins().map(|origin| origin.unwrap_or(MOVED)).collect())
 }
 
