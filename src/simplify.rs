@@ -29,13 +29,15 @@ pub enum Method {
 }
 
 impl Method {
-    /// Whether the result of `mesh` tells its materials apart, which a log never does.
-    pub fn keeps_materials(&self, mesh: &Mesh) -> bool {
+    /// Whether the materials of `mesh` are gone from the result, so that what several nodes of a glTF show has to be part of the mesh
+    /// before the run: [`Scene::with_instances`](crate::formats::Scene::with_instances). Not for a log, which is of the mesh as it
+    /// was read.
+    pub fn drops_materials(&self, mesh: &Mesh) -> bool {
         match self {
-            Self::Contract(options) => options.log || !options.attributes.dropped.materials,
-            Self::Cluster(_) => true,
-            Self::Removal(_) => mesh.materials.as_ref().is_none_or(|materials| materials.names.len() < 2),
-            Self::Partition(options) => !options.dropped.materials,
+            Self::Contract(options) => options.attributes.dropped.materials && !options.log,
+            Self::Cluster(_) => false,
+            Self::Removal(_) => mesh.materials.as_ref().is_some_and(|materials| materials.names.len() > 1),
+            Self::Partition(options) => options.dropped.materials,
         }
     }
 

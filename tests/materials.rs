@@ -266,3 +266,21 @@ fn lines_of_an_obj_that_are_no_faces_are_told() {
         }
     }
 }
+
+/// Materials of one name keep it with their numbers, which make no name of another.
+#[test]
+fn materials_of_one_name_are_told_apart() {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_inputs(folder.path());
+    let at = |name: &str| folder.path().join(name);
+    let scene = formats::read_scene(&at("things.obj")).expect("a scene");
+    converted(&scene, &at("things.gltf"));
+    let (mut json, _) = parts_of(&at("things.gltf"));
+    for (number, name) in ["paint", "paint", "paint[0]", ""].iter().enumerate() {
+        json["materials"][number]["name"] = (*name).into();
+    }
+    fs::write(at("things.gltf"), json.to_string()).expect("written");
+    let scene = formats::read_scene(&at("things.gltf")).expect("a scene");
+    let names = scene.materials().expect("materials").names;
+    assert_eq!(names, ["paint[0]_", "paint[1]", "paint[0]", "materials[3]", ""]);
+}

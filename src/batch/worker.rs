@@ -180,7 +180,7 @@ impl Shop<'_> {
             None => stored,
         };
         let mut scene = formats::read_scene_bytes(&content, format, path.parent())?;
-        if !recipe.method.keeps_materials(&scene.mesh) {
+        if recipe.method.drops_materials(&scene.mesh) {
             scene = scene.with_instances().0;
         }
         Ok((scene, recipe.weighted(Some((&content, format)))?))

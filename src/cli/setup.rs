@@ -123,7 +123,7 @@ impl Setup {
         });
         let input = input?;
         // Without materials nobody can tell afterwards what of it the nodes show again.
-        Ok((if self.method.keeps_materials(&input.mesh) { input } else { input.with_instances().0 }, secs))
+        Ok((if self.method.drops_materials(&input.mesh) { input.with_instances().0 } else { input }, secs))
     }
 
     /// The device, or the CPU where the limit is too low for an adapter.

@@ -20,7 +20,8 @@ pub struct AttributeWeights {
     /// Colors: a difference of 1, from black to full red, counts as a distance of this share of a fiftieth of the diagonal.
     pub color: f32,
     /// How vertices move: what a morph target displaces counts as this share of its length, and where limbs bend the distance of
-    /// the joints on either side; as far as there is room for numbers that decide, 16 in all. Targets that are given a weight by name are left out of it.
+    /// the joints on either side; as far as there is room for numbers that decide, 16 in all. Targets that are given a weight by
+    /// name are left out of it.
     pub pose: f32,
     /// Further channels by name: the whole range of a channel counts as a distance of this share of a fiftieth of the
     /// diagonal; texture coordinates and tangents as those above. Labels that are given one, be it 0, are amounts.

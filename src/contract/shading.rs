@@ -48,7 +48,8 @@ impl Outside {
     }
 }
 
-/// Puts the normals and tangents right of vertices that have changed; `origins` has for each face of `mesh` the face of `input` that it was.
+/// Puts the normals and tangents right of vertices that have changed; `origins` has for each face of `mesh` the face of `input` that
+/// it was.
 pub fn mend(mesh: &mut Mesh, input: &Mesh, origins: &[u32], has_changed: impl Fn(usize) -> bool + Sync) {
     let (Some(mut normals), Some(before)) = (mesh.normals.take(), &input.normals) else { return };
     let outward = |face: usize| {
@@ -69,15 +70,13 @@ pub fn mend(mesh: &mut Mesh, input: &Mesh, origins: &[u32], has_changed: impl Fn
         outward(*face).is_some_and(|outward| corners.iter().any(|&v| behind(v, outward)))
     };
     let turned: Vec<usize> = (0..mesh.faces.len()).into_par_iter().with_min_len(ROWS).filter(is_behind).collect();
+    let mut has_turned = vec![false; if turned.is_empty() { 0 } else { normals.len() }];
+    let corners = turned.iter().flat_map(|&face| mesh.faces[face]).map(|v| v as usize);
+    corners.filter(|&v| has_changed(v)).for_each(|v| has_turned[v] = true);
     let mut stars: BTreeMap<usize, Vec<DVec3>> = BTreeMap::new();
-    for v in turned.iter().flat_map(|&face| mesh.faces[face]).map(|v| v as usize).filter(|&v| has_changed(v)) {
-        stars.entry(v).or_default();
-    }
-    if !stars.is_empty() {
-        for (face, corners) in mesh.faces.iter().enumerate() {
-            for v in corners.map(|v| v as usize) {
-                stars.entry(v).and_modify(|star| star.extend(outward(face)));
-            }
+    for (face, corners) in mesh.faces.iter().enumerate().filter(|_| !turned.is_empty()) {
+        for v in corners.map(|v| v as usize).into_iter().filter(|&v| has_turned[v]) {
+            stars.entry(v).or_default().extend(outward(face));
         }
     }
     stars.iter().for_each(|(&v, star)| normals[v] = before_all(normals[v], star));

@@ -25,8 +25,8 @@ pub enum Normals {
     /// They are carried, and creases, where the faces of a vertex disagree in them, are kept as seams are.
     #[default]
     Keep,
-    /// They are left out while the surface is simplified; those of the result are the means of its faces, also where the input has none:
-    /// [`vertex_normals`](crate::mesh::vertex_normals).
+    /// They are left out while the surface is simplified; those of the result, also where the input has none, are the means of its
+    /// faces: [`vertex_normals`](crate::mesh::vertex_normals).
     Recompute,
 }
 

@@ -251,6 +251,38 @@ fn meshes_of_other_formats_become_a_file_of_their_own() {
     assert_eq!(colors(&read), colors(&mesh));
 }
 
+/// A tangent that has no direction is none that a file may have.
+#[test]
+fn tangents_without_a_direction_are_not_written() {
+    let mut mesh = coarsen::mesh::shapes::cube(1);
+    let tangents = |last: f32| [[1.0, 0.0, 0.0, 1.0].repeat(7), vec![last, 0.0, 0.0, 1.0]].concat();
+    for last in [1.0, 0.0] {
+        mesh.channels =
+            vec![Channel { name: "TANGENT".into(), kind: ChannelKind::Tangent, width: 4, values: tangents(last) }];
+        let (json, ..) = written(&mesh, &Document::None);
+        let has_any = json["meshes"][0]["primitives"][0]["attributes"].get("TANGENT").is_some();
+        assert_eq!(has_any, last > 0.0);
+    }
+}
+
+/// An attribute that another part's target shares its name with: numbers, as wide as the widest.
+#[test]
+fn what_is_two_things_is_numbers() {
+    let mut builder = square();
+    let (moved, own) = (builder.floats(&[[1.0, 2.0, 3.0]; 4]), builder.floats(&[[4.0, 5.0, 6.0, 7.0]; 4]));
+    let first = &mut builder.json["meshes"][0]["primitives"][0];
+    let mut second = first.clone();
+    first["targets"] = json!([{ "POSITION": moved }]);
+    second["attributes"]["target_0.POSITION"] = own.into();
+    builder.json["meshes"][0]["primitives"].as_array_mut().expect("a list").push(second);
+    let Scene { mesh, document } = builder.scene();
+    mesh.check().expect("a valid mesh");
+    let channel = &mesh.channels[0];
+    assert_eq!((channel.kind, channel.row(0)), (ChannelKind::Linear, &[1.0, 2.0, 3.0, 0.0][..]));
+    assert_eq!(channel.row(4), [4.0, 5.0, 6.0, 7.0]);
+    assert_eq!(again(&mesh, &document), mesh);
+}
+
 /// Read, written, read again: the same mesh; written again: the same bytes.
 #[test]
 fn real_files_come_back() {

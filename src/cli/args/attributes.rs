@@ -13,9 +13,8 @@ pub struct Attributes {
     /// along and decides nothing. 'normal': a difference of 1, about a radian, is a thousandth of the diagonal. 'uv': a slip of the
     /// texture along the surface counts as its length. 'color': a difference of 1, from black to full red, is a
     /// fiftieth of the diagonal. 'pose' (0.1 unless given): what a morph target displaces counts as its length, and where limbs
-    /// bend the distance of the joints on either side. A further channel by its name, which counts 0 unless it is given: its whole range is a
-    /// fiftieth of the diagonal; whole numbers that are
-    /// not given are labels, which are not blended. For --metric volume; 'plane' carries attributes along.
+    /// bend the distance of the joints on either side. A further channel by its name, which counts 0 unless it is given: its
+    /// whole range is a fiftieth of the diagonal; whole numbers that are not given are labels, which are not blended. For --metric volume; 'plane' carries attributes along.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::weight_of)]
     pub attribute_weights: Vec<(String, f32)>,
 

@@ -64,8 +64,8 @@ impl Gltf {
         all
     }
 
-    /// A valid mesh with what further nodes show of it, which no transform that can be undone takes out of double precision; with `has_names`, under numbers of materials of their own, in the order of
-    /// [`Gltf::shown_again`], behind those of the parts.
+    /// A valid mesh with what further nodes show of it, which no transform that can be undone takes out of double precision; with
+    /// `has_names` under numbers of materials of their own, behind those of the parts, in the order of [`Gltf::shown_again`].
     pub(in crate::formats) fn instanced(&self, mesh: &Mesh, has_names: bool) -> Shown {
         if !self.has_instances() {
             return Shown::Once;

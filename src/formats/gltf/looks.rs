@@ -58,11 +58,15 @@ pub(in crate::formats) fn materials(document: &Gltf) -> (Vec<String>, Vec<usize>
     let mut counts: FxHashMap<&str, u32> = FxHashMap::default();
     given.iter().for_each(|&name| *counts.entry(name).or_default() += 1);
     let is_own = |name: &str| !name.is_empty() && counts[name] == 1;
-    let name = |(number, &name): (usize, &&str)| match name {
-        "" => format!("materials[{number}]"),
-        name if is_own(name) => name.into(),
-        // By their numbers, which nobody else's name may end in.
-        name => format!("{name}[{number}]"),
+    let name = |(number, &name): (usize, &&str)| {
+        if is_own(name) {
+            return name.into();
+        }
+        let mut numbered = format!("{}[{number}]", if name.is_empty() { "materials" } else { name });
+        while counts.contains_key(numbered.as_str()) {
+            numbered.push('_');
+        }
+        numbered
     };
     let mut names: Vec<String> = given.iter().enumerate().map(name).collect();
     names.push(String::new());
