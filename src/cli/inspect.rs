@@ -1,8 +1,10 @@
 //! `coarsen inspect`: what a mesh is, what is wrong with it, how far it can be reduced.
 
+use std::borrow::Cow;
 use std::fmt::Write;
 
 use coarsen::Mesh;
+use coarsen::formats::Scene;
 use coarsen::mesh::Materials;
 use coarsen::mesh::survey::{Survey, survey};
 use coarsen::mesh::topology::{Topology, topology};
@@ -34,6 +36,15 @@ struct Record {
     stored: Topology,
     /// As a reduction will see it.
     welded: Survey,
+    /// What nodes of a glTF show, a mesh that several show once for each; null where that is what is stored.
+    shown: Option<Shown>,
+}
+
+/// What nodes show.
+#[derive(Debug, Serialize)]
+struct Shown {
+    faces: usize,
+    bounds: Bounds,
 }
 
 /// Numbers at vertices.
@@ -63,7 +74,12 @@ struct Bounds {
 /// # Errors
 /// An input that cannot be read, an output that cannot be written.
 pub fn run(source: &Source, json: bool) -> anyhow::Result<Exit> {
-    let record = Record::new(source.to_string(), &source.read()?);
+    let Scene { mesh, document } = source.read_scene()?;
+    let shown = match document.all_shown(&mesh) {
+        (Cow::Owned(all), _) => Some(Shown { faces: all.faces.len(), bounds: Bounds::of(&all) }),
+        (Cow::Borrowed(_), _) => None,
+    };
+    let record = Record { shown, ..Record::new(source.to_string(), &mesh) };
     if json {
         console::print_json(&record)?;
     } else {
@@ -81,9 +97,15 @@ fn materials(materials: &Materials) -> Vec<MaterialRecord> {
     names.zip(faces).map(|(name, faces)| MaterialRecord { name, faces }).collect()
 }
 
+impl Bounds {
+    fn of(mesh: &Mesh) -> Self {
+        let (low, high) = mesh.bounds();
+        Self { low: low.to_array(), high: high.to_array(), diagonal: mesh.diagonal() }
+    }
+}
+
 impl Record {
     fn new(input: String, mesh: &Mesh) -> Self {
-        let (low, high) = mesh.bounds();
         let welded = survey(mesh);
         Self {
             schema: 1,
@@ -95,11 +117,12 @@ impl Record {
             has_texcoords: mesh.texcoords.is_some(),
             channels: mesh.channels.iter().map(|c| ChannelRecord { name: c.name.clone(), width: c.width }).collect(),
             materials: mesh.materials.as_ref().map(materials).unwrap_or_default(),
-            bounds: Bounds { low: low.to_array(), high: high.to_array(), diagonal: mesh.diagonal() },
+            bounds: Bounds::of(mesh),
             area: mesh.area(),
             volume: welded.topology.is_closed().then(|| mesh.volume()),
             stored: topology(mesh),
             welded,
+            shown: None,
         }
     }
 
@@ -145,6 +168,9 @@ impl Record {
         line("box from", point(self.bounds.low));
         line("box to", point(self.bounds.high));
         line("diagonal", format!("{:.6}", self.bounds.diagonal));
+        if let Some(Shown { faces, bounds }) = &self.shown {
+            line("shown by nodes", format!("{faces} faces, in a box of diagonal {:.6}", bounds.diagonal));
+        }
         line("area", format!("{:.6}", self.area));
         line("volume", self.volume.map_or_else(|| "- (not closed)".into(), |volume| format!("{volume:.6}")));
         line("carried at vertices", if at_vertices.is_empty() { "nothing".into() } else { at_vertices.join(", ") });

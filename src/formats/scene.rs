@@ -50,15 +50,9 @@ impl Scene {
     /// with nodes each of them shows it all.
     #[must_use]
     pub fn with_instances(self) -> (Self, Option<String>) {
-        let Self { mesh, document } = self;
-        let shown = match document.gltf().filter(|document| document.has_instances() && mesh.check().is_ok()) {
-            Some(document) => document.instanced(&mesh, false),
-            None => gltf::Shown::Once,
-        };
-        match shown {
-            gltf::Shown::Once => (Self { mesh, document }, None),
-            gltf::Shown::All(mesh) => (Self { mesh, document: document.without_instances() }, None),
-            gltf::Shown::Untold(why) => (Self { mesh, document }, Some(why)),
+        match self.document.all_shown(&self.mesh) {
+            (Cow::Owned(mesh), _) => (Self { mesh, document: self.document.without_instances() }, None),
+            (Cow::Borrowed(_), untold) => (self, untold),
         }
     }
 
@@ -327,6 +321,20 @@ impl Document {
         }
     }
 
+    /// A mesh of this document with the faces that all nodes of a glTF show of it, as [`Scene::with_instances`]; and why not, where
+    /// that cannot be told.
+    pub fn all_shown<'a>(&self, mesh: &'a Mesh) -> (Cow<'a, Mesh>, Option<String>) {
+        let shown = match self.gltf().filter(|document| document.has_instances() && mesh.check().is_ok()) {
+            Some(document) => document.instanced(mesh, false),
+            None => gltf::Shown::Once,
+        };
+        match shown {
+            gltf::Shown::Once => (Cow::Borrowed(mesh), None),
+            gltf::Shown::All(all) => (Cow::Owned(all), None),
+            gltf::Shown::Untold(why) => (Cow::Borrowed(mesh), Some(why)),
+        }
+    }
+
     fn without_instances(self) -> Self {
         match self {
             Self::Gltf(document) => Self::Gltf(Box::new(document.without_instances())),
@@ -384,15 +392,12 @@ impl Document {
             Self::Gltf(document) if matches!(format, Format::Gltf | Format::Glb) => path
                 .filter(|path| document.leaves_behind(path))
                 .map(|_| "the pictures beside the input are not copied: put them beside the output".to_string()),
-            Self::Gltf(document) if format == Format::Obj && path.is_some() => {
-                let is_left = path.is_some_and(|path| document.leaves_behind(path));
+            Self::Gltf(document) => {
+                let beside = path.filter(|_| format == Format::Obj);
+                let is_left = beside.is_some_and(|path| document.leaves_behind(path));
                 let pictures = if is_left { "; pictures beside the input are not copied" } else { "" };
-                Some(format!(
-                    "nodes, animations and all of materials but base colors are not written: OBJ has none{pictures}"
-                ))
-            }
-            Self::Gltf(_) => {
-                Some(format!("nodes, materials, textures and animations are not written: {name} has none"))
+                let parts = document.told_parts(beside.is_some());
+                parts.map(|parts| format!("{parts} are not written: {name} has none{pictures}"))
             }
             Self::Obj(libraries) if format == Format::Obj => {
                 let are_left = path.is_some_and(|path| libraries.leaves_behind(path));

@@ -87,10 +87,16 @@ fn every_verb_carries_what_is_no_triangle() {
     }
     let found = dir.run("inspect two.gltf --json").succeeds().json();
     assert_eq!(found["materials"], json!([{ "name": "0.0 sheet: cloth", "faces": 50 }]));
+    assert_eq!(found["shown"], json!(null));
     // Its place in the scene is what is measured and compared.
     assert_eq!(found["bounds"]["low"][0], 1.0);
     let ran = dir.run("simplify sheet.gltf out.ply -f 50 -g cpu").succeeds();
-    assert!(ran.err.contains("warning: 'sheet.gltf': nodes, materials, textures"), "{}", ran.err);
+    assert!(
+        ran.err
+            .contains("warning: 'sheet.gltf': nodes, animations, materials and textures are not written: PLY has none"),
+        "{}",
+        ran.err
+    );
     let ran = dir.run("simplify sheet.gltf out/far.glb -f 50 -g cpu").succeeds();
     assert!(ran.err.contains("pictures beside the input are not copied"), "{}", ran.err);
 }
@@ -181,6 +187,15 @@ fn what_two_nodes_show_is_there_twice() {
         let bounds = dir.run(&format!("inspect {name} --json")).succeeds().json()["bounds"].clone();
         bounds["high"][1].as_f64().expect("a number")
     };
+    let found = dir.run("inspect two.gltf --json").succeeds().json();
+    assert_eq!((&found["stored"]["faces"], &found["shown"]["faces"]), (&json!(201), &json!(402)));
+    dir.run("lod two.gltf two-{level}.glb --levels 1 --manifest two.json -g cpu -q").succeeds();
+    let manifest: Value = serde_json::from_slice(&fs::read(dir.path("two.json")).expect("a file")).expect("JSON");
+    let [low, high] = [0, 1].map(|end| manifest["bounds"][end].as_array().expect("a point")[..2].to_vec());
+    assert_eq!(
+        (&manifest["faces"], low, high),
+        (&json!(201), vec![json!(0.0), json!(2.0)], vec![json!(11.0), json!(60.0)])
+    );
     let ran = dir.run("simplify two.gltf out.obj -f 50 -g cpu --json").succeeds();
     let warnings = ran.json()["warnings"].to_string();
     assert!(warnings.contains("is written for each of them") && warnings.contains("but base colors"), "{warnings}");

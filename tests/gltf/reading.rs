@@ -237,7 +237,8 @@ fn primitives_are_materials_and_lack_what_others_have() {
     assert_eq!(&again(mesh, &scene.document), mesh);
 }
 
-/// A square in a node, and twice and mirrored in another: a file with nodes has it once, others show both.
+/// A square in a node, and twice as large and mirrored in another, where it is simplified: a file with nodes has it once, others show
+/// both.
 #[test]
 fn what_several_nodes_show_is_written_for_each() {
     let mut builder = square();
@@ -258,7 +259,7 @@ fn what_several_nodes_show_is_written_for_each() {
             let [a, b, c] = face.map(|v| all.positions[v as usize]);
             (b - a).cross(c - a).z / 2.0
         };
-        assert_eq!(all.faces.iter().map(area).collect::<Vec<_>>(), [0.5, 0.5, 2.0, 2.0], "{name}");
+        assert_eq!(all.faces.iter().map(area).collect::<Vec<_>>(), [2.0, 2.0, 0.5, 0.5], "{name}");
         let (low, high) = all.bounds();
         assert_eq!((low, high), (DVec3::ZERO, DVec3::new(9.0, 2.0, 0.0)), "{name}");
     }
@@ -300,7 +301,8 @@ fn instances_are_as_meshes_of_their_own() {
     second["indices"] = builder.indices(&[0, 1, 3]).into();
     builder.json["meshes"][0]["primitives"].as_array_mut().expect("a list").push(second);
     let moved = json!({ "mesh": 0, "rotation": [0.6, 0, 0, 0.8], "scale": [-2, 1, 3], "translation": [1, 2, 3] });
-    builder.json["nodes"] = json!([{ "mesh": 0, "rotation": [0, 0.6, 0, 0.8], "translation": [5, 0, 0] }, moved]);
+    builder.json["nodes"] =
+        json!([{ "mesh": 0, "rotation": [0, 0.6, 0, 0.8], "scale": [3, 3, 3], "translation": [5, 0, 0] }, moved]);
     let (scene, untold) = builder.scene().with_instances();
     assert_eq!(untold, None);
     let mut alone = builder;

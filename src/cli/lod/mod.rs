@@ -48,7 +48,8 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
     let record = Record::new(job, &input, &outcomes, (&ranges, &measured), &device, &clocks);
     // Last: where it is, everything that it names is complete.
     if let Some(path) = &job.manifest {
-        formats::write_file(path, &record.manifest(&input, &job.outputs, path)?)?;
+        let (shown, _) = document.all_shown(&input);
+        formats::write_file(path, &record.manifest(&shown, &job.outputs, path)?)?;
     }
     tell(job, &record, &outcomes, &device)
 }

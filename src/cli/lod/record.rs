@@ -145,16 +145,16 @@ impl Record {
         Some(format!("level {number} is not reached: {faces} faces are left{asked} (stop={stop}{reasons})"))
     }
 
-    /// The bytes of the manifest, which lies at `path`.
+    /// The bytes of the manifest, which lies at `path`; its bounds are of what `shown` has.
     ///
     /// # Errors
     /// None that numbers and texts can cause.
-    pub fn manifest(&self, input: &Mesh, outputs: &Outputs, path: &Path) -> serde_json::Result<Vec<u8>> {
+    pub fn manifest(&self, shown: &Mesh, outputs: &Outputs, path: &Path) -> serde_json::Result<Vec<u8>> {
         let folder = path.parent().unwrap_or(Path::new(""));
         let beside = |file: &Path| from_folder(file, folder).display().to_string();
-        let (low, high) = input.bounds();
+        let (low, high) = shown.bounds();
         let center = (low + high) / 2.0;
-        let radius = input.positions.iter().map(|p| p.distance(center)).fold(0.0, f64::max);
+        let radius = shown.positions.iter().map(|p| p.distance(center)).fold(0.0, f64::max);
         let level = |level: &Level| Entry {
             level: level.level,
             file: beside(outputs.of_level(level.level - 1)),
@@ -172,7 +172,7 @@ impl Record {
             vertices: self.vertices_in,
             bounds: [low.to_array(), high.to_array()],
             sphere: Sphere { center: center.to_array(), radius },
-            diagonal: input.diagonal(),
+            diagonal: shown.diagonal(),
             screen: self.screen,
             indices: match outputs {
                 Outputs::Shared { indices, .. } => indices.as_deref().map(beside),

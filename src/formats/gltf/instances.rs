@@ -1,4 +1,4 @@
-//! Meshes that several nodes show: simplified once, where the first of them puts it; a file without nodes gets all.
+//! Meshes that several nodes show: simplified once, where one of them puts it; a file without nodes gets all.
 
 use super::document::Gltf;
 use super::read::finite;

@@ -126,6 +126,24 @@ impl Gltf {
         self.files.iter().find(|file| is_replaced(file)).cloned()
     }
 
+    /// What there is of the file that other formats have not, as a list for people, of materials all but their base colors with
+    /// `keeps_colors`; nothing where it is meshes alone.
+    pub(super) fn told_parts(&self, keeps_colors: bool) -> Option<String> {
+        let count = |key: &str| self.json.get(key).and_then(Value::as_array).map_or(0, Vec::len);
+        let materials = if keeps_colors { "all of materials but base colors" } else { "materials" };
+        let kinds = [
+            // One alone puts the mesh where it is written.
+            ("nodes", count("nodes") > 1),
+            ("cameras", count("cameras") > 0),
+            ("animations", count("animations") > 0),
+            (materials, count("materials") > 0),
+            ("textures", count("textures") + count("images") > 0 && !keeps_colors),
+        ];
+        let told: Vec<&str> = kinds.into_iter().filter(|(_, is_there)| *is_there).map(|(kind, _)| kind).collect();
+        let (last, others) = told.split_last()?;
+        Some(if others.is_empty() { (*last).into() } else { format!("{} and {last}", others.join(", ")) })
+    }
+
     /// Whether pictures lie in files of their own, which a file in another folder will not find.
     pub(super) fn leaves_behind(&self, output: &Path) -> bool {
         let is_outside = |image: &Value| {

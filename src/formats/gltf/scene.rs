@@ -53,6 +53,12 @@ impl Placement {
         Self::of(DAffine3::from_translation(by)).unwrap_or(Self::IDENTITY)
     }
 
+    /// How many times as long an edge of a mesh is at most, along the axis that is stretched most.
+    fn stretch(&self) -> f64 {
+        let DMat3 { x_axis, y_axis, z_axis } = self.to_scene.matrix3;
+        [x_axis, y_axis, z_axis].map(DVec3::length).into_iter().fold(0.0, f64::max)
+    }
+
     pub(super) fn point_to_scene(&self, point: Vec3) -> DVec3 {
         self.position_to_scene(point.as_dvec3())
     }
@@ -138,7 +144,8 @@ pub(super) struct Instance {
 /// The nodes of the scene that show a mesh.
 #[derive(Debug, Clone)]
 pub(super) struct Instances {
-    /// The one that places it where it is simplified: the first that is shown, or that has it where none is.
+    /// The one that places it where it is simplified: of those that are shown the one that shows it largest, so that a limit holds
+    /// for all; or the first that has it where none is.
     pub(super) first: Instance,
     /// The others, by what leads from there to them.
     pub(super) others: Vec<Instance>,
@@ -172,17 +179,27 @@ pub(super) fn instances(json: &Value) -> Result<Vec<Instances>> {
             of_others[mesh] = instance;
         }
     }
-    let of_mesh = |(shown, other): (Vec<Instance>, Option<Instance>)| {
-        let mut shown = shown.into_iter();
+    Ok(of_shown.into_iter().zip(of_others).map(|(shown, other)| Instances::of(shown, other)).collect())
+}
+
+impl Instances {
+    /// Of nodes that show a mesh, and one that has it.
+    fn of(mut shown: Vec<Instance>, other: Option<Instance>) -> Self {
         let none = || Instance { placement: Placement::IDENTITY, name: String::new() };
-        let first = shown.next().or(other).unwrap_or_else(none);
+        let first = if shown.is_empty() { other.unwrap_or_else(none) } else { shown.remove(largest(&shown)) };
         let from_first = |instance: Instance| {
             instance.placement.from(&first.placement).map(|placement| Instance { placement, ..instance })
         };
-        let others = shown.filter_map(from_first).collect();
-        Instances { first, others }
-    };
-    Ok(of_shown.into_iter().zip(of_others).map(of_mesh).collect())
+        let others = shown.into_iter().filter_map(from_first).collect();
+        Self { first, others }
+    }
+}
+
+/// Which of them shows a mesh largest: the first, but for those that do by more than rounding.
+fn largest(shown: &[Instance]) -> usize {
+    const LARGER: f64 = 1.001;
+    let stretch = |at: usize| shown[at].placement.stretch();
+    (1..shown.len()).fold(0, |most, at| if stretch(at) > LARGER * stretch(most) { at } else { most })
 }
 
 /// Which nodes the scene shows: the default one or, without, the first; all where there is none.
@@ -307,6 +324,18 @@ mod tests {
             found(json!({ "nodes": [{ "children": [1] }, shift(3.0)], "scenes": [{ "nodes": [0] }] })),
             (3.0, vec![])
         );
+    }
+
+    #[test]
+    fn a_mesh_is_placed_where_it_is_largest() {
+        let sized = |sizes: &[[f64; 3]]| {
+            let node = |size: &[f64; 3]| json!({ "mesh": 0, "name": size[0].to_string(), "scale": size });
+            let Instances { first, others } = of(sizes.iter().map(node).collect()).expect("nodes").remove(0);
+            (first.name, others.into_iter().map(|other| other.name).collect::<Vec<String>>())
+        };
+        let of_three = sized(&[[1.0; 3], [2.0, 0.5, -3.0], [2.5; 3]]);
+        assert_eq!(of_three, ("2".into(), vec!["1".into(), "2.5".into()]));
+        assert_eq!(sized(&[[1.0; 3], [1.0005, 1.0, 1.0]]).0, "1");
     }
 
     #[test]
