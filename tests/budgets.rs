@@ -156,8 +156,8 @@ fn options_out_of_range_are_refused() {
         Options { max_flip_rad: 2.0, ..fine.clone() },
         Options { weld: Some(f64::NAN), ..fine.clone() },
         Options { weld: Some(-1.0), ..fine.clone() },
-        Options { prune: f64::NAN, ..fine.clone() },
-        Options { prune: 1.5, ..fine },
+        Options { prune: Some(f64::NAN), ..fine.clone() },
+        Options { prune: Some(1.5), ..fine },
     ];
     for options in bad {
         let result = try_contract(&sphere(1), options.clone(), Budget::faces(8));

@@ -75,7 +75,7 @@ fn what_pruning_leaves_comes_apart_too() {
     mesh.faces.extend(crumb.faces.iter().map(|face| face.map(|v| v + first)));
     mesh.materials.iter_mut().for_each(|materials| materials.of_face.resize(mesh.faces.len(), 1));
     for weld in [None, Some(0.0)] {
-        let options = Options { prune: 0.05, weld, ..Options::default() };
+        let options = Options { prune: Some(0.05), weld, ..Options::default() };
         let outcome = run(&cpu(1), &mesh, options, 0.1);
         assert!(is_told(&outcome, "small parts dropped: 1"), "{:?}", outcome.warnings);
         assert!(outcome.mesh.faces.len() <= mesh.faces.len() / 10, "{weld:?}: {}", outcome.mesh.faces.len());

@@ -158,7 +158,7 @@ fn parts_that_join_are_replayed() {
 #[test]
 fn what_is_pruned_is_no_part_of_the_log() {
     let assembly = soup(&sample("assembly", Some(5_000)).expect("a sample"));
-    let options = Options { prune: 0.15, ..logged(Metric::Volume) };
+    let options = Options { prune: Some(0.15), ..logged(Metric::Volume) };
     let (outcome, log) = run(&assembly, &options, Budget::keep(0.2));
     let start = assert_replays("assembly", &assembly, &outcome);
     assert_eq!(start.faces.len() + log.dropped_faces().len(), assembly.faces.len());

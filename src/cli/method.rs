@@ -131,7 +131,7 @@ fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
         },
         fit: shape.fit,
         flips: flips(shape),
-        prune: shape.prune.unwrap_or(defaults.prune),
+        prune: shape.prune,
         attributes: attributes(&shape.attributes),
         log: false,
     }

@@ -294,7 +294,7 @@ mod tests {
             weld: None,
             flips: Flips::default(),
             fit: 0,
-            prune: 0.01,
+            prune: Some(0.01),
             attributes: contract::Attributes { lock_seams: true, ..contract::Attributes::default() },
             log: false,
         };

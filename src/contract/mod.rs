@@ -71,6 +71,7 @@ mod side_edges;
 mod side_faces;
 mod side_sums;
 mod sides;
+mod small_parts;
 mod snapshot;
 mod star;
 mod surface;
@@ -213,8 +214,11 @@ pub struct Options {
     pub fit: u32,
     /// Edge flips after the rounds and the fit. Not together with a log.
     pub flips: Flips,
-    /// Drop components whose bounding box's diagonal is below this fraction of the mesh's first.
-    pub prune: f64,
+    /// Drop components whose bounding box's diagonal is below this fraction of the mesh's first; with 0 none. `None` drops those
+    /// without which a run comes to its number of faces and that keep it from it, for none can have fewer than its topology needs:
+    /// as far as they are smaller than what it came to with them is off, and than a twentieth of the diagonal. An outcome warns of it.
+    /// With a log or a join distance `None` is 0.
+    pub prune: Option<f64>,
     /// What becomes of normals, colors, texture coordinates and other attributes.
     pub attributes: Attributes,
     /// Whether to keep a log of the contractions: [`Outcome::log`]. Not together with a fit, whose moves are no
@@ -240,7 +244,7 @@ impl Default for Options {
             weld: Some(0.0),
             fit: 0,
             flips: Flips::default(),
-            prune: 0.0,
+            prune: None,
             attributes: Attributes::default(),
             log: false,
         }
@@ -311,8 +315,8 @@ impl Options {
         if self.candidates == Candidates::Triangles {
             self.check_triangles()?;
         }
-        if !(0.0..=1.0).contains(&self.prune) {
-            return Err(Error::Parameter(format!("the prune limit is {}, not in 0 … 1", self.prune)));
+        if let Some(limit) = self.prune.filter(|limit| !(0.0..=1.0).contains(limit)) {
+            return Err(Error::Parameter(format!("the prune limit is {limit}, not in 0 … 1")));
         }
         if self.log && self.fit > 0 {
             return Err(Error::Parameter(
@@ -346,7 +350,7 @@ pub fn warm_up(options: &Options, device: &Device) -> Result<()> {
         log: false,
         weld: Some(0.0),
         join_within: 0.0,
-        prune: 0.0,
+        prune: Some(0.0),
         ..options.clone()
     };
     run(&sphere, &options, &[Budget::keep(WARM_UP_KEEP)], &device, None)?;
@@ -368,7 +372,7 @@ pub fn run(
     device.install(|| {
         let (clock, awake) = (Instant::now(), &Awake::new());
         let job = Job { mesh, options, budgets, device, clock, awake, worst_deviation: f64::INFINITY };
-        let mut outcomes = attempts::run(job, progress)?;
+        let mut outcomes = small_parts::run(job, progress)?;
         if options.attributes.recomputes() {
             for outcome in &mut outcomes {
                 outcome.mesh.normals = Some(vertex_normals(&outcome.mesh));

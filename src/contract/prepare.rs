@@ -209,9 +209,10 @@ fn check_count(vertices: usize) -> Result<()> {
 fn arranged(mesh: &Mesh, options: &Options, layers: Layers<'_>) -> Result<(Arranged, Vec<String>)> {
     let mut arranged;
     let mut pruned = 0;
-    if options.prune > 0.0 {
+    let limit = options.prune.unwrap_or(0.0);
+    if limit > 0.0 {
         let mut welded = weld(mesh, options.weld, layers);
-        pruned = prune(&mut welded, options.prune);
+        pruned = prune(&mut welded, limit);
         let of_face = layers.of_faces(&welded.face_source);
         let left = of_face.as_deref().map_or(Layers::ONE, Layers::numbered);
         arranged = Arranged::new(&welded.mesh, None, left);

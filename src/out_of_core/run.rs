@@ -118,7 +118,7 @@ impl Run<'_> {
         let in_parts = contract::Options {
             fit: 0,
             flips: Flips::default(),
-            prune: 0.0,
+            prune: Some(0.0),
             attributes,
             // Parts are put together by the input's vertices.
             non_manifold: NonManifold::Hold,

@@ -112,7 +112,7 @@ fn options(random: &mut Random, vertices: usize) -> Options {
         flips: flips(random),
         max_flip_rad: pick(random, &[1.37, 1e-3, std::f32::consts::FRAC_PI_2]),
         weld: pick(random, &[Some(0.0), Some(0.0), None, Some(1e-3), Some(0.5)]),
-        prune: 0.0,
+        prune: pick(random, &[None, Some(0.0)]),
         attributes: attributes(random),
         log: false,
     };

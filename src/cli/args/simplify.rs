@@ -256,7 +256,8 @@ pub struct Shape {
 
     /// Drop parts smaller than this of the diagonal
     ///
-    /// Drops connected parts whose bounding box's diagonal is below this fraction of the whole mesh's, before the run.
+    /// Drops connected parts whose bounding box's diagonal is below this fraction of the whole mesh's, before the run: with 0 none.
+    /// Without the option only those go that keep a run from its number of faces, and are smaller than what it came to is off.
     #[arg(long, value_name = "R|P%", value_parser = values::fraction)]
     pub prune: Option<f64>,
 

@@ -1,0 +1,235 @@
+//! Parts that go where they alone would keep a run from its number of faces: the dust of a scan, leaves around a trunk.
+//!
+//! A part never has fewer faces than its topology needs, four where it is closed. Many small ones are more than was asked for: the
+//! run gets stuck, and on its way has crushed whatever is large. It is made again without those that are smaller than what it came
+//! to is off.
+
+use std::time::Instant;
+
+use crate::error::Result;
+use crate::math::DVec3;
+use crate::mesh::topology::Components;
+use crate::mesh::{Mesh, weld};
+use crate::simplify::{OnProgress, Outcome, StopReason};
+
+use super::driver::Job;
+use super::{Options, attempts};
+
+/// The share of the faces asked for that the small parts which stay may have left: the others are for what is large.
+const LEFT: f64 = 0.75;
+/// How large they may be at most, of the diagonal: what is larger is missed.
+const MOST: f64 = 0.05;
+/// The faces of a part that is closed, at least.
+const LEAST_KEPT: usize = 4;
+/// A limit is past the part that it takes in by this, as it is told of the diagonal.
+const PAST: f64 = 1.0 + 1e-6;
+
+/// Runs a job, and again where small parts kept it from its number of faces.
+pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Vec<Outcome>> {
+    let mut made = attempts::run(job, progress.as_deref_mut())?;
+    if made.iter().any(|outcome| outcome.stop == StopReason::Cancelled) {
+        return Ok(made);
+    }
+    for (outcome, budget) in made.iter_mut().zip(job.budgets) {
+        if outcome.stop != StopReason::Stuck || !budget.counts_faces() {
+            continue;
+        }
+        let clock = Instant::now();
+        let target = budget.target_faces(job.mesh.faces.len())?;
+        let all = Parts::of(job.mesh);
+        let limit = if may_go(job.options) { all.limit(outcome, target) } else { None };
+        let Some(limit) = limit else {
+            outcome.warnings.extend(all.advice(target).filter(|_| !job.options.joins()));
+            continue;
+        };
+        let options = Options { prune: Some(limit.share), ..job.options.clone() };
+        let again = Job { options: &options, budgets: &[*budget], ..job };
+        let found = attempts::run(again, progress.as_deref_mut())?.pop();
+        let spent = clock.elapsed().as_secs_f64();
+        let Some(mut found) = found.filter(|found| found.mesh.faces.len() < outcome.mesh.faces.len()) else {
+            outcome.seconds.build += spent;
+            outcome.seconds.total += spent;
+            continue;
+        };
+        found.error_estimate = found.error_estimate.max(limit.length);
+        found.warnings.push(format!(
+            "parts up to {:.2}% of the diagonal across go: they would keep more faces than were asked for",
+            limit.share * 100.0
+        ));
+        let is_cancelled = found.stop == StopReason::Cancelled;
+        *outcome = found;
+        if is_cancelled {
+            break;
+        }
+    }
+    Ok(made)
+}
+
+/// Whether parts may go that nobody named. A log tells of all of them, and what joins parts needs none to go.
+fn may_go(options: &Options) -> bool {
+    options.prune.is_none() && !(options.log || options.joins())
+}
+
+/// Up to which size parts go.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Limit {
+    /// Of the mesh's diagonal.
+    share: f64,
+    /// In model units.
+    length: f64,
+}
+
+/// A part, connected over places.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    /// The diagonal of its bounding box.
+    size: f64,
+    faces: usize,
+}
+
+/// The parts of a mesh.
+#[derive(Debug, Clone)]
+struct Parts {
+    /// The smallest first.
+    sorted: Vec<Part>,
+    /// Of all of them.
+    diagonal: f64,
+}
+
+impl Parts {
+    fn of(mesh: &Mesh) -> Self {
+        let mesh = weld(mesh, 0.0).mesh;
+        let found = Components::new(&mesh.faces, mesh.positions.len());
+        let mut faces = vec![0; found.count];
+        for face in &mesh.faces {
+            faces[found.of_vertex[face[0] as usize] as usize] += 1;
+        }
+        let mut bounds = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); found.count];
+        for (&part, &p) in found.of_vertex.iter().zip(&mesh.positions) {
+            if let Some((low, high)) = bounds.get_mut(part as usize) {
+                (*low, *high) = (low.min(p), high.max(p));
+            }
+        }
+        let part = |((low, high), faces): ((DVec3, DVec3), usize)| Part { size: (high - low).length(), faces };
+        let mut sorted: Vec<Part> = bounds.into_iter().zip(faces).map(part).collect();
+        sorted.sort_by(|a, b| a.size.total_cmp(&b.size));
+        Self { sorted, diagonal: mesh.diagonal() }
+    }
+
+    /// The limit for an outcome that is stuck, of a mesh with these parts; none where they are not to blame, or where those would
+    /// have to go that are larger than it is off.
+    fn limit(&self, outcome: &Outcome, target: usize) -> Option<Limit> {
+        // Each of them is still there. Which of them it was does not show, but the order of their sizes hardly changes.
+        let left = Self::of(&outcome.mesh);
+        let largest = MOST * self.diagonal;
+        let may_go = self.sorted.partition_point(|part| part.size <= outcome.error_estimate.min(largest));
+        let (mut stay, mut go) = (outcome.mesh.faces.len(), 0);
+        for part in left.sorted.iter().take(may_go) {
+            if stay as f64 <= LEFT * target as f64 {
+                break;
+            }
+            stay -= part.faces;
+            go += 1;
+        }
+        let last = if go > 0 { self.sorted.get(go - 1) } else { None };
+        // Of many of one size all would go.
+        let leaves_any = |length: f64| self.sorted.last().is_some_and(|largest| length * PAST < largest.size);
+        let length = last.filter(|_| stay <= target).map(|part| part.size).filter(|&length| leaves_any(length));
+        length.map(|length| Limit { share: length / self.diagonal * PAST, length })
+    }
+
+    /// What to do about a mesh with these parts that got stuck on its way to so many faces.
+    fn advice(&self, target: usize) -> Option<String> {
+        let (count, faces) = (self.sorted.len(), self.sorted.iter().map(|part| part.faces).sum::<usize>());
+        if faces < 2 * count {
+            return Some(
+                "hardly a face shares an edge with another: weld vertices that lie close to each other".into(),
+            );
+        }
+        let (kept, are_many) = (LEAST_KEPT * count, count > 1);
+        (are_many && kept > target)
+            .then(|| format!("{count} parts keep too many faces: prune small ones, or join those that lie close"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::run;
+    use super::*;
+    use crate::backend::Device;
+    use crate::mesh::shapes;
+    use crate::simplify::Budget;
+
+    /// A sphere of 1,280 faces and `count` tetrahedra around it, of such a size.
+    fn dusty(count: u32, size: f64) -> Mesh {
+        let (mut mesh, grain) = (shapes::icosphere(3), shapes::tetrahedron());
+        for i in 0..count {
+            let turn = f64::from(i) * 2.4;
+            let height = f64::from(2 * i + 1) / f64::from(count) - 1.0;
+            let at = DVec3::new(turn.cos(), turn.sin(), 0.0) * (1.0 - height * height).sqrt() + DVec3::Z * height;
+            let first = mesh.positions.len() as u32;
+            mesh.positions.extend(grain.positions.iter().map(|&p| at * 1.2 + p * size));
+            mesh.faces.extend(grain.faces.iter().map(|face| face.map(|v| v + first)));
+        }
+        mesh
+    }
+
+    fn to(mesh: &Mesh, faces: usize, options: &Options) -> Outcome {
+        let device = Device::cpu(1).expect("a device");
+        let made = run(mesh, options, &[Budget::faces(faces)], &device, None);
+        made.expect("a valid mesh").pop().expect("one budget")
+    }
+
+    #[test]
+    fn dust_goes_where_it_would_keep_too_many_faces() {
+        let (mesh, options) = (dusty(100, 0.01), Options::default());
+        let is_told = |outcome: &Outcome| outcome.warnings.iter().any(|warning| warning.contains("across go"));
+        let few = to(&mesh, 300, &options);
+        few.mesh.check().expect("a valid mesh");
+        assert!(few.stop == StopReason::FacesReached && few.mesh.faces.len() <= 300 && is_told(&few));
+        assert!(few.error_estimate < 0.1 * mesh.diagonal(), "{}", few.error_estimate);
+        // All of them where there is room, and where nothing may go.
+        let many = to(&mesh, 500, &options);
+        assert!(many.stop == StopReason::FacesReached && !is_told(&many));
+        for held in [Options { prune: Some(0.0), ..options.clone() }, Options { log: true, ..options.clone() }] {
+            let held = to(&mesh, 300, &held);
+            assert!(held.stop == StopReason::Stuck && held.mesh.faces.len() >= 400 && !is_told(&held));
+            assert!(
+                held.warnings.iter().any(|warning| warning.contains("101 parts keep too many")),
+                "{:?}",
+                held.warnings
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_large_or_all_there_is_stays() {
+        // Grains of a tenth of the diagonal.
+        let large = dusty(100, 0.1);
+        assert_eq!(to(&large, 300, &Options::default()).stop, StopReason::Stuck);
+        let mut alone = dusty(100, 0.01);
+        alone.faces.drain(..1280);
+        let wreck = Outcome { error_estimate: 1.0, ..to(&alone, 100, &Options::default()) };
+        assert_eq!(Parts::of(&alone).limit(&wreck, 100), None);
+        let outcome = to(&alone, 100, &Options::default());
+        assert_eq!((outcome.stop, outcome.mesh.faces.len()), (StopReason::Stuck, 400));
+        assert!(outcome.warnings.iter().any(|warning| warning.contains("100 parts keep too many")));
+        // Every face for itself.
+        let mut apart = shapes::plane(4, 4);
+        let corners = apart.faces.iter().flatten().enumerate();
+        apart.positions = corners.map(|(c, &v)| apart.positions[v as usize] + DVec3::Z * (1e-6 * c as f64)).collect();
+        apart.faces = (0..apart.faces.len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+        let outcome = to(&apart, 8, &Options::default());
+        assert!(outcome.warnings.iter().any(|warning| warning.contains("weld vertices")), "{:?}", outcome.warnings);
+    }
+
+    #[test]
+    fn every_level_has_a_limit_of_its_own() {
+        let (mesh, device) = (dusty(100, 0.01), Device::cpu(1).expect("a device"));
+        let budgets = [900, 300].map(Budget::faces);
+        let made = run(&mesh, &Options::default(), &budgets, &device, None).expect("a valid mesh");
+        let parts = |outcome: &Outcome| Parts::of(&outcome.mesh).sorted.len();
+        assert!(parts(&made[0]) == 101 && parts(&made[1]) < 60, "{:?}", made.iter().map(parts).collect::<Vec<_>>());
+        assert!(made.iter().all(|outcome| outcome.stop == StopReason::FacesReached));
+    }
+}
