@@ -1,4 +1,4 @@
-//! What the planes of faces do not tell: where thin sheets end, walls that have two sides, faces like needles.
+//! What the planes of faces do not tell: where thin sheets end, walls that have two sides, faces like needles, strips.
 
 mod support;
 
@@ -84,6 +84,41 @@ fn needles_are_no_reason_to_stay() {
         assert_eq!((outcome.stop, outcome.mesh.faces.len()), (StopReason::FacesReached, 48), "{length}");
         let found = deviation(&tube, &outcome.mesh, 20_000);
         assert!(found.forward_max < 0.03, "{length}: {}", found.forward_max);
+    }
+}
+
+/// A profile turned around an axis: rings of so many vertices, between which faces are as long as the profile's edges.
+fn turned(profile: &[[f64; 2]], around: u32, is_closed: bool) -> Mesh {
+    let rows = profile.len() as u32;
+    let at = |i: u32, j: u32| i % around * rows + j % rows;
+    let point = |(i, [out, z]): (u32, [f64; 2])| {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(around)).sin_cos();
+        DVec3::new(out * cos, out * sin, z)
+    };
+    let positions = (0..around).flat_map(|i| profile.iter().map(move |&at| (i, at))).map(point).collect();
+    let strips = if is_closed { rows } else { rows - 1 };
+    let quads = (0..around).flat_map(|i| (0..strips).map(move |j| (i, j)));
+    let faces = quads.flat_map(|(i, j)| {
+        let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+        [[a, b, c], [a, c, d]]
+    });
+    Mesh::new(positions, faces.collect())
+}
+
+/// What turned parts are exported as: faces a thousand times as long as wide, all of them alike.
+#[test]
+fn strips_are_no_reason_to_stay() {
+    let pipe = turned(&[[1.0, 0.0], [1.0, 10.0]], 1000, false);
+    let bolt =
+        turned(&[[0.5, 0.0], [20.0, 0.0], [20.0, 5.0], [12.0, 5.0], [12.0, 30.0], [6.0, 80.0], [0.5, 80.0]], 500, true);
+    for (mesh, most) in [(pipe, 1e-4), (bolt, 1e-4)] {
+        for (keep, most) in [(0.1, most), (0.05, 4.0 * most)] {
+            let outcome = contract(&mesh, &Options::default(), Budget::keep(keep));
+            let faces = (mesh.faces.len() as f64 * keep) as usize;
+            assert_eq!((outcome.stop, outcome.mesh.faces.len()), (StopReason::FacesReached, faces));
+            let found = deviation(&mesh, &outcome.mesh, 20_000);
+            assert!(found.rms <= most, "{faces} faces: {}", found.rms);
+        }
     }
 }
 

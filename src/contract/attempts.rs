@@ -17,7 +17,7 @@ use super::checkpoint::Checkpoints;
 use super::driver::{self, Job};
 use super::pressure::{compared, face_counts, has_error};
 use super::seam_pressure::{
-    FARTHER_WITH_SEAMS, SOUND, are_pressing, is_seen, is_wrecked, keep_closer, keep_many, keep_some,
+    FARTHER_WITH_SEAMS, SOUND, are_felt, are_pressing, is_seen, is_wrecked, keep_closer, keep_many, keep_some,
 };
 use super::yielding::Yields;
 
@@ -135,7 +135,8 @@ impl<'a> Found<'a> {
         self.dear[level] = is_far && (seams_hold || holds.complex > 0);
         if is_far
             && seams_hold
-            && (are_pressing(outcome, faces, holds.by_seams) || (is_wrecked && holds.seams.is_some()))
+            && (are_pressing(outcome, faces, holds.by_seams)
+                || (is_wrecked && holds.seams.is_some() && are_felt(outcome, holds.by_seams)))
         {
             self.press.yields = Yields::Seams;
         }

@@ -75,7 +75,9 @@ pub fn run(
             run.pace.go_on_with_pairs();
             continue;
         }
-        if committed.contracted == 0 && run.pace.is_full() {
+        // Where every pair is refused, a wider gate has no other.
+        let are_all_refused = run.pace.of == Candidates::Pairs && committed.blocked.refused() == pairs as u64;
+        if committed.contracted == 0 && (run.pace.is_full() || are_all_refused) {
             run.count_locked();
             let (ended, stop) = match committed.blocked.error > 0 {
                 true => (run.levels.take_limited(goal.max_deviation), StopReason::ErrorReached),

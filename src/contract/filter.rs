@@ -137,8 +137,12 @@ pub struct ShapeLimits {
     pub min_height: f64,
 }
 
+/// How thin a face may become beside faces that are thin already, of the thinnest of them: where all are strips, as along a pipe,
+/// any vertex that moves along the rim leaves some of them a little thinner, and others wider.
+const THINNER: f64 = 0.7;
+
 /// What others around a pair excuse, of the height that faces have to keep: of what is thinner normals are rounding noise.
-const THINNEST: f64 = 1e-2;
+const THINNEST: f64 = 1e-3;
 
 /// Squared normals below this are of faces without area, which may take any shape.
 const NO_AREA_SQ: f64 = 1e-24;
@@ -188,7 +192,7 @@ fn hold<S: Simd>(
             let thinner = ratios.simd_lt(before_sq.sqrt() / was_sq);
             let too_thin = (thin & thinner).to_bitmask() & counted;
             if too_thin != 0 {
-                let thinnest = thinnest(simd, quads, h).max(THINNEST * limits.min_height);
+                let thinnest = (THINNER * thinnest(simd, quads, h)).max(THINNEST * limits.min_height);
                 if ratios.simd_lt(splat(thinnest)).to_bitmask() & too_thin != 0 {
                     return Err(Rejection::Aspect);
                 }

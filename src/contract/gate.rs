@@ -11,14 +11,17 @@ const VOLUME_SHARE: f64 = 0.5;
 /// faces left every contraction counts (fandisk at 128: 5.5 % above the serial order without, 2.4 % with).
 const WIDE_FACES: f64 = 20_000.0;
 const LEAST_SHARE: f64 = 0.2;
-/// The same while a run is this many times as large as it has to become, and large, of pairs that cost little more: what such a
-/// round contracts too early a later one would contract anyway. Dearer ones a later round need not: flats may be enough.
+/// The same while a run is this many times as large as it has to become, and large: what such a round contracts too early a later one
+/// would contract anyway.
 const FAR_SHARE: f64 = 0.7;
 const FAR: usize = 3;
 /// The same for `plane`, whose accumulated costs grow as neighbors contract.
 const PLANE_SHARE: f64 = 0.15;
-/// Candidates for every contraction still needed.
+/// Candidates for every contraction still needed, of pairs that cost little more than the dearest that will be needed.
 const CANDIDATES_EACH: f64 = 1.5;
+/// Those that pass whatever they cost. Where few pairs are cheap, as along the rims of a turned part, others are none: whichever has
+/// both ends left over in a round was contracted, and one of 18,000 was 40 times as far off as all others together.
+const NEEDED_EACH: f64 = 1.0;
 /// The same where [`FAR_SHARE`] holds.
 const FAR_EACH: f64 = 2.5;
 /// The same where it is to be the last round, for it removes no more than this share of its faces: another would cost more than
@@ -97,12 +100,12 @@ impl Gate {
         };
         let beside = (REFUSED_EACH * refused.share, REFUSED_EACH * refused.count as f64);
         let gate = |share: f64, each: f64| Self::new(share * widening + beside.0, each * needed * widening + beside.1);
-        let usual = gate(share, each);
-        if !is_far {
-            return usual;
+        if metric == Metric::Plane || of == Candidates::Triangles {
+            return gate(share, each);
         }
-        let Self { share: wide_share, most: wide_most, .. } = gate(FAR_SHARE, FAR_EACH);
-        Self { wide_share, wide_most, ..usual }
+        let usual = gate(share, NEEDED_EACH);
+        let wide = if is_far { gate(FAR_SHARE, FAR_EACH) } else { gate(share, each) };
+        Self { wide_share: wide.share, wide_most: wide.most, ..usual }
     }
 }
 

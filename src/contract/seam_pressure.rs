@@ -43,11 +43,21 @@ pub fn is_wrecked(outcome: &Outcome, diagonal: f64) -> bool {
 
 /// Whether seams pressed on the run of an outcome from so many faces, of which they keep some.
 pub fn are_pressing(outcome: &Outcome, faces: usize, kept: usize) -> bool {
-    // Textures alone have nothing that could yield.
-    let is_late = |round: &&RoundRecord| round.faces as usize <= LATE * outcome.mesh.faces.len();
-    let late = outcome.rounds.iter().filter(is_late).filter(|round| round.blocked.seam > 0);
-    let most = late.map(|round| (round.blocked.seam + round.blocked.texture) as f64 / round.pairs.max(1) as f64);
+    let most =
+        refusing(outcome).map(|round| (round.blocked.seam + round.blocked.texture) as f64 / round.pairs.max(1) as f64);
     keep_many(outcome, faces, kept) || most.fold(0.0, f64::max) >= PRESSING
+}
+
+/// Whether seams, which keep so many faces, kept the run of an outcome from anything late: where they did not, another in which they
+/// yield comes to the same.
+pub fn are_felt(outcome: &Outcome, kept: usize) -> bool {
+    kept > 0 || refusing(outcome).next().is_some()
+}
+
+/// The late rounds of the run of an outcome in which seams refused pairs: textures alone have nothing that could yield.
+fn refusing(outcome: &Outcome) -> impl Iterator<Item = &RoundRecord> {
+    let is_late = |round: &&RoundRecord| round.faces as usize <= LATE * outcome.mesh.faces.len();
+    outcome.rounds.iter().filter(is_late).filter(|round| round.blocked.seam > 0)
 }
 
 /// Whether so many faces, kept by what holds, are many of those of an outcome of a run from `faces`.
@@ -127,6 +137,12 @@ mod tests {
         assert!(press(&[[40, 8], [22, 0]], 0.01, counted) && !press(&[[41, 8], [22, 7]], 0.01, counted));
         assert!(!press(&[[40, 8]], 1e-3, counted));
         assert_eq!([0.021, 0.019].map(|error| is_wrecked(&with(StopReason::FacesReached, error), 1.0)), [true, false]);
+        let felt = [[[41, 8], [22, 0]], [[41, 0], [22, 1]]].map(|rounds| {
+            let rounds = rounds.iter().map(|&[faces, seam]| round(faces, seam)).collect();
+            let outcome = Outcome { rounds, ..with(StopReason::FacesReached, 0.03) };
+            [0, 1].map(|kept| are_felt(&outcome, kept))
+        });
+        assert_eq!(felt, [[false, true], [true, true]]);
         let folded = Outcome {
             rounds: vec![RoundRecord { blocked: Blocked { texture: 70, ..Blocked::default() }, ..round(30, 0) }],
             ..with(StopReason::FacesReached, 0.01)
