@@ -26,25 +26,16 @@ use super::deal::{Left, Pile, Share, Taker, lower_end};
 use super::examine::{Examiner, Rules, Verdict};
 use super::filter::Rejection;
 use super::patch::{Connectivity, Patch, Placed};
+use super::patch_sizes::{CUT, HALVED, LARGE, patch_sizes};
 use super::reach::Reach;
 use super::refusals::Refusal;
 use super::select::sort;
 use super::star::Outside;
 use super::surface::Surface;
 
-/// Vertices of the smallest patches at most: their rows fit a core's second cache, and with vertices along a space-filling curve a
-/// tenth of the contractions reaches out.
-const PATCH: usize = 1 << 12;
-/// How many patches the next level joins to one, but for the last, of halves.
-const GROWTH: usize = 16;
-/// Patches that a surface is cut into at least: two threads share three or five badly.
-const FEWEST: usize = 8;
-/// Vertices from which a surface is cut: below, rounds are cheap, and with few faces left the order counts.
-const CUT: usize = 1 << 13;
-/// Vertices from which one that was large is halved, so that the end of a long run is not left to one thread.
-const HALVED: usize = 1 << 12;
-/// Vertices at the start of a run from which it was large.
-const LARGE: usize = 1 << 15;
+/// How many times as much as the dearest of the run before, or its own first, a contraction costs at most in a commit of all pairs.
+/// Where nearly all are refused, as those across a thin sheet, what nobody needs is soon among the first that are legal.
+const DEARER: f32 = 8.0;
 /// One attempt in this many is timed: a clock takes as long as a tenth of an attempt.
 const TIMED: u32 = 16;
 
@@ -74,6 +65,8 @@ pub struct Committer {
     reach: Reach,
     /// Commits so far, of which a round may have several: another order among ties in each.
     pub commits: u32,
+    /// What the dearest contraction of them cost.
+    dearest: f32,
 }
 
 impl Committer {
@@ -88,6 +81,7 @@ impl Committer {
             scratch: Vec::new(),
             reach: Reach::default(),
             commits,
+            dearest: 0.0,
         }
     }
 
@@ -155,12 +149,14 @@ impl Committer {
         sort(candidates, &mut self.scratch, self.commits);
         let sorting = clock.elapsed();
         let faces = surface.face_count - done.0.faces_removed;
-        let mut work = Work { joins, faces, ..Work::new(Patch::whole(surface, carried), task) };
+        let dearest = self.dearest.max(f32::from_bits(done.0.greatest_key));
+        let mut work = Work { joins, faces, dearest, ..Work::new(Patch::whole(surface, carried), task) };
         let quota = Quota { faces: quota.faces.saturating_sub(done.0.faces_removed), ..quota };
         work.attempt_to_the_end(candidates, quota);
         let spent = Spent { sorting, examining: work.examining(), total: clock.elapsed() };
         done.0.add(work.committed);
         done.1.add(spent);
+        self.dearest = self.dearest.max(f32::from_bits(done.0.greatest_key));
         done
     }
 }
@@ -225,14 +221,6 @@ fn in_equal_halves<T>(tasks: Vec<T>, work: impl Fn(usize) -> usize) -> Vec<(usiz
     first
 }
 
-/// How many vertices the patches of each level have on a surface of so many, if it is cut. The halves come last, so that little is
-/// left to one thread.
-fn patch_sizes(vertices: usize, least_cut: usize) -> Vec<usize> {
-    let smallest = (vertices >= CUT).then(|| PATCH.min(vertices.div_ceil(FEWEST)));
-    let growing = std::iter::successors(smallest, |size| Some(size * GROWTH)).take_while(|size| 4 * size <= vertices);
-    growing.chain((vertices >= least_cut).then_some(vertices.div_ceil(2))).collect()
-}
-
 /// The ends of a candidate: of its half-edge, or past these of one of the pairs without an edge, where it may be one.
 fn ends(candidate: Candidate, faces: &[Face], joins: &[[u32; 2]]) -> Option<[u32; 2]> {
     match (candidate.half_edge as usize).checked_sub(3 * faces.len()) {
@@ -267,6 +255,9 @@ struct Work<'a> {
     held: FxHashSet<u32>,
     /// How many faces there are.
     faces: usize,
+    /// What the dearest contraction of the run cost before, and the first one here.
+    dearest: f32,
+    cheapest: f32,
     /// Those that turned out to cost more than their keys, by what they do: bits, and half-edges.
     dearer: BinaryHeap<Reverse<(u32, u32)>>,
     attempts: u32,
@@ -287,6 +278,8 @@ impl<'a> Work<'a> {
             joins: &[],
             held: FxHashSet::default(),
             faces,
+            dearest: f32::INFINITY,
+            cheapest: 0.0,
             dearer: BinaryHeap::new(),
             attempts: 0,
             timed: Duration::ZERO,
@@ -317,6 +310,9 @@ impl<'a> Work<'a> {
         let mut rest = candidates.iter().copied().enumerate().peekable();
         while let Some((i, candidate)) = self.next(&mut rest, candidates.len()) {
             let left = quota.faces.saturating_sub(self.committed.faces_removed);
+            if self.is_too_dear(candidate) {
+                return;
+            }
             if left == 0 || (self.of == Candidates::Triangles && left < self.of.most_faces()) {
                 return;
             }
@@ -334,6 +330,13 @@ impl<'a> Work<'a> {
                 self.attempt(candidate);
             }
         }
+    }
+
+    /// Whether a commit of all pairs has done enough: cheaper ones may be free in the next.
+    fn is_too_dear(&self, candidate: Candidate) -> bool {
+        let Examiner { rules, may_wait, .. } = &self.examiner;
+        let most = DEARER * self.dearest.max(self.cheapest);
+        !(*may_wait || rules.joins) && self.committed.contracted > 0 && f32::from_bits(candidate.key) > most
     }
 
     /// The next of those that are left, with its number, or of those that turned out dearer, with this one.
@@ -390,6 +393,9 @@ impl<'a> Work<'a> {
                 self.contract([u, w], &accepted.placed);
                 let committed = &mut self.committed;
                 committed.faces_removed += accepted.faces_removed;
+                if committed.contracted == 1 {
+                    self.cheapest = f32::from_bits(candidate.key);
+                }
                 committed.greatest_key = committed.greatest_key.max(candidate.key);
                 committed.deviation = committed.deviation.max(accepted.deviation);
             }
@@ -480,17 +486,5 @@ mod tests {
         let dealt = in_equal_halves(work.to_vec(), |number| work[number]);
         assert!(dealt.iter().all(|&(number, task)| work[number] == task));
         assert_eq!(dealt.iter().map(|&(_, task)| task).collect::<Vec<_>>(), [90, 60, 40, 10, 5, 80, 70, 20, 15]);
-    }
-
-    #[test]
-    fn patches_are_many_and_halves_come_last() {
-        assert!(patch_sizes(CUT - 1, CUT).is_empty() && patch_sizes(HALVED - 1, HALVED).is_empty());
-        assert_eq!(patch_sizes(CUT - 1, HALVED), [4_096]);
-        for least_cut in [CUT, HALVED] {
-            assert_eq!(patch_sizes(CUT, least_cut), [1_024, 4_096]);
-            assert_eq!(patch_sizes(50_000, least_cut), [4_096, 25_000]);
-            assert_eq!(patch_sizes(500_000, least_cut), [4_096, 65_536, 250_000]);
-            assert_eq!(patch_sizes(5_000_001, least_cut), [4_096, 65_536, 1_048_576, 2_500_001]);
-        }
     }
 }

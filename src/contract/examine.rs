@@ -142,7 +142,7 @@ pub struct Examiner {
     pub sides: Sides,
     pub blend: Blend,
     /// Whether a pair that became dear may wait for another round.
-    may_wait: bool,
+    pub may_wait: bool,
     /// The cost of the dearest candidate of the round.
     dearest: f32,
 }

@@ -47,6 +47,7 @@ mod listing;
 mod lock;
 mod pace;
 mod patch;
+mod patch_sizes;
 mod placement;
 mod pose;
 mod prepare;
