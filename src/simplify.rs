@@ -385,7 +385,8 @@ pub fn simplify(
 /// where it meets one, so that each level's contractions are the first of the next one's. A level is as near as a run of its own,
 /// and the same bytes on every device, but not the bytes of that run: rounds are chosen for the coarsest level. Fits and
 /// flips are applied to each level, and the run goes on from where it was. Where seams yield, or creases are compared
-/// ([`Seams`](contract::Seams)), levels come from up to four runs, and each is the best that any of these made of it. Every
+/// ([`Seams`](contract::Seams)), levels come from up to four runs, and each is the best that any of these made of it; one
+/// that small parts keep from its number of faces is made by itself without them, and finer ones that are farther off. Every
 /// other method runs once a budget.
 ///
 /// [`rounds`](Outcome::rounds), [`seconds`](Outcome::seconds), [`bytes_moved`](Outcome::bytes_moved), the estimated error and

@@ -36,7 +36,7 @@ struct Record {
     stored: Topology,
     /// As a reduction will see it.
     welded: Survey,
-    /// What nodes of a glTF show, a mesh that several show once for each; null where that is what is stored.
+    /// What nodes of a glTF show, a mesh that several show once for each; null where that is what is stored, or too much to count.
     shown: Option<Shown>,
 }
 

@@ -33,7 +33,8 @@ use super::select::sort;
 use super::star::Outside;
 use super::surface::Surface;
 
-/// How many times as much as the dearest of the run before, or its own first, a contraction costs at most in a commit of all pairs.
+/// How many times as much as the dearest of the run before, or its own first, a contraction costs at most in a commit of all pairs, of
+/// those on the whole surface.
 /// Where nearly all are refused, as those across a thin sheet, what nobody needs is soon among the first that are legal.
 const DEARER: f32 = 8.0;
 /// One attempt in this many is timed: a clock takes as long as a tenth of an attempt.
@@ -70,8 +71,9 @@ pub struct Committer {
 }
 
 impl Committer {
-    /// For a run under these rules, that began on a surface of so many vertices and had so many commits.
-    pub fn new(rules: Rules, vertices: usize, commits: u32) -> Self {
+    /// For a run under these rules, that began on a surface of so many vertices and had so many commits, of which the dearest
+    /// contraction cost so much.
+    pub fn new(rules: Rules, vertices: usize, (commits, dearest): (u32, f32)) -> Self {
         let least_cut = if vertices < LARGE { CUT } else { HALVED };
         Self {
             rules,
@@ -81,7 +83,7 @@ impl Committer {
             scratch: Vec::new(),
             reach: Reach::default(),
             commits,
-            dearest: 0.0,
+            dearest,
         }
     }
 
@@ -336,7 +338,8 @@ impl<'a> Work<'a> {
     fn is_too_dear(&self, candidate: Candidate) -> bool {
         let Examiner { rules, may_wait, .. } = &self.examiner;
         let most = DEARER * self.dearest.max(self.cheapest);
-        !(*may_wait || rules.joins) && self.committed.contracted > 0 && f32::from_bits(candidate.key) > most
+        let may_end = self.of == Candidates::Pairs && !(*may_wait || rules.joins);
+        may_end && self.committed.contracted > 0 && f32::from_bits(candidate.key) > most
     }
 
     /// The next of those that are left, with its number, or of those that turned out dearer, with this one.

@@ -165,12 +165,13 @@ impl<'a> Run<'a> {
         let evaluation = Evaluation::new(device.cpu_queue(), &host, options, prepared.border_vertices > 0, wedges)?;
         let rules = Rules::new(options, prepared.complex_yield, f64::INFINITY);
         let earlier = &mut prepared.earlier;
+        let dearest = earlier.rounds.iter().map(|round| round.greatest_cost).fold(0.0, f32::max);
         let pace = earlier.pace.take().unwrap_or_else(|| Pace::new(options.candidates));
         let mut run = Self {
             input,
             options,
             device,
-            committer: Committer::new(rules, earlier.vertices, earlier.commits),
+            committer: Committer::new(rules, earlier.vertices, (earlier.commits, dearest)),
             rules,
             pace,
             joins: Joins::default(),

@@ -133,7 +133,7 @@ pub struct ShapeLimits {
     /// Least cosine between a face's old and new normal.
     pub min_cos: f64,
     /// Least area of a face, doubled, over the sum of the squares of its two sides at the moved corner, unless it was worse or
-    /// another around the pair is: about its height over its length.
+    /// another around the pair is hardly better: about its height over its length.
     pub min_height: f64,
 }
 

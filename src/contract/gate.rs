@@ -17,11 +17,8 @@ const FAR_SHARE: f64 = 0.7;
 const FAR: usize = 3;
 /// The same for `plane`, whose accumulated costs grow as neighbors contract.
 const PLANE_SHARE: f64 = 0.15;
-/// Candidates for every contraction still needed, of pairs that cost little more than the dearest that will be needed.
+/// Candidates for every contraction still needed.
 const CANDIDATES_EACH: f64 = 1.5;
-/// Those that pass whatever they cost. Where few pairs are cheap, as along the rims of a turned part, others are none: whichever has
-/// both ends left over in a round was contracted, and one of 18,000 was 40 times as far off as all others together.
-const NEEDED_EACH: f64 = 1.0;
 /// The same where [`FAR_SHARE`] holds.
 const FAR_EACH: f64 = 2.5;
 /// The same where it is to be the last round, for it removes no more than this share of its faces: another would cost more than
@@ -30,6 +27,10 @@ const LAST_EACH: f64 = 2.0;
 const LAST: f64 = 0.1;
 /// The same of triangles, each of which has a corner in common with a dozen others.
 const TRIANGLES_EACH: f64 = 4.0;
+/// Candidates for every contraction still needed that pass whatever they cost; of `volume` the others only where they cost little more
+/// than these. Where few pairs are cheap, as along the rims of a turned part, others are none: whichever has
+/// both ends left over in a round was contracted, and one of 18,000 was 40 times as far off as all others together.
+const NEEDED_EACH: f64 = 1.0;
 /// Candidates for each that is going to be refused again: among those that the gate lets through beside them some are, too.
 const REFUSED_EACH: f64 = 1.25;
 /// From this share of what a round contracts on, what the shape refuses counts in the gate of the next, too. Without that,

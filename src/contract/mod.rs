@@ -217,8 +217,9 @@ pub struct Options {
     pub flips: Flips,
     /// Drop components whose bounding box's diagonal is below this fraction of the mesh's first; with 0 none. `None` drops those
     /// without which a run comes to its number of faces and that keep it from it, for none can have fewer than its topology needs:
-    /// as far as they are smaller than what it came to with them is off, and than a twentieth of the diagonal. An outcome warns of it.
-    /// With a log or a join distance `None` is 0.
+    /// as far as they are smaller than what it came to with them is off, and than a twentieth of the diagonal. An outcome warns of it,
+    /// and counts their size in its estimate, not how far they were from the rest. `None` is 0 with a log, a join distance, locks,
+    /// [`Placement::Endpoint`], an error limit, and where nothing is welded.
     pub prune: Option<f64>,
     /// What becomes of normals, colors, texture coordinates and other attributes.
     pub attributes: Attributes,

@@ -13,6 +13,7 @@ pub const CUT: usize = 1 << 13;
 pub const HALVED: usize = 1 << 12;
 /// Vertices at the start of a run from which it was large.
 pub const LARGE: usize = 1 << 15;
+
 /// How many vertices the patches of each level have on a surface of so many, if it is cut. The halves come last, so that little is
 /// left to one thread.
 pub fn patch_sizes(vertices: usize, least_cut: usize) -> Vec<usize> {

@@ -174,7 +174,8 @@ mod tests {
             // And again where some were contracted in the same round.
             let half_edges = (0..3 * surface.face_count as u32).step_by(7);
             let mut candidates: Vec<Candidate> = half_edges.map(|half_edge| Candidate { key: 0, half_edge }).collect();
-            let mut committer = Committer::new(Rules::new(&options, false, f64::INFINITY), surface.vertex_count, 0);
+            let mut committer =
+                Committer::new(Rules::new(&options, false, f64::INFINITY), surface.vertex_count, (0, 0.0));
             let quota = Quota { faces: 60, of: Candidates::Pairs, may_overshoot: false };
             let carried = &mut prepared.carried;
             contracted += committer.commit(&mut surface, carried, &mut candidates, &[], quota, false).0.contracted;

@@ -10,10 +10,11 @@ use crate::error::Result;
 use crate::math::DVec3;
 use crate::mesh::topology::Components;
 use crate::mesh::{Mesh, weld};
-use crate::simplify::{OnProgress, Outcome, StopReason};
+use crate::simplify::{Budget, OnProgress, Outcome, StopReason};
 
 use super::driver::Job;
-use super::{Options, attempts};
+use super::pressure::has_error;
+use super::{Options, Placement, attempts};
 
 /// The share of the faces asked for that the small parts which stay may have left: the others are for what is large.
 const LEFT: f64 = 0.75;
@@ -27,47 +28,85 @@ const PAST: f64 = 1.0 + 1e-6;
 /// Runs a job, and again where small parts kept it from its number of faces.
 pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Vec<Outcome>> {
     let mut made = attempts::run(job, progress.as_deref_mut())?;
-    if made.iter().any(|outcome| outcome.stop == StopReason::Cancelled) {
+    let is_stuck = |(outcome, budget): (&Outcome, &Budget)| outcome.stop == StopReason::Stuck && budget.counts_faces();
+    let was_cancelled = made.iter().any(|outcome| outcome.stop == StopReason::Cancelled);
+    if was_cancelled || job.options.joins() || !made.iter().zip(job.budgets).any(is_stuck) {
         return Ok(made);
     }
-    for (outcome, budget) in made.iter_mut().zip(job.budgets) {
-        if outcome.stop != StopReason::Stuck || !budget.counts_faces() {
+    let all = Parts::of(job.mesh);
+    // With how many faces they went, at which limit.
+    let mut remade: Vec<(usize, Limit)> = Vec::new();
+    for level in 0..made.len() {
+        if !is_stuck((&made[level], &job.budgets[level])) {
             continue;
         }
-        let clock = Instant::now();
-        let target = budget.target_faces(job.mesh.faces.len())?;
-        let all = Parts::of(job.mesh);
-        let limit = if may_go(job.options) { all.limit(outcome, target) } else { None };
-        let Some(limit) = limit else {
-            outcome.warnings.extend(all.advice(target).filter(|_| !job.options.joins()));
-            continue;
-        };
-        let options = Options { prune: Some(limit.share), ..job.options.clone() };
-        let again = Job { options: &options, budgets: &[*budget], ..job };
-        let found = attempts::run(again, progress.as_deref_mut())?.pop();
-        let spent = clock.elapsed().as_secs_f64();
-        let Some(mut found) = found.filter(|found| found.mesh.faces.len() < outcome.mesh.faces.len()) else {
-            outcome.seconds.build += spent;
-            outcome.seconds.total += spent;
-            continue;
-        };
-        found.error_estimate = found.error_estimate.max(limit.length);
-        found.warnings.push(format!(
-            "parts up to {:.2}% of the diagonal across go: they would keep more faces than were asked for",
-            limit.share * 100.0
-        ));
-        let is_cancelled = found.stop == StopReason::Cancelled;
-        *outcome = found;
-        if is_cancelled {
-            break;
+        let target = job.budgets[level].target_faces(job.mesh.faces.len())?;
+        let left = Parts::of(&made[level].mesh);
+        let is_bounded = has_error(&job.budgets[level]);
+        match all.limit(&made[level], &left, target).filter(|_| may_go(job.options) && !is_bounded) {
+            Some(limit) => {
+                let is_fewer = |found: &Outcome, made: &Outcome| found.mesh.faces.len() < made.mesh.faces.len();
+                if again(job, (level, limit), &mut made, progress.as_deref_mut(), is_fewer)? {
+                    remade.push((level, limit));
+                }
+            }
+            None => made[level].warnings.extend(all.advice(&left, target)),
+        }
+    }
+    // None may be farther off than a coarser one.
+    for (coarser, limit) in remade {
+        for level in 0..made.len() {
+            let is_finer = made[level].mesh.faces.len() > made[coarser].mesh.faces.len();
+            if is_finer && made[level].error_estimate > made[coarser].error_estimate && !has_error(&job.budgets[level])
+            {
+                let is_closer = |found: &Outcome, made: &Outcome| found.error_estimate < made.error_estimate;
+                again(job, (level, limit), &mut made, progress.as_deref_mut(), is_closer)?;
+            }
         }
     }
     Ok(made)
 }
 
-/// Whether parts may go that nobody named. A log tells of all of them, and what joins parts needs none to go.
+/// Makes a level again without the parts up to a limit, and keeps it if it is better, or cancelled; returns whether it was better.
+fn again(
+    job: Job<'_>,
+    (level, limit): (usize, Limit),
+    made: &mut [Outcome],
+    progress: Option<&mut OnProgress<'_>>,
+    is_better: impl Fn(&Outcome, &Outcome) -> bool,
+) -> Result<bool> {
+    if made.iter().any(|outcome| outcome.stop == StopReason::Cancelled) {
+        return Ok(false);
+    }
+    let clock = Instant::now();
+    let options = Options { prune: Some(limit.share), ..job.options.clone() };
+    let budgets = &job.budgets[level..=level];
+    let found = attempts::run(Job { options: &options, budgets, ..job }, progress)?.pop();
+    let outcome = &mut made[level];
+    let Some(mut found) = found else { return Ok(false) };
+    found.error_estimate = found.error_estimate.max(limit.length);
+    if found.stop == StopReason::Cancelled {
+        outcome.stop = StopReason::Cancelled;
+    } else if is_better(&found, outcome) {
+        found.warnings.push(format!(
+            "parts up to {:.2}% of the diagonal across go: they would keep more faces than were asked for",
+            limit.share * 100.0
+        ));
+        *outcome = found;
+        return Ok(true);
+    }
+    let spent = clock.elapsed().as_secs_f64();
+    outcome.seconds.build += spent;
+    outcome.seconds.total += spent;
+    Ok(false)
+}
+
+/// Whether parts may go that nobody named: none where vertices stay or are those of other levels, a log tells of all, or faces that
+/// lie side by side are parts of their own.
 fn may_go(options: &Options) -> bool {
-    options.prune.is_none() && !(options.log || options.joins())
+    let is_held = options.locked.is_some() || options.lock.is_some() || options.lock_border;
+    let is_of_input = options.placement == Placement::Endpoint;
+    options.prune.is_none() && options.weld.is_some() && !(is_held || is_of_input || options.log)
 }
 
 /// Up to which size parts go.
@@ -116,11 +155,10 @@ impl Parts {
         Self { sorted, diagonal: mesh.diagonal() }
     }
 
-    /// The limit for an outcome that is stuck, of a mesh with these parts; none where they are not to blame, or where those would
-    /// have to go that are larger than it is off.
-    fn limit(&self, outcome: &Outcome, target: usize) -> Option<Limit> {
+    /// The limit for an outcome that is stuck with such parts `left` of a mesh with these; none where they are not to blame, or where
+    /// those would have to go that are larger than it is off. Parts as large as the last that goes go as well.
+    fn limit(&self, outcome: &Outcome, left: &Self, target: usize) -> Option<Limit> {
         // Each of them is still there. Which of them it was does not show, but the order of their sizes hardly changes.
-        let left = Self::of(&outcome.mesh);
         let largest = MOST * self.diagonal;
         let may_go = self.sorted.partition_point(|part| part.size <= outcome.error_estimate.min(largest));
         let (mut stay, mut go) = (outcome.mesh.faces.len(), 0);
@@ -138,16 +176,16 @@ impl Parts {
         length.map(|length| Limit { share: length / self.diagonal * PAST, length })
     }
 
-    /// What to do about a mesh with these parts that got stuck on its way to so many faces.
-    fn advice(&self, target: usize) -> Option<String> {
+    /// What to do about a mesh with these parts that got stuck on its way to so many faces, with such parts `left`.
+    fn advice(&self, left: &Self, target: usize) -> Option<String> {
         let (count, faces) = (self.sorted.len(), self.sorted.iter().map(|part| part.faces).sum::<usize>());
         if faces < 2 * count {
             return Some(
                 "hardly a face shares an edge with another: weld vertices that lie close to each other".into(),
             );
         }
-        let (kept, are_many) = (LEAST_KEPT * count, count > 1);
-        (are_many && kept > target)
+        let kept: usize = left.sorted.iter().map(|part| part.faces.min(LEAST_KEPT)).sum();
+        (count > 1 && kept > target)
             .then(|| format!("{count} parts keep too many faces: prune small ones, or join those that lie close"))
     }
 }
@@ -158,7 +196,6 @@ mod tests {
     use super::*;
     use crate::backend::Device;
     use crate::mesh::shapes;
-    use crate::simplify::Budget;
 
     /// A sphere of 1,280 faces and `count` tetrahedra around it, of such a size.
     fn dusty(count: u32, size: f64) -> Mesh {
@@ -210,7 +247,7 @@ mod tests {
         let mut alone = dusty(100, 0.01);
         alone.faces.drain(..1280);
         let wreck = Outcome { error_estimate: 1.0, ..to(&alone, 100, &Options::default()) };
-        assert_eq!(Parts::of(&alone).limit(&wreck, 100), None);
+        assert_eq!(Parts::of(&alone).limit(&wreck, &Parts::of(&wreck.mesh), 100), None);
         let outcome = to(&alone, 100, &Options::default());
         assert_eq!((outcome.stop, outcome.mesh.faces.len()), (StopReason::Stuck, 400));
         assert!(outcome.warnings.iter().any(|warning| warning.contains("100 parts keep too many")));
@@ -224,12 +261,49 @@ mod tests {
     }
 
     #[test]
-    fn every_level_has_a_limit_of_its_own() {
+    fn no_level_is_farther_off_than_a_coarser_one() {
         let (mesh, device) = (dusty(100, 0.01), Device::cpu(1).expect("a device"));
-        let budgets = [900, 300].map(Budget::faces);
-        let made = run(&mesh, &Options::default(), &budgets, &device, None).expect("a valid mesh");
         let parts = |outcome: &Outcome| Parts::of(&outcome.mesh).sorted.len();
-        assert!(parts(&made[0]) == 101 && parts(&made[1]) < 60, "{:?}", made.iter().map(parts).collect::<Vec<_>>());
-        assert!(made.iter().all(|outcome| outcome.stop == StopReason::FacesReached));
+        for (counts, with_dust) in [([900, 300], [true, false]), ([450, 300], [false, false])] {
+            let budgets = counts.map(Budget::faces);
+            let made = run(&mesh, &Options::default(), &budgets, &device, None).expect("a valid mesh");
+            assert!(made.iter().all(|outcome| outcome.stop == StopReason::FacesReached));
+            assert!(made.is_sorted_by_key(|outcome| outcome.error_estimate), "{counts:?}");
+            let found: Vec<bool> = made.iter().map(|outcome| parts(outcome) > 1).collect();
+            assert_eq!(found, with_dust, "{counts:?}");
+        }
+    }
+
+    #[test]
+    fn who_cancels_the_second_run_cancels() {
+        let (mesh, device) = (dusty(100, 0.01), Device::cpu(1).expect("a device"));
+        let (mut last, mut runs) = (usize::MAX, 0);
+        let mut cancel = |now: crate::simplify::Progress| {
+            runs += usize::from(now.faces > last);
+            last = now.faces;
+            if runs > 0 { std::ops::ControlFlow::Break(()) } else { std::ops::ControlFlow::Continue(()) }
+        };
+        let made = run(&mesh, &Options::default(), &[Budget::faces(300)], &device, Some(&mut cancel));
+        let stop = made.expect("a valid mesh").pop().expect("one budget").stop;
+        assert_eq!((stop, runs), (StopReason::Cancelled, 1));
+    }
+
+    #[test]
+    fn nothing_goes_that_is_to_stay() {
+        let mesh = dusty(100, 0.01);
+        let of_input = Options { placement: Placement::Endpoint, ..Options::default() };
+        let locked = Options { locked: Some(vec![false; mesh.positions.len()].into()), ..Options::default() };
+        let bounded = Budget { error: Some(0.5), ..Budget::faces(300) };
+        for (options, budget) in [
+            (of_input, Budget::faces(300)),
+            (locked, Budget::faces(300)),
+            (Options { lock_border: true, ..Options::default() }, Budget::faces(300)),
+            (Options { weld: None, ..Options::default() }, Budget::faces(300)),
+            (Options::default(), bounded),
+        ] {
+            let device = Device::cpu(1).expect("a device");
+            let made = run(&mesh, &options, &[budget], &device, None).expect("a valid mesh").pop().expect("one budget");
+            assert_eq!((made.stop, Parts::of(&made.mesh).sorted.len()), (StopReason::Stuck, 101), "{options:?}");
+        }
     }
 }

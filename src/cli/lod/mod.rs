@@ -5,6 +5,7 @@ mod pattern;
 mod record;
 mod write;
 
+use std::borrow::Cow;
 use std::time::Instant;
 
 use coarsen::formats::{self, Scene};
@@ -48,8 +49,10 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
     let record = Record::new(job, &input, &outcomes, (&ranges, &measured), &device, &clocks);
     // Last: where it is, everything that it names is complete.
     if let Some(path) = &job.manifest {
-        let (shown, _) = document.all_shown(&input);
-        formats::write_file(path, &record.manifest(&shown, &job.outputs, path)?)?;
+        // What shares its vertices is a file without nodes, which has it once.
+        let is_once = matches!(job.outputs, job::Outputs::Shared { .. });
+        let shown = if is_once { Cow::Borrowed(&input) } else { document.all_shown(&input).0 };
+        formats::write_file(path, &record.manifest([&input, &shown], &job.outputs, path)?)?;
     }
     tell(job, &record, &outcomes, &device)
 }

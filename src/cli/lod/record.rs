@@ -145,11 +145,11 @@ impl Record {
         Some(format!("level {number} is not reached: {faces} faces are left{asked} (stop={stop}{reasons})"))
     }
 
-    /// The bytes of the manifest, which lies at `path`; its bounds are of what `shown` has.
+    /// The bytes of the manifest of a chain of `input`, which lies at `path`; its bounds are of what is `shown` of it.
     ///
     /// # Errors
     /// None that numbers and texts can cause.
-    pub fn manifest(&self, shown: &Mesh, outputs: &Outputs, path: &Path) -> serde_json::Result<Vec<u8>> {
+    pub fn manifest(&self, [input, shown]: [&Mesh; 2], outputs: &Outputs, path: &Path) -> serde_json::Result<Vec<u8>> {
         let folder = path.parent().unwrap_or(Path::new(""));
         let beside = |file: &Path| from_folder(file, folder).display().to_string();
         let (low, high) = shown.bounds();
@@ -172,7 +172,7 @@ impl Record {
             vertices: self.vertices_in,
             bounds: [low.to_array(), high.to_array()],
             sphere: Sphere { center: center.to_array(), radius },
-            diagonal: shown.diagonal(),
+            diagonal: input.diagonal(),
             screen: self.screen,
             indices: match outputs {
                 Outputs::Shared { indices, .. } => indices.as_deref().map(beside),
@@ -215,7 +215,7 @@ struct Manifest<'a> {
     input: &'a str,
     faces: usize,
     vertices: usize,
-    /// The least and the greatest corner of the input's box.
+    /// The least and the greatest corner of the box of what the input shows.
     bounds: [[f64; 3]; 2],
     sphere: Sphere,
     diagonal: f64,
