@@ -34,7 +34,7 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
         return Ok(made);
     }
     let all = Parts::of(job.mesh);
-    // With how many faces they went, at which limit.
+    // The levels that were made again, and at which limit.
     let mut remade: Vec<(usize, Limit)> = Vec::new();
     for level in 0..made.len() {
         if !is_stuck((&made[level], &job.budgets[level])) {
