@@ -34,8 +34,7 @@ use super::star::Outside;
 use super::surface::Surface;
 
 /// How many times as much as the dearest of the run before, or its own first, a contraction costs at most in a commit of all pairs, of
-/// those on the whole surface.
-/// Where nearly all are refused, as those across a thin sheet, what nobody needs is soon among the first that are legal.
+/// those on the whole surface. Where nearly all are refused, as those across a thin sheet, what nobody needs is soon among the first that are legal.
 const DEARER: f32 = 8.0;
 /// One attempt in this many is timed: a clock takes as long as a tenth of an attempt.
 const TIMED: u32 = 16;

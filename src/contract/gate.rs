@@ -28,8 +28,8 @@ const LAST: f64 = 0.1;
 /// The same of triangles, each of which has a corner in common with a dozen others.
 const TRIANGLES_EACH: f64 = 4.0;
 /// Candidates for every contraction still needed that pass whatever they cost; of `volume` the others only where they cost little more
-/// than these. Where few pairs are cheap, as along the rims of a turned part, others are none: whichever has
-/// both ends left over in a round was contracted, and one of 18,000 was 40 times as far off as all others together.
+/// than these. Where few pairs are cheap, as along the rims of a turned part, others are none: whichever has both ends left over in a
+/// round was contracted, and one of 18,000 was 40 times as far off as all others together.
 const NEEDED_EACH: f64 = 1.0;
 /// Candidates for each that is going to be refused again: among those that the gate lets through beside them some are, too.
 const REFUSED_EACH: f64 = 1.25;
