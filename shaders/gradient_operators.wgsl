@@ -11,8 +11,8 @@ fn gradient_operator(a: vec3f, b: vec3f, c: vec3f, normal: Normal) -> GradientOp
     }
     let inverse = divide(1.0, weight);
     let n = weighted(normal);
-    let along_b = scale3(cross3(e2, n), inverse);
-    let along_c = scale3(cross3(n, e1), inverse);
+    let along_b = flush3(scale3(flush3(cross3(e2, n), LEAST_SUM), inverse), LEAST);
+    let along_c = flush3(scale3(flush3(cross3(n, e1), LEAST_SUM), inverse), LEAST);
     return GradientOperator(along_b.x, along_b.y, along_b.z, along_c.x, along_c.y, along_c.z, normal.root);
 }
 

@@ -6,14 +6,14 @@ mod support;
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 
-use coarsen::backend::{Device, Exactness, GpuOptions, Selector};
+use coarsen::backend::{Device, Exactness, GpuOptions};
 use coarsen::cluster::{MOST_CELLS, Options, Representative};
 use coarsen::math::{DVec3, Vec2, Vec3};
 use coarsen::mesh::{SAMPLES, sample};
 use coarsen::simplify::{MOVED, Progress};
 use coarsen::{Budget, Error, Mesh, Method, Outcome, StopReason, formats, simplify};
 use support::cells::{ALL, Cells, assert_clustered, meshes, moved, on_grid, run, soup, with};
-use support::engine::{asked, bytes, cpu, gpu};
+use support::engine::{asked, bytes, cpu, gpu, open_gpu};
 use support::independent::topology;
 use support::shapes::{bumpy, cube, grid, sphere};
 use support::{models, shapes as own};
@@ -401,7 +401,7 @@ fn a_gpu_that_fails_leaves_the_same_bytes() {
     let (mut failed, mut complete) = (0, 0);
     let limited = [1_400_000, 2_500_000, 3_500_000, 4_500_000, 1 << 30].into_iter().filter_map(|limit| {
         let options = GpuOptions { memory_limit: Some(limit), ..GpuOptions::default() };
-        Device::open_with(&Selector::Software, 2, &options).ok()
+        open_gpu(&options).ok()
     });
     for device in [lost].into_iter().chain(limited) {
         let outcome = simplify(&mesh, &method, &budget, &device, None).expect("the CPU goes on");

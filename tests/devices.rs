@@ -7,7 +7,7 @@ mod support;
 
 use std::ops::ControlFlow;
 
-use coarsen::backend::{Device, Exactness, GpuOptions, Packing, Selector};
+use coarsen::backend::{Device, Exactness, GpuOptions, Packing};
 use coarsen::contract::{
     Attributes, Feature, Metric, Options, Placement, PlaneWeight, QuadricFormat, QuadricFrame, Quadrics, Seams, Update,
     Weighting, initial_quadrics,
@@ -16,7 +16,7 @@ use coarsen::math::Vec2;
 use coarsen::mesh::{SAMPLES, sample, shapes};
 use coarsen::simplify::{Progress, RoundRecord};
 use coarsen::{Budget, Mesh, Method, Outcome, formats, simplify};
-use support::engine::{METRICS, asked, bytes, contract, contract_on, cpu, gpu, options};
+use support::engine::{METRICS, asked, bytes, contract, contract_on, cpu, gpu, open_gpu, options};
 use support::models;
 
 /// Enough for several rounds on the GPU before the CPU takes the rest.
@@ -425,7 +425,7 @@ fn too_little_memory_leaves_the_same_bytes() {
         let (mut failed, mut complete) = (0, 0);
         for limit in [1_300_000, 1_700_000, 2_400_000, 3_400_000, 5_000_000, 1 << 30] {
             let limited = GpuOptions { memory_limit: Some(limit), ..GpuOptions::default() };
-            let Ok(device) = Device::open_with(&Selector::Software, 2, &limited) else { continue };
+            let Ok(device) = open_gpu(&limited) else { continue };
             let mut outcome = contract_on(&device, &mesh, &options(metric), Budget::keep(0.3));
             println!("{metric:?} {limit}: {:?}", outcome.warnings);
             if outcome.warnings.is_empty() {

@@ -11,7 +11,7 @@ use super::rows::{Face, GradientOperator, Normal, Position};
 use super::split::CHUNK;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel};
 use crate::math::Vec3;
-use crate::math::exact::{add, cross3, divide, dot3, mul, scale3, sub3};
+use crate::math::exact::{LEAST, LEAST_SUM, add, cross3, divide, dot3, flush3, mul, scale3, sub3};
 use crate::math::lanes::{self, Columns, LANES, Lane, QUAD, Quad};
 
 /// Least |n| of a face over the squares of its edges for its attributes to have a gradient: about its height over its length.
@@ -73,8 +73,8 @@ fn gradient_operator([a, b, c]: [Vec3; 3], normal: Normal) -> GradientOperator {
     }
     let inverse = divide(1.0, weight);
     let n = normal.weighted();
-    let along_b = scale3(cross3(e2, n), inverse);
-    let along_c = scale3(cross3(n, e1), inverse);
+    let along_b = flush3(scale3(flush3(cross3(e2, n), LEAST_SUM), inverse), LEAST);
+    let along_c = flush3(scale3(flush3(cross3(n, e1), LEAST_SUM), inverse), LEAST);
     GradientOperator {
         bx: along_b.x,
         by: along_b.y,

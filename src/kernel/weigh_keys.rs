@@ -28,7 +28,7 @@ pub struct WeighKeys<'a> {
 /// The key of a pair whose ends have these weights.
 #[inline(always)]
 pub fn weighed_key(key: u32, first: f32, second: f32) -> u32 {
-    let cost = f32::from_bits(key).min(GREATEST_COST);
+    let cost = flush(f32::from_bits(key).min(GREATEST_COST), LEAST);
     flush(mul(cost, first.max(second)), LEAST).to_bits()
 }
 

@@ -50,9 +50,7 @@ pub fn fnv(bytes: &[u8]) -> u64 {
 /// A hardware GPU or else software Vulkan with these options, or `None` after saying that there is neither;
 /// `REQUIRE_GPU=1` makes that a failure.
 pub fn gpu(options: &GpuOptions) -> Option<Device> {
-    let device =
-        Device::open_with(&Selector::Gpu, 2, options).or_else(|_| Device::open_with(&Selector::Software, 2, options));
-    match device {
+    match open_gpu(options) {
         Ok(device) => Some(device),
         Err(reason) if asked("REQUIRE_GPU") => panic!("{reason}"),
         Err(reason) => {
@@ -60,6 +58,11 @@ pub fn gpu(options: &GpuOptions) -> Option<Device> {
             None
         }
     }
+}
+
+/// A hardware GPU or else software Vulkan with these options.
+pub fn open_gpu(options: &GpuOptions) -> coarsen::Result<Device> {
+    Device::open_with(&Selector::Gpu, 2, options).or_else(|_| Device::open_with(&Selector::Software, 2, options))
 }
 
 /// Whether an environment variable is 1.

@@ -5,6 +5,8 @@
 #![expect(clippy::print_stdout, reason = "a skipped test says so")]
 
 mod backend;
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+mod flushing;
 mod modules;
 mod trials;
 

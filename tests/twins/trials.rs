@@ -38,8 +38,24 @@ pub type Look = Box<dyn FnOnce(&Signature<'_>, usize)>;
 pub struct Seen {
     /// Looks at the kernel before it runs first.
     pub look: Option<Look>,
+    around: Option<Around>,
     input: &'static str,
-    outputs: Vec<(String, Vec<u32>)>,
+    outputs: Vec<Output>,
+}
+
+/// A kernel's output as bits, after its name and that of the input.
+pub type Output = (String, Vec<u32>);
+
+/// Runs what every run of a kernel is.
+pub type Around = fn(&mut dyn FnMut());
+
+impl Trial {
+    /// What it writes.
+    pub fn outputs(&self, mut queue: Queue, around: Option<Around>, perturbed: bool) -> Vec<Output> {
+        let mut seen = Seen { around, ..Seen::default() };
+        (self.run)(&mut queue, perturbed, &mut seen).unwrap_or_else(|error| panic!("{}: {error}", self.name));
+        seen.outputs
+    }
 }
 
 impl Seen {
@@ -52,7 +68,10 @@ impl Seen {
         if let Some(look) = self.look.take() {
             look(&Signature::of(&kernel), size_of::<K::Params>());
         }
-        queue.run(kernel)
+        let Some(around) = self.around else { return queue.run(kernel) };
+        let (mut kernel, mut result) = (Some(kernel), Ok(()));
+        around(&mut || result = kernel.take().map_or(Ok(()), |kernel| queue.run(kernel)));
+        result
     }
 
     fn output<T: Row>(&mut self, queue: &mut Queue, name: &'static str, buffer: &Buffer<T>) -> Result<()> {
@@ -97,25 +116,20 @@ fn exact_probe(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()
 
 /// Runs `trial` on both queues and says where they differ first, if they do.
 fn difference(trial: &Trial, gpu: &Device, perturbed: bool) -> Option<String> {
-    let outputs = |mut queue: Queue, perturbed| {
-        let mut seen = Seen::default();
-        (trial.run)(&mut queue, perturbed, &mut seen).unwrap_or_else(|error| panic!("{}: {error}", trial.name));
-        seen.outputs
-    };
-    let on_cpu = outputs(gpu.cpu_queue(), false);
-    let on_gpu = outputs(gpu.gpu_queue().expect("an open GPU"), perturbed);
+    let on_cpu = trial.outputs(gpu.cpu_queue(), None, false);
+    let on_gpu = trial.outputs(gpu.gpu_queue().expect("an open GPU"), None, perturbed);
     assert!(on_cpu.iter().any(|(_, bits)| bits.iter().any(|&b| b != 0)), "{} writes nothing", trial.name);
-    assert_eq!(on_cpu.len(), on_gpu.len());
-    for ((name, cpu), (_, gpu)) in on_cpu.iter().zip(&on_gpu) {
-        assert_eq!(cpu.len(), gpu.len());
-        if let Some(i) = (0..cpu.len()).find(|&i| cpu[i] != gpu[i]) {
-            return Some(format!(
-                "{}: {name}[{i}] is {:08x} on the CPU, {:08x} on the GPU",
-                trial.name, cpu[i], gpu[i]
-            ));
-        }
-    }
-    None
+    first_difference(&on_cpu, &on_gpu).map(|at| format!("{}: {at} on the GPU", trial.name))
+}
+
+/// Where outputs on the CPU differ first from others, if they do.
+pub fn first_difference(on_cpu: &[Output], others: &[Output]) -> Option<String> {
+    assert_eq!(on_cpu.len(), others.len());
+    on_cpu.iter().zip(others).find_map(|((name, ours), (_, theirs))| {
+        assert_eq!(ours.len(), theirs.len());
+        let i = (0..ours.len()).find(|&i| ours[i] != theirs[i])?;
+        Some(format!("{name}[{i}] is {:08x} on the CPU, {:08x}", ours[i], theirs[i]))
+    })
 }
 
 #[test]

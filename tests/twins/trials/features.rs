@@ -219,8 +219,9 @@ fn weigh_keys(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()>
     for (round, perturbed) in rounds(perturbed) {
         seen.input(round.name);
         let mut random = Random::new();
-        // Any cost: no sign, no infinity.
-        let mut rows: Vec<u32> = round.pairs.iter().map(|_| random.below(0x7f80_0000)).collect();
+        // Any cost, those that may be flushed too: no sign, no infinity.
+        let mut rows: Vec<u32> =
+            round.pairs.iter().map(|_| random.below(0x7f80) << 16 | random.below(1 << 16)).collect();
         rows.iter_mut().for_each(|row| *row ^= u32::from(perturbed) << 12);
         let keys = &mut queue.buffer_from(rows)?;
         let faces = &queue.buffer_from(round.faces.clone())?;
