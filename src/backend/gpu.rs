@@ -204,8 +204,8 @@ impl Gpu {
             return Ok(Arc::clone(pipeline));
         }
         let pipeline = Arc::new(Pipeline::new(self, signature, pages)?);
-        lock(&self.pipelines).insert(key, Arc::clone(&pipeline));
-        Ok(pipeline)
+        // Another thread may have built it too: one of them is compiled.
+        Ok(Arc::clone(lock(&self.pipelines).entry(key).or_insert(pipeline)))
     }
 }
 

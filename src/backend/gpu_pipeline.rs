@@ -1,6 +1,7 @@
 //! A kernel's compute pipeline and its explicit layout.
 
 use std::num::NonZeroU64;
+use std::sync::OnceLock;
 
 use super::Access;
 use super::gpu::Gpu;
@@ -37,22 +38,24 @@ impl<'a> Bound<'a> {
     }
 }
 
-/// A compiled kernel, for one way of cutting its buffers into pages.
+/// A kernel, for one way of cutting its buffers into pages. It takes milliseconds to compile, with some drivers many more: that is
+/// left for when all that run with it are known, so that threads can share them.
 #[derive(Debug)]
 pub struct Pipeline {
     /// The kernel's name.
     pub name: &'static str,
-    /// What a pass sets.
-    pub pipeline: wgpu::ComputePipeline,
+    text: String,
     layout: wgpu::BindGroupLayout,
     uniform_bytes: NonZeroU64,
+    /// What a pass sets, or why the device refused it.
+    compiled: OnceLock<std::result::Result<wgpu::ComputePipeline, String>>,
 }
 
 impl Pipeline {
-    /// Composes, validates and compiles the kernel's module.
+    /// Composes the kernel's module.
     ///
     /// # Errors
-    /// [`Error::Limit`] when the pages are more than the adapter can bind, [`Error::Device`] when it refuses the module.
+    /// [`Error::Limit`] when the pages are more than the adapter can bind, [`Error::Device`] when it refuses the layout.
     pub fn new(gpu: &Gpu, signature: &Signature<'_>, pages: &[PageShape]) -> Result<Self> {
         let in_buffers = pages.iter().filter(|page| !page.are_texels);
         let (needed, limit) = (in_buffers.map(|page| page.count).sum::<u32>(), gpu.max_pages());
@@ -64,32 +67,54 @@ impl Pipeline {
             )));
         }
         let uniform_bytes = NonZeroU64::MIN.saturating_add(signature.uniform_bytes() as u64 - 1);
-        let text = signature.compose(pages, gpu.dialect());
-        gpu.guard(&format!("the kernel '{}' was refused", signature.name), || {
-            let device = gpu.device();
-            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(signature.name),
-                source: wgpu::ShaderSource::Wgsl(text.into()),
-            });
-            let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        let layout = gpu.guard(&refusal(signature.name), || {
+            gpu.device().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
                 label: Some(signature.name),
                 entries: &entries(signature, pages, uniform_bytes),
+            })
+        })?;
+        let text = signature.compose(pages, gpu.dialect());
+        Ok(Self { name: signature.name, text, layout, uniform_bytes, compiled: OnceLock::new() })
+    }
+
+    /// Validates and compiles it, unless that was done.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the device refuses it.
+    pub fn compile(&self, gpu: &Gpu) -> Result<()> {
+        let build = || {
+            let device = gpu.device();
+            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(self.name),
+                source: wgpu::ShaderSource::Wgsl(self.text.as_str().into()),
             });
             let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some(signature.name),
-                bind_group_layouts: &[Some(&layout)],
+                label: Some(self.name),
+                bind_group_layouts: &[Some(&self.layout)],
                 immediate_size: 0,
             });
-            let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(signature.name),
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(self.name),
                 layout: Some(&pipeline_layout),
                 module: &module,
                 entry_point: Some("main"),
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 cache: None,
-            });
-            Self { name: signature.name, pipeline, layout, uniform_bytes }
-        })
+            })
+        };
+        let compile = || {
+            gpu.guard(&refusal(self.name), build).map_err(|reason| match reason {
+                Error::Device(reason) => reason,
+                other => other.to_string(),
+            })
+        };
+        let refused = self.compiled.get_or_init(compile).as_ref().err();
+        refused.map_or(Ok(()), |reason| Err(Error::Device(reason.clone())))
+    }
+
+    /// What a pass sets, once it is compiled.
+    pub fn compiled(&self) -> Option<&wgpu::ComputePipeline> {
+        self.compiled.get()?.as_ref().ok()
     }
 
     /// Binds a uniform block in `uniforms` (at a dynamic offset) and these buffers.
@@ -101,6 +126,10 @@ impl Pipeline {
             resources.zip(0..).map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource }).collect();
         device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &self.layout, entries: &entries })
     }
+}
+
+fn refusal(name: &str) -> String {
+    format!("the kernel '{name}' was refused")
 }
 
 fn entries(

@@ -4,6 +4,8 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use rayon::prelude::*;
+
 use super::gpu::Gpu;
 use super::gpu_buffer::{Form, GpuBuffer, Piece};
 use super::gpu_clock::{Clock, Readings};
@@ -204,6 +206,7 @@ impl Recorder {
         if commands.is_empty() && self.wanted.is_empty() {
             return Ok(());
         }
+        self.compile(&commands)?;
         self.copy_ahead()?;
         let (uniforms, ahead) = (self.uniforms()?, &mut self.ahead);
         self.gpu.guard("cannot submit", || {
@@ -222,6 +225,16 @@ impl Recorder {
                 readings.collect();
             }
         })
+    }
+
+    /// Compiles what is not yet, on all threads.
+    fn compile(&self, commands: &[Command]) -> Result<()> {
+        let pipelines = commands.iter().filter_map(|command| match command {
+            Command::Dispatch { pipeline, .. } if pipeline.compiled().is_none() => Some(pipeline),
+            _ => None,
+        });
+        let (pipelines, gpu) = (pipelines.collect::<Vec<_>>(), &self.gpu);
+        pipelines.par_iter().try_for_each(|pipeline| pipeline.compile(gpu))
     }
 
     /// Has rows copied along with the next submission, as many as there is room for.
@@ -268,8 +281,8 @@ impl Recorder {
         Ok(())
     }
 
-    /// Fills `bytes` with these rows of `buffer`, after all that was recorded.
-    pub fn read(&mut self, buffer: &GpuBuffer, rows: Range<usize>, bytes: &mut [u8]) -> Result<()> {
+    /// Shows the bytes of these rows of `buffer` as a GPU holds them, after all that was recorded, piece by piece.
+    pub fn read(&mut self, buffer: &GpuBuffer, rows: Range<usize>, mut take: impl FnMut(&[u8])) -> Result<()> {
         self.update(buffer, Form::Buffers);
         self.submit()?;
         match &mut self.ahead {
@@ -277,14 +290,11 @@ impl Recorder {
             None => self.gpu.wait(None)?,
         }
         let clock = Instant::now();
-        let (row_bytes, stride) = (buffer.row_bytes(), buffer.stride() as usize);
         let result = buffer.pieces(rows, PIECE_BYTES).try_for_each(|piece| {
-            let into = &mut bytes[piece.rows.start * row_bytes..piece.rows.end * row_bytes];
-            let mut take = |mapped: &[u8]| unpad(mapped, stride, into, row_bytes);
             if self.ahead.as_ref().is_some_and(|ahead| ahead.show(&piece, &mut take)) {
                 return Ok(());
             }
-            self.read_piece(&piece, take)
+            self.read_piece(&piece, &mut take)
         });
         self.time_moving += clock.elapsed();
         result
@@ -318,17 +328,6 @@ fn gains_by_texels(binding: &Binding<'_>, buffer: &GpuBuffer, invocations: u32) 
     let reads_most = binding.len as u64 <= MOST_ROWS_EACH * u64::from(invocations);
     let is_worth_copying = buffer.stride() >= TEXEL_BYTES;
     binding.may_be_texels() && (!in_buffers || reads_most && (in_texels || is_worth_copying))
-}
-
-/// Reads rows of `row_bytes` as a GPU holds them.
-fn unpad(padded: &[u8], stride: usize, rows: &mut [u8], row_bytes: usize) {
-    if stride == row_bytes {
-        rows.copy_from_slice(padded);
-        return;
-    }
-    for (row, padded) in rows.chunks_exact_mut(row_bytes).zip(padded.chunks_exact(stride)) {
-        row.copy_from_slice(&padded[..row_bytes]);
-    }
 }
 
 /// The buffer in `slot`, made on first use.
@@ -378,7 +377,9 @@ fn encode(device: &wgpu::Device, commands: &[Command], readings: Option<&Reading
         kernel += 1;
         for command in run {
             if let Command::Dispatch { pipeline, bind_group, block_offset, grid: [x, y] } = command {
-                pass.set_pipeline(&pipeline.pipeline);
+                // Submitting begins with compiling.
+                let Some(compiled) = pipeline.compiled() else { continue };
+                pass.set_pipeline(compiled);
                 pass.set_bind_group(0, bind_group, &[*block_offset]);
                 pass.dispatch_workgroups(*x, *y, 1);
             }

@@ -4,18 +4,24 @@
 use std::collections::VecDeque;
 use std::sync::mpsc;
 
+use rayon::prelude::*;
+
 use super::gpu::Gpu;
 use super::gpu_pipeline::Bound;
 use super::gpu_readback::ANSWER_TIMEOUT;
 use super::gpu_texels::Way;
 use crate::error::{Error, Result};
 
-/// Bytes copied at a time, and how many such copies are on their way.
-const PIECE_BYTES: u64 = 2 << 20;
+/// Bytes copied at a time, and on software, whose threads share the processor's caches; how many such copies are on their way.
+const PIECE_BYTES: u64 = 4 << 20;
+const SOFTWARE_PIECE_BYTES: u64 = 2 << 20;
 const PIECES: usize = 4;
 
 /// Bytes that wgpu takes on its own way: for so few a fresh buffer is no matter.
 const FEW_BYTES: u64 = 64 << 10;
+
+/// Bytes that a thread copies at a time: whole rows of nearly any kind.
+const STRIP_BYTES: usize = 48 << 11;
 
 /// The buffers, the one used last at the end.
 #[derive(Debug, Default)]
@@ -42,7 +48,7 @@ impl Upload {
     pub fn write(&mut self, gpu: &Gpu, Bound { buffer, texels }: Bound<'_>, bytes: &[u8]) -> Result<u64> {
         let (row_bytes, stride) = (buffer.row_bytes(), buffer.stride() as usize);
         let mut moved = 0;
-        for piece in buffer.pieces(0..bytes.len() / row_bytes, PIECE_BYTES) {
+        for piece in buffer.pieces(0..bytes.len() / row_bytes, piece_bytes(gpu)) {
             moved += piece.bytes;
             let rows = &bytes[piece.rows.start * row_bytes..piece.rows.end * row_bytes];
             let texels = texels.map(|texels| &texels.pages()[piece.index]);
@@ -66,10 +72,10 @@ impl Upload {
             }
             let Staging { buffer: staging, .. } = self.next(gpu)?;
             let (answer, heard) = mpsc::channel();
+            let mut view = staging.get_mapped_range_mut(..piece.bytes).map_err(|_| unwritten())?;
+            pad_in_parallel(rows, row_bytes, view.slice(..), stride);
+            drop(view);
             let submission = gpu.guard("cannot write", || {
-                let mut view = staging.get_mapped_range_mut(..piece.bytes).ok()?;
-                pad(rows, row_bytes, view.slice(..), stride);
-                drop(view);
                 staging.unmap();
                 let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
                 match texels {
@@ -82,9 +88,8 @@ impl Upload {
                 staging.map_async(wgpu::MapMode::Write, .., move |result| {
                     let _ = answer.send(result.is_ok());
                 });
-                Some(submission)
+                submission
             })?;
-            let submission = submission.ok_or_else(unwritten)?;
             self.pieces.push_back(Staging { buffer: staging, copy: Some(Copying { submission, answer: heard }) });
         }
         Ok(moved)
@@ -104,17 +109,38 @@ impl Upload {
             return Ok(Staging { buffer, copy: None });
         }
         let usage = wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC;
-        let descriptor = wgpu::BufferDescriptor { label: None, size: PIECE_BYTES, usage, mapped_at_creation: true };
+        let descriptor =
+            wgpu::BufferDescriptor { label: None, size: piece_bytes(gpu), usage, mapped_at_creation: true };
         let buffer = gpu.guard("cannot allocate", || gpu.device().create_buffer(&descriptor))?;
         Ok(Staging { buffer, copy: None })
     }
+}
+
+fn piece_bytes(gpu: &Gpu) -> u64 {
+    if gpu.is_software() { SOFTWARE_PIECE_BYTES } else { PIECE_BYTES }
 }
 
 fn unwritten() -> Error {
     Error::Device("cannot write to the GPU".into())
 }
 
-/// Writes rows of `row_bytes` as a GPU holds them.
+/// Writes rows of `row_bytes` as a GPU holds them, on all threads: one alone writes to the memory of a GPU far slower than the bus
+/// could take it.
+fn pad_in_parallel(rows: &[u8], row_bytes: usize, into: wgpu::WriteOnly<'_, [u8]>, stride: usize) {
+    let (strips, mut last) = if STRIP_BYTES.is_multiple_of(stride) {
+        let (strips, last) = into.into_chunks::<STRIP_BYTES>();
+        (strips.into_iter().collect(), last)
+    } else {
+        (Vec::new(), into)
+    };
+    let strip_rows = STRIP_BYTES / stride * row_bytes;
+    let (whole, rest) = rows.split_at(strips.len() * strip_rows);
+    let strips = strips.into_par_iter().zip(whole.par_chunks(strip_rows));
+    strips.for_each(|(strip, rows)| pad(rows, row_bytes, strip.into(), stride));
+    pad(rest, row_bytes, last.slice(..), stride);
+}
+
+/// The same on this thread.
 fn pad(rows: &[u8], row_bytes: usize, mut into: wgpu::WriteOnly<'_, [u8]>, stride: usize) {
     match stride {
         _ if stride == row_bytes => into.copy_from_slice(rows),

@@ -4,11 +4,16 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::time::Duration;
 
+use rayon::prelude::*;
+
 use super::Kernel;
 use super::buffer::{Buffer, Row};
 use super::gpu_recorder::Recorder;
 use super::module::Signature;
 use crate::error::{Error, Result};
+
+/// Rows that a thread takes at a time at least.
+const ROWS_EACH: usize = 1 << 12;
 
 /// Runs kernels in order. On the CPU each call does its work at once; on a GPU it is recorded, and [`Queue::read`]
 /// submits what was recorded and waits.
@@ -89,8 +94,8 @@ impl Queue {
     /// Runs a kernel.
     ///
     /// # Errors
-    /// [`Error::Device`] when the device refuses it, is out of memory or was lost; [`Error::Limit`] when its buffers are
-    /// too large to bind.
+    /// [`Error::Device`] when the device is out of memory or was lost; [`Error::Limit`] when its buffers are too large to
+    /// bind. A kernel that a GPU refuses is an error of what submits it.
     pub fn run<K: Kernel>(&mut self, mut kernel: K) -> Result<()> {
         match &mut self.gpu {
             Some(recorder) => {
@@ -119,15 +124,16 @@ impl Queue {
     /// Appends a range of the rows of `buffer` to `rows`, after all that was issued before.
     ///
     /// # Errors
-    /// [`Error::Device`] when the rows are not there or the device was lost; `rows` is then as it was.
+    /// [`Error::Device`] when the rows are not there, the device refuses a kernel that was issued, or was lost; `rows` is
+    /// then as it was.
     pub fn read<T: Row>(&mut self, buffer: &Buffer<T>, range: Range<usize>, rows: &mut Vec<T>) -> Result<()> {
         fits(range.end, buffer)?;
         match &mut self.gpu {
             Some(recorder) => {
-                let kept = rows.len();
-                rows.resize(kept + range.len(), T::zeroed());
-                let into = bytemuck::cast_slice_mut(&mut rows[kept..]);
-                recorder.read(buffer.on_device()?, range, into).inspect_err(|_| rows.truncate(kept))
+                let (kept, buffer) = (rows.len(), buffer.on_device()?);
+                rows.reserve(range.len());
+                let result = recorder.read(buffer, range, |padded| append(rows, padded, buffer.stride() as usize));
+                result.inspect_err(|_| rows.truncate(kept))
             }
             None => {
                 rows.extend_from_slice(&buffer.host()[range]);
@@ -152,7 +158,7 @@ impl Queue {
     /// Submits what was recorded, without waiting for it.
     ///
     /// # Errors
-    /// [`Error::Device`] when the device was lost.
+    /// [`Error::Device`] when the device refuses a kernel, or was lost.
     pub fn submit(&mut self) -> Result<()> {
         self.gpu.as_mut().map_or(Ok(()), Recorder::submit)
     }
@@ -166,6 +172,12 @@ impl Queue {
     pub fn bytes_moved(&self) -> u64 {
         self.gpu.as_ref().map_or(0, Recorder::bytes_moved)
     }
+}
+
+/// Appends rows from the bytes in which a GPU holds them, on all threads.
+fn append<T: Row>(rows: &mut Vec<T>, padded: &[u8], stride: usize) {
+    let padded = padded.par_chunks_exact(stride).with_min_len(ROWS_EACH);
+    rows.par_extend(padded.map(|row| bytemuck::pod_read_unaligned::<T>(&row[..size_of::<T>()])));
 }
 
 fn fits<T: Row>(len: usize, buffer: &Buffer<T>) -> Result<()> {

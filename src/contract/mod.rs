@@ -80,6 +80,7 @@ mod triangle;
 mod triangles;
 mod unwedge;
 mod uv_kernel;
+mod warm_up;
 mod wedges;
 mod weigh;
 mod weighting;
@@ -92,7 +93,7 @@ use crate::backend::{Awake, Device};
 use crate::error::{Error, Result};
 use crate::kernel::pair_quadric::{ANYWHERE, AT_ENDS, AT_THREE, ON_SEGMENT};
 use crate::mesh::limits::{MAX_FLIP_RAD, check_max_flip};
-use crate::mesh::{Mesh, shapes, vertex_normals};
+use crate::mesh::{Mesh, vertex_normals};
 use crate::polish::Flips;
 use crate::simplify::{Budget, OnProgress, Outcome};
 
@@ -104,6 +105,7 @@ pub use features::feature_degrees;
 pub use lock::Lock;
 pub use quadrics::{PlaneWeight, QuadricFormat, QuadricFrame, QuadricRecord, Quadrics};
 pub use quantize::{InitialQuadrics, initial_quadrics};
+pub(crate) use warm_up::warm_up;
 pub use weighting::{Feature, FeatureMode, Update, Weighting};
 
 /// What a contraction costs and where its vertex goes.
@@ -330,34 +332,6 @@ impl Options {
         }
         Ok(())
     }
-}
-
-/// Faces of the sphere that is simplified to load the kernels, in some rounds: 20 · 4³.
-const WARM_UP_LEVEL: u32 = 3;
-const WARM_UP_KEEP: f64 = 0.2;
-
-/// Loads the kernels: see [`crate::simplify::warm_up()`].
-pub fn warm_up(options: &Options, device: &Device) -> Result<()> {
-    let Some(device) = device.for_any_mesh() else { return options.check() };
-    let sphere = shapes::icosphere(WARM_UP_LEVEL);
-    let weighting = match &options.weighting {
-        Weighting::Given(_) => Weighting::Given(vec![1.0; sphere.positions.len()].into()),
-        other => other.clone(),
-    };
-    // Lengths are of another mesh.
-    let options = Options {
-        weighting,
-        locked: None,
-        lock: None,
-        log: false,
-        weld: Some(0.0),
-        join_within: 0.0,
-        prune: Some(0.0),
-        ..options.clone()
-    };
-    run(&sphere, &options, &[Budget::keep(WARM_UP_KEEP)], &device, None)?;
-    device.forget_kernel_times();
-    Ok(())
 }
 
 /// Runs pair contraction once, for all of `budgets`: see [`crate::simplify_levels()`].

@@ -3,6 +3,8 @@
 //! The host knows no more than a bound on how many pairs there are, and kernels find the rest where kernels before them
 //! left it. Rows past the pairs hold what earlier rounds left: they are costed with the others and never counted.
 
+use rayon::prelude::*;
+
 use crate::backend::{Buffer, Queue};
 use crate::error::{Error, Result};
 use crate::kernel::cost_histogram::{BUCKETS, CostHistogram};
@@ -162,7 +164,7 @@ impl Proposal {
         }
         queue.read(&self.candidates, 0..passing as usize, candidates)?;
         let half_edges = 3 * surface.face_count as u32;
-        if candidates.iter().any(|candidate| candidate.half_edge >= half_edges) {
+        if candidates.par_iter().any(|candidate| candidate.half_edge >= half_edges) {
             return Err(Error::Device("it returned pairs that do not exist".into()));
         }
         if let Some(round_weights) = &self.weights {

@@ -435,7 +435,8 @@ fn a_bad_kernel_is_an_error() {
     let Some(device) = gpu() else { return };
     let mut queue = gpu_queue(device);
     let mut rows = queue.buffer(5).unwrap();
-    let error = message(queue.run(Misspelled(&mut rows)));
+    // Kernels are compiled when they are submitted, all at once.
+    let error = message(queue.run(Misspelled(&mut rows)).and_then(|()| queue.submit()));
     assert!(error.contains("misspelled") && error.contains("stroe_rows"), "{error}");
     triples(&mut queue, 100).expect("the device goes on");
 }
