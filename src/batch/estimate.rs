@@ -23,6 +23,11 @@ pub(super) fn most_faces(input: &Input) -> u64 {
     }
 }
 
+/// The faces of a file as far as its size tells; none of what is no mesh.
+pub fn faces_in_file(path: &Path) -> u64 {
+    faces_of_file(path, FileSize::of(path), usual_bytes)
+}
+
 fn faces_of_file(path: &Path, size: FileSize, bytes_a_face: fn(Format) -> u64) -> u64 {
     let Ok((format, compression)) = Format::from_path(path) else { return 0 };
     let bytes = match (compression, size.unpacked) {

@@ -34,7 +34,7 @@ use crate::backend::Device;
 use crate::error::{Error, Result};
 use crate::simplify::{Progress, simplify_levels};
 
-pub use estimate::{BYTES_ALWAYS, bytes_needed, bytes_of_levels};
+pub use estimate::{BYTES_ALWAYS, bytes_needed, bytes_of_levels, faces_in_file};
 pub use failure::{Failure, Reason};
 pub use input::{Input, Origin, Request, list};
 pub use ledger::{Deviation, Hash, Made, Measured, Record, Seconds, Status};

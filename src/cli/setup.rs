@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::thread::available_parallelism;
 use std::time::Instant;
 
 use coarsen::backend::{GpuOptions, Selector};
@@ -18,6 +19,10 @@ use super::progress::Meter;
 use super::resolve::{Problems, check_beside, selector};
 use super::source::Source;
 use super::{interrupt, memory, method, quadrics, weights};
+
+/// Faces for each thread from which a GPU gains more than it takes to open it, a quarter of a second: on an H100, where a thread
+/// costs the pairs of as many faces in that time.
+const GAIN_FACES_A_THREAD: u64 = 1_000_000;
 
 /// From where, how and on what to simplify, and what to say of it.
 #[derive(Debug)]
@@ -100,13 +105,21 @@ impl Setup {
     /// As [`Device::open_here`].
     pub fn open(&self) -> anyhow::Result<Device> {
         let timing = GpuOptions { time_kernels: self.verbosity == Verbosity::Verbose, ..GpuOptions::default() };
-        let device = Device::open_here(&self.selector, self.threads, &timing)?;
+        let device = Device::open_here(self.selector_for_source(), self.threads, &timing)?;
         device.notes().iter().for_each(|note| console::note(self.verbosity, note));
         Ok(device)
     }
 
-    /// Reads the input, and has a GPU that is sure to be used load its kernels in the meantime; also returns the seconds that
-    /// it took.
+    /// What is opened: a GPU is not even looked for where the CPU is done before it would be open, or a method makes no use of
+    /// it unasked.
+    fn selector_for_source(&self) -> &Selector {
+        let threads = if self.threads > 0 { self.threads } else { available_parallelism().map_or(1, usize::from) };
+        let is_large = self.source.faces() >= GAIN_FACES_A_THREAD * threads as u64;
+        let gains = is_large && matches!(self.method, Method::Contract(_));
+        if self.selector == Selector::Auto && !gains { &Selector::Cpu } else { &self.selector }
+    }
+
+    /// Reads the input, and has a GPU load its kernels in the meantime; also returns the seconds that it took.
     ///
     /// # Errors
     /// As [`Source::read_scene`], and a compressed file whose content is above the memory limit.
@@ -115,7 +128,7 @@ impl Setup {
             memory::check_reading(path, self.memory_limit)?;
         }
         let (input, secs) = std::thread::scope(|scope| {
-            if device.is_gpu() && (self.selector != Selector::Auto || self.source.is_large()) {
+            if device.is_gpu() {
                 // What fails here fails again in the run, which then tells.
                 scope.spawn(|| coarsen::warm_up(&self.method, device));
             }

@@ -5,14 +5,12 @@ use std::fs;
 use std::io::{self, BufRead};
 use std::path::{Path, PathBuf};
 
+use coarsen::batch::faces_in_file;
 use coarsen::formats::{self, Compression, Document, Format, Scene};
 use coarsen::mesh::samples::{LEAST_FACES, MOST_FACES, SAMPLES, parse_sample, sample};
 use coarsen::{Error, Mesh};
 
 use super::failure::at;
-
-/// Bytes of about 100,000 faces in a binary file.
-const LARGE_BYTES: u64 = 2_000_000;
 
 /// An input.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -60,9 +58,13 @@ impl Source {
         }
     }
 
-    /// Whether it is a file of so many bytes that its mesh gains on a GPU.
-    pub fn is_large(&self) -> bool {
-        self.path().and_then(|path| fs::metadata(path).ok()).is_some_and(|file| file.len() >= LARGE_BYTES)
+    /// About how many faces it has, as far as can be told before it is read: none of standard input.
+    pub fn faces(&self) -> u64 {
+        match self {
+            Self::File(path) => faces_in_file(path),
+            Self::Sample { faces, .. } => faces.unwrap_or(0) as u64,
+            Self::Stdin(_) => 0,
+        }
     }
 
     /// Reads or makes the mesh.
