@@ -2,7 +2,7 @@
 
 fn weighed_key(key: u32, first: f32, second: f32) -> u32 {
     let cost = flush(min(bitcast<f32>(key), GREATEST_COST), LEAST);
-    return bitcast<u32>(flush(mul(cost, max(first, second)), LEAST));
+    return bitcast<u32>(flush(mul(cost, flush(max(first, second), LEAST)), LEAST));
 }
 
 fn run(i: u32) {

@@ -1,6 +1,7 @@
 // Multiplies the quadric of every vertex by its weight. Twin: src/kernel/weigh_quadrics.rs
 
-fn weighed(q: PlaneQuadric, w: f32) -> PlaneQuadric {
+fn weighed(q: PlaneQuadric, weight: f32) -> PlaneQuadric {
+    let w = flush(weight, LEAST);
     return PlaneQuadric(
         flush(mul(q.xx, w), LEAST),
         flush(mul(q.xy, w), LEAST),

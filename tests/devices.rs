@@ -168,6 +168,24 @@ fn warming_up_changes_nothing() {
     assert!(coarsen::warm_up(&method, &cpu(1)).is_err() && coarsen::warm_up(&method, &device).is_err());
 }
 
+/// A GPU loads all that meshes may need, software, which compiles on the cores that have the mesh to read, what a closed one does.
+#[test]
+fn what_is_warm_loads_no_kernel() {
+    let Some(device) = gpu(&GpuOptions { handover_faces: Some(0), ..many_rounds(true) }) else { return };
+    let mut mesh = if device.is_software() { shapes::icosphere(4) } else { shapes::plane(40, 40) };
+    let mut options = options(Metric::Volume);
+    coarsen::warm_up(&Method::Contract(options.clone()), &device).expect("good options");
+    let loaded = device.loaded_kernels();
+    if !device.is_software() {
+        mesh.colors =
+            Some(mesh.positions.iter().map(|p| [(0.01 * p.x) as f32, (0.02 * p.y) as f32, 0.5, 1.0]).collect());
+        options.lock_border = true;
+    }
+    let outcome = contract_on(&device, &mesh, &options, Budget::keep(0.2));
+    assert!(outcome.rounds.iter().filter(|round| round.on_gpu).count() > 2 && loaded > 10, "{:?}", outcome.rounds);
+    assert_eq!(device.loaded_kernels(), loaded);
+}
+
 #[test]
 fn small_pages_return_the_cpu_s_bytes() {
     let Some(device) = gpu(&small_pages()) else { return };

@@ -201,6 +201,12 @@ impl Device {
         self.gpu.as_ref().map_or(0, |gpu| gpu.allocated())
     }
 
+    /// How many kernels are loaded, each variant for itself: for tests of what is loaded beforehand.
+    #[doc(hidden)]
+    pub fn loaded_kernels(&self) -> usize {
+        self.gpu.as_ref().map_or(0, |gpu| gpu.loaded_kernels())
+    }
+
     /// Loses the GPU as a driver's reset would: for tests of what follows.
     #[doc(hidden)]
     pub fn lose_gpu(&self) {

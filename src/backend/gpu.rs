@@ -127,6 +127,11 @@ impl Gpu {
         self.info.device_type == wgpu::DeviceType::Cpu
     }
 
+    /// How many kernels are loaded.
+    pub fn loaded_kernels(&self) -> usize {
+        lock(&self.pipelines).len()
+    }
+
     /// Loses the device.
     pub fn lose(&self) {
         self.device.destroy();

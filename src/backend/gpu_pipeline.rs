@@ -1,11 +1,12 @@
 //! A kernel's compute pipeline and its explicit layout.
 
 use std::num::NonZeroU64;
-use std::sync::OnceLock;
+use std::sync::Mutex;
 
 use super::Access;
 use super::gpu::Gpu;
 use super::gpu_buffer::{Form, GpuBuffer, stride};
+use super::gpu_faults::lock;
 use super::gpu_texels::{Texels, format};
 use super::module::{PageShape, Signature};
 use crate::error::{Error, Result};
@@ -47,8 +48,8 @@ pub struct Pipeline {
     text: String,
     layout: wgpu::BindGroupLayout,
     uniform_bytes: NonZeroU64,
-    /// What a pass sets, or why the device refused it.
-    compiled: OnceLock<std::result::Result<wgpu::ComputePipeline, String>>,
+    /// What a pass sets, once it is compiled.
+    compiled: Mutex<Option<wgpu::ComputePipeline>>,
 }
 
 impl Pipeline {
@@ -74,15 +75,19 @@ impl Pipeline {
             })
         })?;
         let text = signature.compose(pages, gpu.dialect());
-        Ok(Self { name: signature.name, text, layout, uniform_bytes, compiled: OnceLock::new() })
+        Ok(Self { name: signature.name, text, layout, uniform_bytes, compiled: Mutex::new(None) })
     }
 
-    /// Validates and compiles it, unless that was done.
+    /// What a pass sets: validated and compiled, unless that was done. After an error it is tried again.
     ///
     /// # Errors
     /// [`Error::Device`] when the device refuses it.
-    pub fn compile(&self, gpu: &Gpu) -> Result<()> {
-        let build = || {
+    pub fn compile(&self, gpu: &Gpu) -> Result<wgpu::ComputePipeline> {
+        let mut compiled = lock(&self.compiled);
+        if let Some(pipeline) = &*compiled {
+            return Ok(pipeline.clone());
+        }
+        let pipeline = gpu.guard(&refusal(self.name), || {
             let device = gpu.device();
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(self.name),
@@ -101,20 +106,13 @@ impl Pipeline {
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 cache: None,
             })
-        };
-        let compile = || {
-            gpu.guard(&refusal(self.name), build).map_err(|reason| match reason {
-                Error::Device(reason) => reason,
-                other => other.to_string(),
-            })
-        };
-        let refused = self.compiled.get_or_init(compile).as_ref().err();
-        refused.map_or(Ok(()), |reason| Err(Error::Device(reason.clone())))
+        })?;
+        Ok(compiled.insert(pipeline).clone())
     }
 
-    /// What a pass sets, once it is compiled.
-    pub fn compiled(&self) -> Option<&wgpu::ComputePipeline> {
-        self.compiled.get()?.as_ref().ok()
+    /// What a pass sets, if it is compiled.
+    pub fn compiled(&self) -> Option<wgpu::ComputePipeline> {
+        lock(&self.compiled).clone()
     }
 
     /// Binds a uniform block in `uniforms` (at a dynamic offset) and these buffers.

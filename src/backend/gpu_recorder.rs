@@ -206,14 +206,17 @@ impl Recorder {
         if commands.is_empty() && self.wanted.is_empty() {
             return Ok(());
         }
-        self.compile(&commands)?;
+        let compiled = self.compiled(&commands).inspect_err(|_| {
+            self.forget_ahead();
+            self.wanted.clear();
+        })?;
         self.copy_ahead()?;
         let (uniforms, ahead) = (self.uniforms()?, &mut self.ahead);
         self.gpu.guard("cannot submit", || {
             // Ordered after the earlier submissions, so that they still read their own blocks.
             self.gpu.queue().write_buffer(&uniforms, 0, &blocks);
             let readings = self.gpu.clock().and_then(|clock| readings(clock, self.gpu.device(), &commands));
-            let mut encoder = encode(self.gpu.device(), &commands, readings.as_ref());
+            let mut encoder = encode(self.gpu.device(), &commands, &compiled, readings.as_ref());
             if let Some(ahead) = ahead {
                 ahead.encode(&mut encoder);
             }
@@ -227,14 +230,17 @@ impl Recorder {
         })
     }
 
-    /// Compiles what is not yet, on all threads.
-    fn compile(&self, commands: &[Command]) -> Result<()> {
+    /// What every dispatch sets; what is not compiled yet is, on all threads.
+    fn compiled(&self, commands: &[Command]) -> Result<Vec<wgpu::ComputePipeline>> {
         let pipelines = commands.iter().filter_map(|command| match command {
-            Command::Dispatch { pipeline, .. } if pipeline.compiled().is_none() => Some(pipeline),
-            _ => None,
+            Command::Dispatch { pipeline, .. } => Some(pipeline),
+            Command::Clear { .. } | Command::Copy { .. } => None,
         });
         let (pipelines, gpu) = (pipelines.collect::<Vec<_>>(), &self.gpu);
-        pipelines.par_iter().try_for_each(|pipeline| pipeline.compile(gpu))
+        match pipelines.iter().map(|pipeline| pipeline.compiled()).collect() {
+            Some(compiled) => Ok(compiled),
+            None => pipelines.par_iter().map(|pipeline| pipeline.compile(gpu)).collect(),
+        }
     }
 
     /// Has rows copied along with the next submission, as many as there is room for.
@@ -356,10 +362,15 @@ fn readings(clock: &Clock, device: &wgpu::Device, commands: &[Command]) -> Optio
 }
 
 /// Neighboring dispatches go in one pass, or each in its own, with readings around it.
-fn encode(device: &wgpu::Device, commands: &[Command], readings: Option<&Readings>) -> wgpu::CommandEncoder {
+fn encode(
+    device: &wgpu::Device,
+    commands: &[Command],
+    compiled: &[wgpu::ComputePipeline],
+    readings: Option<&Readings>,
+) -> wgpu::CommandEncoder {
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let is_dispatch = |command: &Command| matches!(command, Command::Dispatch { .. });
-    let mut kernel = 0;
+    let (mut kernel, mut compiled) = (0, compiled.iter());
     for run in commands.chunk_by(|a, b| readings.is_none() && is_dispatch(a) && is_dispatch(b)) {
         match run {
             [Command::Clear { page, bytes }] => {
@@ -376,10 +387,10 @@ fn encode(device: &wgpu::Device, commands: &[Command], readings: Option<&Reading
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: None, timestamp_writes });
         kernel += 1;
         for command in run {
-            if let Command::Dispatch { pipeline, bind_group, block_offset, grid: [x, y] } = command {
-                // Submitting begins with compiling.
-                let Some(compiled) = pipeline.compiled() else { continue };
-                pass.set_pipeline(compiled);
+            if let (Command::Dispatch { bind_group, block_offset, grid: [x, y], .. }, Some(pipeline)) =
+                (command, compiled.next())
+            {
+                pass.set_pipeline(pipeline);
                 pass.set_bind_group(0, bind_group, &[*block_offset]);
                 pass.dispatch_workgroups(*x, *y, 1);
             }

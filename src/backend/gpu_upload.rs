@@ -72,7 +72,8 @@ impl Upload {
             }
             let Staging { buffer: staging, .. } = self.next(gpu)?;
             let (answer, heard) = mpsc::channel();
-            let mut view = staging.get_mapped_range_mut(..piece.bytes).map_err(|_| unwritten())?;
+            let view = gpu.guard("cannot write", || staging.get_mapped_range_mut(..piece.bytes).ok())?;
+            let mut view = view.ok_or_else(unwritten)?;
             pad_in_parallel(rows, row_bytes, view.slice(..), stride);
             drop(view);
             let submission = gpu.guard("cannot write", || {
@@ -133,9 +134,9 @@ fn pad_in_parallel(rows: &[u8], row_bytes: usize, into: wgpu::WriteOnly<'_, [u8]
     } else {
         (Vec::new(), into)
     };
-    let strip_rows = STRIP_BYTES / stride * row_bytes;
-    let (whole, rest) = rows.split_at(strips.len() * strip_rows);
-    let strips = strips.into_par_iter().zip(whole.par_chunks(strip_rows));
+    let strip_row_bytes = STRIP_BYTES / stride * row_bytes;
+    let (whole, rest) = rows.split_at(strips.len() * strip_row_bytes);
+    let strips = strips.into_par_iter().zip(whole.par_chunks(strip_row_bytes));
     strips.for_each(|(strip, rows)| pad(rows, row_bytes, strip.into(), stride));
     pad(rest, row_bytes, last.slice(..), stride);
 }

@@ -16,7 +16,11 @@ use crate::error::{Error, Result};
 const ROWS_EACH: usize = 1 << 12;
 
 /// Runs kernels in order. On the CPU each call does its work at once; on a GPU it is recorded, and [`Queue::read`]
-/// submits what was recorded and waits.
+/// submits what was recorded and waits. The work on the CPU, rows that are moved included, is that of the pool of whoever calls:
+/// see [`Device::install`](super::Device::install).
+///
+/// Kernels are compiled when they are first submitted. One that a GPU refuses is an error of what submits it: of a read, of a
+/// write, or of a run that finds no room. What was recorded is then lost, and its buffers are of no more use.
 #[derive(Debug)]
 pub struct Queue {
     gpu: Option<Recorder>,
@@ -64,7 +68,7 @@ impl Queue {
     /// Copies `rows` to the start of `buffer`.
     ///
     /// # Errors
-    /// [`Error::Device`] when the rows do not fit or the device was lost.
+    /// [`Error::Device`] when the rows do not fit, or the device refuses a kernel that was issued or was lost.
     pub fn write<T: Row>(&mut self, buffer: &mut Buffer<T>, rows: &[T]) -> Result<()> {
         fits(rows.len(), buffer)?;
         match &mut self.gpu {
@@ -94,8 +98,8 @@ impl Queue {
     /// Runs a kernel.
     ///
     /// # Errors
-    /// [`Error::Device`] when the device is out of memory or was lost; [`Error::Limit`] when its buffers are too large to
-    /// bind. A kernel that a GPU refuses is an error of what submits it.
+    /// [`Error::Device`] when the device is out of memory, was lost, or refuses a kernel that was issued; [`Error::Limit`]
+    /// when its buffers are too large to bind.
     pub fn run<K: Kernel>(&mut self, mut kernel: K) -> Result<()> {
         match &mut self.gpu {
             Some(recorder) => {
@@ -158,7 +162,7 @@ impl Queue {
     /// Submits what was recorded, without waiting for it.
     ///
     /// # Errors
-    /// [`Error::Device`] when the device refuses a kernel, or was lost.
+    /// [`Error::Device`] when the device refuses a kernel or was lost.
     pub fn submit(&mut self) -> Result<()> {
         self.gpu.as_mut().map_or(Ok(()), Recorder::submit)
     }

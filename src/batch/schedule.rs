@@ -7,14 +7,13 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 use super::estimate;
 use super::plan::Job;
+use crate::contract::auto_faces;
 
 /// Faces from which a mesh gets all cores, one after the other: two threads are 1.7 times as fast as one, so that smaller
 /// ones are better off side by side.
 const WIDE_FACES: u64 = 2_000_000;
 /// The same for the last meshes of a run, where cores would be idle.
 const LAST_WIDE_FACES: u64 = 50_000;
-/// Faces from which a mesh goes to the GPU, if there is one: as many as `auto` takes one for.
-const GPU_FACES: u64 = 100_000;
 
 /// Bytes that an allocator may keep of what a lane gave back.
 const KEPT_BYTES: u64 = 128 << 20;
@@ -109,9 +108,9 @@ impl Schedule {
         self.changed.notify_all();
     }
 
-    /// Whether a mesh of `faces` faces goes to the GPU.
+    /// Whether a mesh of `faces` faces goes to the GPU, if there is one: as large as one that `auto` takes it for.
     pub fn is_for_gpu(&self, faces: u64) -> bool {
-        self.has_gpu && faces >= GPU_FACES
+        self.has_gpu && faces >= auto_faces(self.cores) as u64
     }
 
     /// Whether a mesh of `faces` faces is to have all cores.

@@ -58,7 +58,8 @@ impl Source {
         }
     }
 
-    /// About how many faces it has, as far as can be told before it is read: none of standard input.
+    /// About how many faces it has, as far as can be told before it is read: none of standard input, and of samples as they
+    /// come, which are small.
     pub fn faces(&self) -> u64 {
         match self {
             Self::File(path) => faces_in_file(path),

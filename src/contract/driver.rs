@@ -15,7 +15,7 @@ use super::commit::Committer;
 use super::committed::Committed;
 use super::evaluate::{Evaluation, Round, plane_sums};
 use super::examine::Rules;
-use super::follower::{Follower, handover_faces};
+use super::follower::{Follower, auto_faces, handover_faces};
 use super::gate::Gate;
 use super::history::{History, became};
 use super::join::Joins;
@@ -29,11 +29,6 @@ use super::surface::{Start, Surface};
 use super::triangles::Triangles;
 use super::weigh::{start_weights, weigh_start};
 use super::{Candidates, Metric, Options, Placement};
-
-/// Faces from which a GPU that was taken by itself is used, with one thread and for each further one. A round there takes a
-/// millisecond at least; what it saves, evaluating pairs, takes 2 threads as long at 150,000 faces, 16 at 600,000.
-const AUTO_FACES: usize = 100_000;
-const AUTO_FACES_A_THREAD: usize = 35_000;
 
 /// What a run is given.
 #[derive(Debug, Clone, Copy)]
@@ -209,7 +204,7 @@ impl<'a> Run<'a> {
 
     /// A queue on the GPU, if there is one that gains.
     fn gpu_queue(&self) -> Option<Queue> {
-        let least_faces = AUTO_FACES + AUTO_FACES_A_THREAD * (rayon::current_num_threads() - 1);
+        let least_faces = auto_faces(rayon::current_num_threads());
         let gains = !self.device.is_auto() || self.prepared.earlier.faces >= least_faces;
         self.device.gpu_queue().filter(|_| gains)
     }

@@ -20,6 +20,10 @@ use super::triangles::Triangles;
 use super::weigh::{start_weights, weigh_start};
 use super::{Candidates, Metric, Options};
 
+/// A round on a GPU takes a millisecond at least. What it saves, evaluating pairs, takes 2 threads as long at 150,000 faces, and
+/// 16 at 600,000: by what runs of two million took beside an H100, in proportion.
+const AUTO_FACES: usize = 75_000;
+const AUTO_FACES_A_THREAD: usize = 35_000;
 /// Live faces below which a GPU hands over to the CPU: a round there costs more than its work.
 const HANDOVER_FACES: usize = 20_000;
 /// The share of the faces below which software does, which runs on the CPU's cores and never gains: with one round there a run
@@ -159,6 +163,11 @@ impl Follower {
 fn longest_ring(surface: &Surface) -> u32 {
     let starts = &surface.ring_starts.host()[..=surface.vertex_count];
     starts.par_windows(2).map(|ends| ends[1] - ends[0]).max().unwrap_or(0)
+}
+
+/// Faces from which a GPU that was taken by itself is used, beside so many threads.
+pub fn auto_faces(threads: usize) -> usize {
+    AUTO_FACES + AUTO_FACES_A_THREAD * threads
 }
 
 /// Live faces below which a run that starts with so many goes on on the CPU.

@@ -102,6 +102,7 @@ use driver::Job;
 pub use crate::mesh::{Dropped, Normals};
 pub use attributes::{AttributeWeights, Attributes, ColorSpace, Seams};
 pub use features::feature_degrees;
+pub(crate) use follower::auto_faces;
 pub use lock::Lock;
 pub use quadrics::{PlaneWeight, QuadricFormat, QuadricFrame, QuadricRecord, Quadrics};
 pub use quantize::{InitialQuadrics, initial_quadrics};

@@ -12,7 +12,7 @@ use crate::simplify::Budget;
 
 use super::{Options, Weighting, run};
 
-/// Faces of the closed shape, 20 · 4³, enough for some rounds; of the open one, and the share that is kept.
+/// The closed shape has 20 · 4³ faces, enough for some rounds, the open one so many squares a side; the share that is kept.
 const SPHERE_LEVEL: u32 = 3;
 const SHEET_SIDE: u32 = 25;
 const KEEP: f64 = 0.2;

@@ -133,7 +133,7 @@ impl Device {
 
     fn self_test(&self) -> Result<()> {
         let Some(mut queue) = self.gpu_queue() else { return Ok(()) };
-        exact_probe::self_test(&mut queue)
+        self.install(|| exact_probe::self_test(&mut queue))
             .map_err(|e| Error::Device(format!("{} fails the self-test: {}", self.description(), text(&e))))
     }
 }

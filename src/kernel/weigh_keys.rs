@@ -29,7 +29,7 @@ pub struct WeighKeys<'a> {
 #[inline(always)]
 pub fn weighed_key(key: u32, first: f32, second: f32) -> u32 {
     let cost = flush(f32::from_bits(key).min(GREATEST_COST), LEAST);
-    flush(mul(cost, first.max(second)), LEAST).to_bits()
+    flush(mul(cost, flush(first.max(second), LEAST)), LEAST).to_bits()
 }
 
 /// Multiplies the keys of these pairs.

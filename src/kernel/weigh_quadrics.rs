@@ -22,6 +22,7 @@ pub struct WeighQuadrics<'a> {
 /// A quadric whose value is `w` times that of `q`. Its weight grows as well: the deviation that it tells stays a length.
 #[inline(always)]
 pub fn weighed(q: PlaneQuadric, w: f32) -> PlaneQuadric {
+    let w = flush(w, LEAST);
     PlaneQuadric {
         xx: flush(mul(q.xx, w), LEAST),
         xy: flush(mul(q.xy, w), LEAST),

@@ -192,7 +192,7 @@ fn without_a_driver_auto_runs_on_the_cpu_and_gpu_says_what_to_install() {
     // A GPU is looked for where it could gain, and nothing is said of it elsewhere.
     let small = without_driver("simplify sample:part@1k small.ply -f 500").succeeds();
     assert!(small.err.lines().count() == 1 && small.err.contains("CPU"), "{}", small.err);
-    let ran = without_driver("simplify sample:part@1M out.ply -f 500 -j 1").succeeds();
+    let ran = without_driver("simplify sample:part@1500k out.ply -r 95% -j 1").succeeds();
     let lines: Vec<&str> = ran.err.lines().collect();
     assert!(lines.len() == 2 && lines[0].starts_with("coarsen: no GPU is used: "), "{}", ran.err);
     assert!(lines[1].contains("CPU"), "{}", ran.err);

@@ -142,7 +142,8 @@ pub struct Inspect {
 
 /// List the adapters and what 'auto' would take
 ///
-/// Lists every graphics adapter with its limits, and says which device `--device auto` would take and why.
+/// Lists every graphics adapter with its limits, and says which device `--device auto` would take, where it gains, and
+/// why.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  coarsen devices")]
 pub struct Devices {

@@ -75,7 +75,7 @@ fn curved(round: &Round) -> (Vec<Corners>, Vec<f32>) {
 /// A weight for each of `count` rows: zeros, ones, and others of all magnitudes that are used.
 fn some_weights(count: usize) -> Vec<f32> {
     let mut random = Random::new();
-    let mut weight = || [0.0, 1.0, 1.5, 1e-3, 5.0, 1e-30, random.centered() + 0.5][random.below(7) as usize];
+    let mut weight = || [0.0, 1.0, 1.5, 1e-3, 5.0, 1e-30, 1e-40, random.centered() + 0.5][random.below(8) as usize];
     (0..count).map(|_| weight()).collect()
 }
 
