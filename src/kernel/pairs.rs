@@ -4,7 +4,7 @@
 //! for it; on a border there is one.
 
 use super::rows::{BORDER, Edge, Face, HUB, LOCKED};
-use super::stars::{AROUND, Spoke, Spokes, Stars, spoke};
+use super::stars::{AROUND, FEW_AROUND, Spoke, Spokes, Stars, spoke};
 use crate::backend::{Constant, Switch};
 use crate::math::places::Places;
 
@@ -118,8 +118,9 @@ impl Lister {
 /// [`Lister::append`] at a border, at hubs, and where a ring is longer.
 #[cold]
 fn append_special(u: u32, stars: &Stars<'_>, pairs: &mut Vec<Edge>) {
-    match Spokes::around(u, stars) {
-        Some(spokes) if stars.positions[u as usize].flags & HUB == 0 => append_by_spokes(u, &spokes, stars, pairs),
+    let is_worth_it = stars.ring(u).len() > FEW_AROUND && stars.positions[u as usize].flags & HUB == 0;
+    match is_worth_it.then(|| Spokes::around(u, stars)).flatten() {
+        Some(spokes) => append_by_spokes(u, &spokes, stars, pairs),
         _ => pairs_at(u, stars, |pair| pairs.push(pair)),
     }
 }

@@ -78,6 +78,9 @@ pub fn spoke(face: Face, vertex: u32) -> Spoke {
 /// Faces of a ring that [`Spokes`] have room for; few vertices have more.
 pub const AROUND: usize = 16;
 
+/// Faces of a ring that are sooner looked at one by one than [`Spokes`] of them are made.
+pub const FEW_AROUND: usize = 2;
+
 /// The other corners of the faces of a ring, which are looked up many at a time.
 #[derive(Debug)]
 pub struct Spokes {
@@ -149,7 +152,8 @@ impl<'a> Rim<'a> {
     #[inline(always)]
     pub fn around(vertex: u32, stars: &'a Stars<'a>) -> Self {
         let count = stars.ring(vertex).len();
-        let known = Spokes::around(vertex, stars).map(|Spokes { next, last }| {
+        let spokes = if count > FEW_AROUND { Spokes::around(vertex, stars) } else { None };
+        let known = spokes.map(|Spokes { next, last }| {
             let (mut next_uses, mut last_uses) = ([0; AROUND], [0; AROUND]);
             for &corner in next[..count].iter().chain(&last[..count]) {
                 for place in 0..AROUND {
