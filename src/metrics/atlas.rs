@@ -176,16 +176,19 @@ impl<'a> Atlas<'a> {
         Some(if nearest > 0.0 { self.nearest_rim(point, patch, nearest) } else { nearest })
     }
 
-    /// The least of `least` and the ways by edges on rims.
+    /// The least of `least` and the ways by edges on rims, the nearest of which are tried first: where cards repeat a texture all
+    /// edges are on rims.
     fn nearest_rim(&self, point: DVec3, patch: &Patch, mut least: f64) -> f64 {
-        let mut waiting = vec![0];
-        while let Some(at) = waiting.pop() {
-            let Node { bounds, first, count, has_rim } = self.nodes[at];
-            if !has_rim || bounds.distance_sq(point) >= least * least {
+        let distance_sq = |at: usize| self.nodes[at].bounds.distance_sq(point);
+        let mut waiting = vec![(0, distance_sq(0))];
+        while let Some((at, distance)) = waiting.pop() {
+            let Node { first, count, has_rim, .. } = self.nodes[at];
+            if !has_rim || distance >= least * least {
                 continue;
             }
             if count == 0 {
-                waiting.extend([at + first as usize, at + 1]);
+                let [one, other] = [at + 1, at + first as usize].map(|child| (child, distance_sq(child)));
+                waiting.extend(if one.1 <= other.1 { [other, one] } else { [one, other] });
                 continue;
             }
             for number in first as usize..(first + count) as usize {
