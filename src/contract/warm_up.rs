@@ -21,7 +21,7 @@ const KEEP: f64 = 0.2;
 pub(crate) fn warm_up(options: &Options, device: &Device) -> Result<()> {
     let Some(device) = device.for_any_mesh() else { return options.check() };
     let shapes = [shapes::icosphere(SPHERE_LEVEL), colored_sheet()];
-    // Software compiles on the cores that read the mesh: of little use to it, it is not to load what may not be needed.
+    // Software compiles on the cores that read the mesh, and so only what any mesh needs.
     let runs = if device.is_software() { &[(0, false)][..] } else { &[(0, false), (1, false), (0, true), (1, true)] };
     let result = device.install(|| {
         runs.par_iter().try_for_each(|&(shape, is_held)| {

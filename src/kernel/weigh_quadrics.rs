@@ -19,10 +19,10 @@ pub struct WeighQuadrics<'a> {
     pub weighed_quadrics: &'a mut Buffer<PlaneQuadric>,
 }
 
-/// A quadric whose value is `w` times that of `q`. Its weight grows as well: the deviation that it tells stays a length.
+/// A quadric whose value is `weight` times that of `q`. Its weight grows as well: the deviation that it tells stays a length.
 #[inline(always)]
-pub fn weighed(q: PlaneQuadric, w: f32) -> PlaneQuadric {
-    let w = flush(w, LEAST);
+pub fn weighed(q: PlaneQuadric, weight: f32) -> PlaneQuadric {
+    let w = flush(weight, LEAST);
     PlaneQuadric {
         xx: flush(mul(q.xx, w), LEAST),
         xy: flush(mul(q.xy, w), LEAST),
