@@ -65,6 +65,35 @@ fn thin_sheets_keep_their_rims() {
     }
 }
 
+/// Flat rings so thick, one beside the other, with holes of radius 1 and of `steps` steps.
+fn washers(count: u32, steps: u32, thickness: f64) -> Mesh {
+    let mut all = Mesh::default();
+    for ring in 0..count {
+        let mut washer = shapes::torus(steps, 4);
+        for (v, p) in washer.positions.iter_mut().enumerate() {
+            let (radius, up) = [(3.0, 0.0), (3.0, thickness), (1.0, thickness), (1.0, 0.0)][v % 4];
+            let out = DVec3::new(p.x, p.y, 0.0).normalize() * radius;
+            *p = DVec3::new(out.x + 7.0 * f64::from(ring), out.y, up);
+        }
+        let first = all.positions.len() as u32;
+        all.positions.extend(washer.positions);
+        all.faces.extend(washer.faces.iter().map(|face| face.map(|v| v + first)));
+    }
+    all
+}
+
+#[test]
+fn what_rims_of_thin_plates_lose_is_in_the_estimate() {
+    for (thickness, limit) in [(2e-3, 0.1), (2e-3, 0.03), (2e-2, 0.1)] {
+        let washers = washers(3, 48, thickness);
+        let outcome = contract(&washers, &Options::default(), Budget::error_abs(limit));
+        let found = deviation(&washers, &outcome.mesh, 20_000);
+        let most = found.forward_max.max(found.backward_max) * washers.diagonal();
+        let shares = [outcome.error_estimate / most, most / limit];
+        assert!(shares[0] > 0.25 && (0.1..4.0).contains(&shares[1]), "{thickness}, {limit}: {shares:?}");
+    }
+}
+
 #[test]
 fn walls_with_two_sides_stay() {
     for (count, n, faces) in [(5, 16, 600), (3, 16, 432), (3, 16, 350)] {

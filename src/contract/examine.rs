@@ -8,11 +8,12 @@ use crate::kernel::weigh_quadrics::weighed;
 use crate::math::DVec3;
 use crate::mesh::limits::min_cos;
 
+use super::advance::{Advance, advance, is_bent};
 use super::blend::Blend;
 use super::filter::{Rejection, ShapeLimits, closed_link_condition, link_condition, shapes_hold};
 use super::patch::{Accumulated, Patch, Placed};
 use super::placement::Quadric;
-use super::retreat::retreat_sq;
+use super::retreat::{believed_sq, retreat_sq};
 use super::seam_filter::seams_let;
 use super::sides::Sides;
 use super::star::Star;
@@ -213,16 +214,17 @@ impl Examiner {
             return Err(Rejection::Border.into());
         }
         shapes_hold(&self.star, at.as_dvec3() - middle, self.rules.limits)?;
-        let mut retreat = self.retreat(&costs, x, at.as_dvec3() - middle);
+        let (mut retreat, advance) = self.unforeseen(&costs, pair, x, at.as_dvec3() - middle);
         if self.rules.keeps_walls && !cancelled.is_empty() {
             retreat = retreat.max(height_of_walls(&cancelled, patch, at.as_dvec3()));
         }
         // In single precision, as costs are: what comes back with it costs that, and no more.
-        let retreated = (weight * RETREAT * retreat * retreat * costs.geometry.weight()) as f32;
-        if f64::from(retreated) > known {
+        let off = (RETREAT * retreat * retreat * costs.geometry.weight()).max(advance.cost);
+        let unforeseen = (weight * off) as f32;
+        if f64::from(unforeseen) > known {
             match self.may_wait {
-                true if retreated > self.dearest => return Err(Rejection::Outdated.into()),
-                false => return Err(Verdict::Dearer(retreated)),
+                true if unforeseen > self.dearest => return Err(Rejection::Outdated.into()),
+                false => return Err(Verdict::Dearer(unforeseen)),
                 true => {}
             }
         }
@@ -233,7 +235,8 @@ impl Examiner {
                 Accumulated::Planes(contracted(first, second, pu.xyz(), pw.xyz(), at))
             }
             Metric::Volume => {
-                let step = off_planes(&costs.geometry, x).max((RETREAT.sqrt() * retreat) as f32);
+                let unforeseen = (RETREAT.sqrt() * retreat).max(advance.distance);
+                let step = off_planes(&costs.geometry, x).max(unforeseen as f32);
                 Accumulated::Drift(patch.drift(pair[0], pair[1]) + step)
             }
         };
@@ -256,13 +259,19 @@ impl Examiner {
         Ok(Accepted { placed, deviation, faces_removed, cancelled, end })
     }
 
-    /// How far an end comes to lie from the new faces, where the quadric does not tell; 0 elsewhere.
-    fn retreat(&self, costs: &Costs, x: DVec3, at: DVec3) -> f64 {
+    /// How far an end comes to lie from the new faces, and what is new from the old ones, where the quadric does not tell; 0
+    /// elsewhere.
+    fn unforeseen(&self, costs: &Costs, pair: [u32; 2], x: DVec3, at: DVec3) -> (f64, Advance) {
         if self.rules.metric == Metric::Plane || self.star.shared().is_empty() {
-            return 0.0;
+            return (0.0, Advance::default());
         }
         let off_sq = costs.geometry.value(x).max(0.0) / costs.geometry.weight();
-        retreat_sq(&self.star, at, off_sq).map_or(0.0, f64::sqrt)
+        let limit_sq = believed_sq(&self.star, off_sq);
+        let retreat = retreat_sq(&self.star, at, limit_sq).map_or(0.0, f64::sqrt);
+        if !is_bent(&self.star, costs.geometry.normal()) {
+            return (retreat, Advance::default());
+        }
+        (retreat, advance(&self.star, pair, at, limit_sq))
     }
 
     /// What a pair costs, whose sides are found.

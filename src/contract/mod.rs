@@ -10,6 +10,7 @@
 //! - A contraction passes the link condition on the state that those before it left: manifold in, manifold out; Euler
 //!   characteristic, borders and parts are kept. [`crate::mesh::validate()`] checks a result.
 
+mod advance;
 mod apply;
 mod attempt;
 mod attempts;

@@ -167,6 +167,11 @@ impl Quadric {
         self.c += c;
     }
 
+    /// The sum of the normals; none where the volume constraint was given up.
+    pub fn normal(&self) -> DVec3 {
+        self.n
+    }
+
     /// Gives up the volume constraint.
     pub fn free_volume(&mut self) {
         (self.n, self.d) = (DVec3::ZERO, 0.0);

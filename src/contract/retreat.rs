@@ -24,12 +24,15 @@ const BELIEVED: f64 = 3.0;
 /// Up to which share of half the pair's length, squared, distances are rounding.
 const ROUNDING_SQ: f64 = 1e-6;
 
+/// Up to which squared distance a pair's quadric is believed, which tells a mean of squares of `off_sq`.
+pub fn believed_sq(star: &Star, off_sq: f64) -> f64 {
+    BELIEVED * BELIEVED * off_sq + ROUNDING_SQ * star.h.length_squared()
+}
+
 /// The greatest squared distance of the ends of a pair from the faces of its star as they are with the new vertex at `x`, about the
-/// pair's midpoint; `None` where it is believable, of a mean of squares of `off_sq` from their planes, and where no face is left.
-pub fn retreat_sq(star: &Star, x: DVec3, off_sq: f64) -> Option<f64> {
-    let limit_sq = BELIEVED * BELIEVED * off_sq + ROUNDING_SQ * star.h.length_squared();
-    let are_covered =
-        dispatch!(star.quads.level, simd => covered(simd, star.quads.rows(), star.survivors(), star.h, x, limit_sq));
+/// pair's midpoint; `None` where it is at most `limit_sq`, and where no face is left.
+pub fn retreat_sq(star: &Star, x: DVec3, limit_sq: f64) -> Option<f64> {
+    let are_covered = are_covered(star, star.survivors(), Apex::At(x), [-star.h, star.h], limit_sq);
     let faces = || (0..star.survivors()).map(|face| [x, star.quads.point(face, 0), star.quads.point(face, 1)]);
     let from_faces =
         |end: DVec3| faces().map(|corners| closest_point(end, corners).distance_sq).fold(f64::INFINITY, f64::min);
@@ -38,26 +41,58 @@ pub fn retreat_sq(star: &Star, x: DVec3, off_sq: f64) -> Option<f64> {
     (farthest > limit_sq && farthest.is_finite()).then_some(farthest)
 }
 
-/// Whether each end, at −h and h, lies above one of the first so many faces with the new vertex at `x`, at most so far from its plane.
+/// Where the corner of faces stands that they were told from.
+#[derive(Debug, Clone, Copy)]
+pub enum Apex {
+    /// As it will be.
+    At(DVec3),
+    /// As it is: at −h for those of a pair's first end, at h for those of its second.
+    Ends(DVec3),
+}
+
+/// Whether each point lies above one of the first so many faces of a star, at most so far from its plane.
+pub fn are_covered<const N: usize>(
+    star: &Star,
+    count: usize,
+    apex: Apex,
+    points: [DVec3; N],
+    limit_sq: f64,
+) -> [bool; N] {
+    dispatch!(star.quads.level, simd => covered(simd, star.quads.rows(), count, apex, points, limit_sq))
+}
+
 #[expect(clippy::inline_always, reason = "compiled for the instruction set of its caller")]
 #[inline(always)]
-fn covered<S: Simd>(simd: S, quads: &[Quad], count: usize, h: DVec3, x: DVec3, limit_sq: f64) -> [bool; 2] {
+fn covered<S: Simd, const N: usize>(
+    simd: S,
+    quads: &[Quad],
+    count: usize,
+    apex: Apex,
+    points: [DVec3; N],
+    limit_sq: f64,
+) -> [bool; N] {
     let splat = |number: f64| f64x4::splat(simd, number);
-    let (from_x, limit_sq, zero) = (WideVec3::splat(simd, x), splat(limit_sq), splat(0.0));
-    // From the new vertex.
-    let ends = [-h - x, h - x].map(|end| WideVec3::splat(simd, end));
-    let mut covered = [0, 0];
+    let (limit_sq, zero) = (splat(limit_sq), splat(0.0));
+    let (Apex::At(at) | Apex::Ends(at)) = apex;
+    let at = WideVec3::splat(simd, at);
+    let points = points.map(|point| WideVec3::splat(simd, point));
+    let mut covered = [0; N];
     for (quad, first) in quads.iter().zip((0..count).step_by(WIDE)) {
-        let [p1, p2] = [quad.points[0].load(simd) - from_x, quad.points[1].load(simd) - from_x];
+        let from = match apex {
+            Apex::At(_) => at,
+            Apex::Ends(_) => at.scaled(quad.sides.simd_into(simd)),
+        };
+        let [p1, p2] = [quad.points[0].load(simd) - from, quad.points[1].load(simd) - from];
         let normal = p1.cross(p2);
         let normal_sq = normal.length_squared();
         let lanes = (1 << (count - first).min(WIDE)) - 1;
-        for (end, covered) in ends.iter().zip(&mut covered) {
-            // Twice the areas that the end's foot cuts off at each side, times that of the face.
-            let [at_p2, at_p1] = [normal.dot(p1.cross(*end)), normal.dot(end.cross(p2))];
-            let at_x = normal_sq - at_p1 - at_p2;
-            let height = normal.dot(*end);
-            let is_above = at_p1.simd_ge(zero) & at_p2.simd_ge(zero) & at_x.simd_ge(zero);
+        for (&point, covered) in points.iter().zip(&mut covered) {
+            let point = point - from;
+            // Twice the areas that the point's foot cuts off at each side, times that of the face.
+            let [at_p2, at_p1] = [normal.dot(p1.cross(point)), normal.dot(point.cross(p2))];
+            let at_from = normal_sq - at_p1 - at_p2;
+            let height = normal.dot(point);
+            let is_above = at_p1.simd_ge(zero) & at_p2.simd_ge(zero) & at_from.simd_ge(zero);
             let is_near = (height * height).simd_le(limit_sq * normal_sq) & normal_sq.simd_gt(zero);
             *covered |= (is_above & is_near).to_bitmask() & lanes;
         }
@@ -92,7 +127,10 @@ mod tests {
                 star.gather(pair, h, &patch).expect("the patch is the whole surface");
                 star.locate(pu + h, &patch);
                 let input = pair.map(|v| origin[v as usize]);
-                found.push((input, retreat_sq(&star, h, 0.0).map(|sq| sq.sqrt() / (2.0 * h.length()))));
+                found.push((
+                    input,
+                    retreat_sq(&star, h, believed_sq(&star, 0.0)).map(|sq| sq.sqrt() / (2.0 * h.length())),
+                ));
             }
         }
         found

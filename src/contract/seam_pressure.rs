@@ -25,7 +25,7 @@ const KEPT_OF_WRECK: f64 = 0.2;
 /// The estimated error up to which it is none yet, and a run may be taken up to go another way.
 pub const SOUND: f64 = WRECKED / 4.0;
 /// What the estimated error of a run in which seams yield is of that with them at most, for it to be worth what they show.
-const CLOSER: f64 = 0.7;
+const CLOSER: f64 = 0.8;
 
 /// What the user is told where seams yield for that.
 pub const FARTHER_WITH_SEAMS: &str = "seams yield: the surface is estimated farther off with them";
@@ -177,7 +177,7 @@ mod tests {
     fn only_what_is_much_closer_is_taken() {
         use StopReason::{Cancelled, FacesReached, Stuck};
         let is_taken = |yielding: (StopReason, f64)| taken([1.0], [yielding]) == [true];
-        assert!(is_taken((FacesReached, 0.7)) && !is_taken((FacesReached, 0.71)));
+        assert!(is_taken((FacesReached, 0.8)) && !is_taken((FacesReached, 0.81)));
         assert!(!is_taken((Stuck, 0.1)) && !is_taken((Cancelled, 0.1)));
     }
 
@@ -191,18 +191,18 @@ mod tests {
         };
         let kept = |coarsest: f64| {
             let mut made = vec![Some(level(20, 1.0)), Some(level(10, coarsest))];
-            keep_closer(&mut made, vec![(0, level(20, 0.8))], 2.0);
+            keep_closer(&mut made, vec![(0, level(20, 0.85))], 2.0);
             [0, 1].map(|level| made[level].as_ref().map(|level| level.error_estimate))
         };
-        assert_eq!([0.9, 1.1].map(kept), [[Some(0.8), Some(0.9)], [Some(1.0), Some(1.1)]]);
+        assert_eq!([0.9, 1.1].map(kept), [[Some(0.85), Some(0.9)], [Some(1.0), Some(1.1)]]);
     }
 
     #[test]
     fn no_level_is_farther_off_than_a_coarser_one() {
         let all = |errors: [f64; 3]| errors.map(|error| (StopReason::FacesReached, error));
         // What is closer by little alone is taken where a coarser one is closer than it.
-        assert_eq!(taken([1.0, 2.0, 9.0], all([0.9, 1.6, 1.8])), [false, true, true]);
-        assert_eq!(taken([1.0, 2.0, 9.0], all([0.9, 1.6, 2.5])), [false, false, true]);
+        assert_eq!(taken([1.0, 2.0, 9.0], all([0.9, 1.7, 1.8])), [false, true, true]);
+        assert_eq!(taken([1.0, 2.0, 9.0], all([0.9, 1.7, 2.5])), [false, false, true]);
         assert_eq!(taken([1.0, 2.0, 3.0], all([0.2, 1.9, 2.9])), [true, false, false]);
         let [finest, middle, coarsest] = all([0.1, 0.1, 0.1]);
         assert_eq!(taken([1.0, 2.0, 3.0], [finest, (StopReason::Cancelled, 0.1), coarsest]), [false; 3]);

@@ -1,0 +1,237 @@
+//! How far what a pair makes comes to lie from the faces that were there, where its quadric does not tell.
+//!
+//! ```text
+//!    plate |  hole        A quadric measures old planes from the new vertex. A hole's rim is held by the wall of the plate alone,
+//!    ______u              which is next to nothing where the plate is thin: that it becomes a chord, so that new faces lie
+//!           \             across the hole, costs no more than the wall between. Old faces all have new ones above them, so
+//!            x            that no end retreats either. A vertex that goes out from a plate's rim costs nothing at all.
+//!           /
+//!    ______w
+//! ```
+//!
+//! The new vertex, and the middles of the new edges of the crease that a pair lies on, are measured from the old faces: what `retreat`
+//! does, the other way around.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, f64x4};
+
+use crate::math::DVec3;
+use crate::math::wide::WideVec3;
+use crate::spatial::triangle::closest_point;
+
+use super::quads::Quad;
+use super::retreat::{Apex, are_covered};
+use super::star::Star;
+
+/// Cosine of the angle that faces are turned by where planes do not tell all.
+const TURNED_COS: f64 = 0.5;
+
+/// Cosine of the least angle between the normals of two faces on a crease, 60°.
+const CREASE_COS: f64 = 0.5;
+
+/// How far a pair goes away from the old faces.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Advance {
+    /// The greatest distance.
+    pub distance: f64,
+    /// What the triangle between an old edge and a new one costs in the units of a quadric: d high above an edge of length l,
+    /// twice its area times its mean squared distance d²/6 from the edge.
+    pub cost: f64,
+}
+
+/// Whether a face of a star that survives is turned by more than 60° from `mean`, the sum of their normals: elsewhere planes tell all.
+pub fn is_bent(star: &Star, mean: DVec3) -> bool {
+    dispatch!(star.quads.level, simd => are_turned(simd, star.quads.rows(), mean))
+}
+
+#[expect(clippy::inline_always, reason = "compiled for the instruction set of its caller")]
+#[inline(always)]
+fn are_turned<S: Simd>(simd: S, quads: &[Quad], mean: DVec3) -> bool {
+    let least_sq = f64x4::splat(simd, TURNED_COS * TURNED_COS * mean.length_squared());
+    let (mean, zero) = (WideVec3::splat(simd, mean), f64x4::splat(simd, 0.0));
+    let is_turned = |quad: &Quad| {
+        let normal = quad.normals.load(simd);
+        let along = normal.dot(mean);
+        (along.simd_lt(zero) | (along * along).simd_lt(least_sq * normal.length_squared())).to_bitmask() != 0
+    };
+    quads.iter().fold(false, |found, quad| found | is_turned(quad))
+}
+
+/// Of the pair `u`, `w`, whose vertex goes to `x`, about its midpoint; none of squared distances up to `limit_sq`.
+pub fn advance(star: &Star, [u, w]: [u32; 2], x: DVec3, limit_sq: f64) -> Advance {
+    let ends = [-star.h, star.h];
+    let moved = ends.map(|end| end != x);
+    let mut advance = Advance::default();
+    let mut measure = |point: DVec3, base: f64| {
+        let distance_sq = from_faces_sq(star, point, limit_sq);
+        if distance_sq > limit_sq {
+            let distance = distance_sq.sqrt();
+            advance.distance = advance.distance.max(distance);
+            advance.cost = advance.cost.max(base * distance * distance_sq / 6.0);
+        }
+    };
+    if moved == [true; 2] {
+        measure(x, 2.0 * star.h.length());
+    }
+    let shared = star.numbers_of_shared();
+    if shared.len() == 2 && are_on_crease(star, [shared.start, shared.start + 1]) {
+        for (end, pair) in [[u, w], [w, u]].into_iter().enumerate().filter(|&(end, _)| moved[end]) {
+            for_each_crease(star, pair, end, |to| {
+                let middle = (x + to) * 0.5;
+                let from_crease_sq =
+                    from_segment_sq(middle, ends[end], to).min(from_segment_sq(middle, ends[0], ends[1]));
+                if from_crease_sq > limit_sq {
+                    measure(middle, (to - x).length());
+                }
+            });
+        }
+    }
+    advance
+}
+
+/// The squared distance of a point from the faces of a star; 0 where it lies above one of them, at most so far from its plane.
+fn from_faces_sq(star: &Star, point: DVec3, limit_sq: f64) -> f64 {
+    if are_covered(star, star.faces().len(), Apex::Ends(star.h), [point], limit_sq) == [true] {
+        return 0.0;
+    }
+    let from = |least: f64, number: usize, end: DVec3| {
+        let corners = [end, star.quads.point(number, 0), star.quads.point(number, 1)];
+        least.min(closest_point(point, corners).distance_sq)
+    };
+    let of_first = star.numbers_of_first().chain(star.numbers_of_shared());
+    let least = of_first.fold(f64::INFINITY, |least, number| from(least, number, -star.h));
+    let least = star.numbers_of_second().fold(least, |least, number| from(least, number, star.h));
+    if least.is_finite() { least } else { 0.0 }
+}
+
+fn from_segment_sq(point: DVec3, from: DVec3, to: DVec3) -> f64 {
+    let (along, off) = (to - from, point - from);
+    let share = (off.dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    (off - along * share).length_squared()
+}
+
+/// Tells where the creases lead to that leave `own`, the first or second end of a pair, but for the pair.
+fn for_each_crease(star: &Star, [own, other]: [u32; 2], end: usize, mut tell: impl FnMut(DVec3)) {
+    let alone = if end == 0 { star.numbers_of_first() } else { star.numbers_of_second() };
+    let numbers = || alone.clone().chain(star.numbers_of_shared());
+    for number in numbers() {
+        for (corner, v) in star.face(number).others.into_iter().enumerate() {
+            // Each edge from the first of its faces.
+            let mut across = numbers().filter(|&across| across > number && star.face(across).has(v));
+            let is_crease = |across: usize| are_on_crease(star, [number, across]);
+            if v != own && v != other && across.next().is_some_and(is_crease) {
+                tell(star.quads.point(number, corner));
+            }
+        }
+    }
+}
+
+/// Whether two faces with an edge in common make a crease of it.
+fn are_on_crease(star: &Star, faces: [usize; 2]) -> bool {
+    let [a, b] = faces.map(|number| star.quads.normal(number));
+    let along = a.dot(b);
+    along < 0.0 || along * along < CREASE_COS * CREASE_COS * a.length_squared() * b.length_squared()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Options;
+    use super::super::patch::Patch;
+    use super::super::prepare::prepare;
+    use super::super::retreat::{believed_sq, retreat_sq};
+    use super::super::surface::Surface;
+    use super::*;
+    use crate::backend::Device;
+    use crate::mesh::{Mesh, shapes};
+
+    /// A flat ring so thick, of `count` steps around a hole of radius 1 and within one of radius 3.
+    fn washer(count: u32, thickness: f64) -> Mesh {
+        let mut ring = shapes::torus(count, 4);
+        for (v, p) in ring.positions.iter_mut().enumerate() {
+            let (radius, up) = [(3.0, 0.0), (3.0, thickness), (1.0, thickness), (1.0, 0.0)][v % 4];
+            let out = DVec3::new(p.x, p.y, 0.0).normalize() * radius;
+            *p = DVec3::new(out.x, out.y, up);
+        }
+        ring
+    }
+
+    /// Tells the stars of all pairs of a mesh, by their numbers there and in the star, and up to what they believe no distance.
+    fn for_each_pair(mesh: &Mesh, mut tell: impl FnMut(&Star, [u32; 2], [u32; 2], f64)) {
+        let mut prepared = prepare(mesh, &Options::default()).expect("a valid mesh");
+        let device = Device::cpu(1).expect("a device");
+        let origin = prepared.carried.origin.clone();
+        let start = prepared.take_start();
+        let mut surface = Surface::new(&mut device.cpu_queue(), start, false).expect("room");
+        let patch = Patch::whole(&mut surface, &mut prepared.carried);
+        let mut star = Star::default();
+        for corners in patch.connectivity.faces.iter().map(|face| face.corners()) {
+            for pair in [0, 1, 2].map(|k| [corners[k], corners[(k + 1) % 3]]) {
+                let [pu, pw] = pair.map(|v| patch.position(v).xyz().as_dvec3());
+                star.gather(pair, (pw - pu) * 0.5, &patch).expect("the patch is the whole surface");
+                star.locate((pu + pw) * 0.5, &patch);
+                tell(&star, pair.map(|v| origin[v as usize]), pair, believed_sq(&star, 0.0));
+            }
+        }
+    }
+
+    /// Steps around the hole of a washer.
+    const STEPS: u32 = 24;
+
+    #[test]
+    fn a_rim_that_becomes_a_chord_goes_into_the_hole_and_no_other_pair_does() {
+        // A chord of two steps, and how far its middle is from either step.
+        let angle = std::f64::consts::TAU / f64::from(STEPS);
+        let (step, chord) = (2.0 * (angle / 2.0).sin(), 2.0 * angle.sin());
+        let height = (1.0 - angle.cos()) * (angle / 2.0).cos();
+        let mut on_rim = 0;
+        for_each_pair(&washer(STEPS, 0.01), |star, [u, w], pair, limit_sq| {
+            let found = advance(star, pair, star.h, limit_sq);
+            // The hole's rims are the third and fourth of every four vertices.
+            if u % 4 == w % 4 && u % 4 >= 2 {
+                let unit = 2.0 * star.h.length() / step;
+                assert!((found.distance / unit - height).abs() < 1e-4, "{u} to {w}: {found:?}");
+                let cost = chord * height.powi(3) / 6.0 * unit.powi(4);
+                assert!((found.cost / cost - 1.0).abs() < 1e-2, "{u} to {w}: {found:?}, not {cost}");
+                assert_eq!(retreat_sq(star, star.h, limit_sq).filter(|sq| sq.sqrt() > 0.1 * found.distance), None);
+                on_rim += 1;
+            } else {
+                assert_eq!(found, Advance::default(), "{u} to {w}");
+            }
+        });
+        assert_eq!(on_rim, 2 * 2 * STEPS);
+    }
+
+    #[test]
+    fn a_vertex_that_goes_out_from_a_rim_is_as_far_as_it_went() {
+        let mut on_rim = 0;
+        for_each_pair(&washer(STEPS, 0.01), |star, [u, w], pair, limit_sq| {
+            let [length, up] = [2.0 * star.h.length(), star.h.z];
+            // Of the outer rims, which run around the ring's axis.
+            if u % 4 == w % 4 && u % 4 < 2 {
+                let out = star.h.cross(DVec3::Z).normalize() * if (w / 4) == (u / 4 + 1) % STEPS { 0.5 } else { -0.5 };
+                let found = advance(star, pair, out * length, limit_sq);
+                assert!(up.abs() < 1e-6 && (found.distance / length - 0.5).abs() < 1e-3, "{u} to {w}: {found:?}");
+                assert_eq!(advance(star, pair, -out * length, limit_sq).distance, 0.0, "{u} to {w} goes in");
+                on_rim += 1;
+            }
+        });
+        assert_eq!(on_rim, 2 * 2 * STEPS);
+    }
+
+    #[test]
+    fn rims_are_bent_and_what_is_smooth_is_not() {
+        let around = |star: &Star| (0..star.faces().len()).map(|face| star.quads.normal(face)).sum();
+        for_each_pair(&washer(STEPS, 0.01), |star, _, _, _| assert!(is_bent(star, around(star))));
+        for_each_pair(&shapes::icosphere(3), |star, _, _, _| assert!(!is_bent(star, around(star))));
+    }
+
+    #[test]
+    fn a_crease_that_is_straight_goes_nowhere() {
+        // Of a corner, too, all that is new lies within the cube's faces or inside of it, as far from them as it retreats.
+        for_each_pair(&shapes::cube(4), |star, _, pair, limit_sq| {
+            let found = advance(star, pair, star.h, limit_sq);
+            let retreats = retreat_sq(star, star.h, limit_sq).is_some();
+            assert!(retreats || found == Advance::default(), "{pair:?}: {found:?}");
+        });
+    }
+}
