@@ -89,8 +89,9 @@ fn what_rims_of_thin_plates_lose_is_in_the_estimate() {
         let outcome = contract(&washers, &Options::default(), Budget::error_abs(limit));
         let found = deviation(&washers, &outcome.mesh, 20_000);
         let most = found.forward_max.max(found.backward_max) * washers.diagonal();
-        let shares = [outcome.error_estimate / most, most / limit];
-        assert!(shares[0] > 0.25 && (0.1..4.0).contains(&shares[1]), "{thickness}, {limit}: {shares:?}");
+        // It was a seventh to a hundredth, and holes were closed to triangles.
+        let share = outcome.error_estimate / most;
+        assert!(share > 0.25 && most > 0.1 * limit, "{thickness}, {limit}: {share}, {most}");
     }
 }
 

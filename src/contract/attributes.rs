@@ -77,7 +77,7 @@ pub enum Seams {
     /// Where creases would keep more than a fifth of the faces asked for, and most of the others have to go, they yield if the
     /// estimated error is lower then, but not under a limit to the error.
     /// Where at last seams refuse an eighth of the pairs, or, of a third of the faces or fewer, keep two fifths by themselves, or
-    /// the estimated error is past 2 % of the diagonal and they refuse any, all yield if it is less than 0.7 times as great then.
+    /// the estimated error is past 2 % of the diagonal and they refuse any, all yield if it is at most 0.8 times as great then.
     /// Textures do not fold for it, and materials stay closed. Not with [`Placement::Endpoint`](super::Placement::Endpoint),
     /// whose vertices are those of the input, nor where parts join, nor for a log.
     #[default]

@@ -167,9 +167,10 @@ impl Quadric {
         self.c += c;
     }
 
-    /// The sum of the normals; none where the volume constraint was given up.
-    pub fn normal(&self) -> DVec3 {
-        self.n
+    /// The sum of the normals, unless they cancel each other out nearly, or the volume constraint was given up.
+    pub fn normal(&self) -> Option<DVec3> {
+        let trace = self.a.trace();
+        (self.n.length_squared() > f64::from(CONSTRAINT) * trace * trace).then_some(self.n)
     }
 
     /// Gives up the volume constraint.
@@ -216,7 +217,7 @@ impl Quadric {
         }
         let factors = Factors::new(self.a, regularization * trace);
         let mut x = factors.solve(self.b);
-        if self.n.length_squared() > f64::from(CONSTRAINT) * trace * trace {
+        if self.normal().is_some() {
             let z = factors.solve(self.n);
             x += z * ((self.d - self.n.dot(x)) / self.n.dot(z));
         }

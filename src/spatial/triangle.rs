@@ -91,7 +91,7 @@ fn inside(p: DVec3, [a, b, c]: [DVec3; 3]) -> Nearest {
 }
 
 /// Squared distance from `p` to the segment and where along it, 0 at `s` and 1 at `e`.
-fn closest_on_segment(p: DVec3, s: DVec3, e: DVec3) -> (f64, f64) {
+pub fn closest_on_segment(p: DVec3, s: DVec3, e: DVec3) -> (f64, f64) {
     let along = e - s;
     let t = (p - s).dot(along) / along.length_squared();
     // Not a number for a point: then it is `s`.

@@ -47,7 +47,7 @@ pub struct Attributes {
     /// asked for, and most of the others have to go, a run in which they yield is compared with one in which they hold, and
     /// taken if its estimated error is lower. Where at last seams refuse an eighth of the pairs, or, of a third of the faces or
     /// fewer, keep two fifths by themselves, or the result is more than 2 % of the diagonal off, one in which all yield is taken if it
-    /// is less than 0.7 times as far off. Neither under a limit to the error. With 'hold', and with --placement endpoint or
+    /// is at most 0.8 times as far off. Neither under a limit to the error. With 'hold', and with --placement endpoint or
     /// --join-within, the run ends with the faces that are left.
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = Seams::Yield, hide_possible_values = true, hide_default_value = true)]
     pub seams: Seams,
