@@ -132,13 +132,9 @@ fn are_on_crease(star: &Star, faces: [usize; 2]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Options;
-    use super::super::patch::Patch;
-    use super::super::prepare::prepare;
-    use super::super::retreat::{believed_sq, retreat_sq};
-    use super::super::surface::Surface;
+    use super::super::retreat::retreat_sq;
+    use super::super::retreat::tests::for_each_pair;
     use super::*;
-    use crate::backend::Device;
     use crate::mesh::{Mesh, shapes};
 
     /// A flat ring so thick, of `count` steps around a hole of radius 1 and within one of radius 3.
@@ -150,25 +146,6 @@ mod tests {
             *p = DVec3::new(out.x, out.y, up);
         }
         ring
-    }
-
-    /// Tells the stars of all pairs of a mesh, by their numbers there and in the star, and up to what they believe no distance.
-    fn for_each_pair(mesh: &Mesh, mut tell: impl FnMut(&Star, [u32; 2], [u32; 2], f64)) {
-        let mut prepared = prepare(mesh, &Options::default()).expect("a valid mesh");
-        let device = Device::cpu(1).expect("a device");
-        let origin = prepared.carried.origin.clone();
-        let start = prepared.take_start();
-        let mut surface = Surface::new(&mut device.cpu_queue(), start, false).expect("room");
-        let patch = Patch::whole(&mut surface, &mut prepared.carried);
-        let mut star = Star::default();
-        for corners in patch.connectivity.faces.iter().map(|face| face.corners()) {
-            for pair in [0, 1, 2].map(|k| [corners[k], corners[(k + 1) % 3]]) {
-                let [pu, pw] = pair.map(|v| patch.position(v).xyz().as_dvec3());
-                star.gather(pair, (pw - pu) * 0.5, &patch).expect("the patch is the whole surface");
-                star.locate((pu + pw) * 0.5, &patch);
-                tell(&star, pair.map(|v| origin[v as usize]), pair, believed_sq(&star, 0.0));
-            }
-        }
     }
 
     /// Steps around the hole of a washer.

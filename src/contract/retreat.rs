@@ -101,7 +101,7 @@ fn covered<S: Simd, const N: usize>(
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::super::Options;
     use super::super::patch::Patch;
     use super::super::prepare::prepare;
@@ -110,8 +110,8 @@ mod tests {
     use crate::backend::Device;
     use crate::mesh::{Mesh, shapes};
 
-    /// What is found of the pairs of a mesh that each go where the second end is, which is in all planes: in lengths of theirs.
-    fn retreats(mesh: &Mesh) -> Vec<([u32; 2], Option<f64>)> {
+    /// Tells the stars of all pairs of a mesh, by their numbers there and in the star, and up to what they believe no distance.
+    pub fn for_each_pair(mesh: &Mesh, mut tell: impl FnMut(&Star, [u32; 2], [u32; 2], f64)) {
         let mut prepared = prepare(mesh, &Options::default()).expect("a valid mesh");
         let device = Device::cpu(1).expect("a device");
         let origin = prepared.carried.origin.clone();
@@ -119,20 +119,23 @@ mod tests {
         let mut surface = Surface::new(&mut device.cpu_queue(), start, false).expect("room");
         let patch = Patch::whole(&mut surface, &mut prepared.carried);
         let mut star = Star::default();
-        let mut found = Vec::new();
         for corners in patch.connectivity.faces.iter().map(|face| face.corners()) {
             for pair in [0, 1, 2].map(|k| [corners[k], corners[(k + 1) % 3]]) {
                 let [pu, pw] = pair.map(|v| patch.position(v).xyz().as_dvec3());
-                let h = (pw - pu) * 0.5;
-                star.gather(pair, h, &patch).expect("the patch is the whole surface");
-                star.locate(pu + h, &patch);
-                let input = pair.map(|v| origin[v as usize]);
-                found.push((
-                    input,
-                    retreat_sq(&star, h, believed_sq(&star, 0.0)).map(|sq| sq.sqrt() / (2.0 * h.length())),
-                ));
+                star.gather(pair, (pw - pu) * 0.5, &patch).expect("the patch is the whole surface");
+                star.locate((pu + pw) * 0.5, &patch);
+                tell(&star, pair.map(|v| origin[v as usize]), pair, believed_sq(&star, 0.0));
             }
         }
+    }
+
+    /// What is found of the pairs of a mesh that each go where the second end is, which is in all planes: in lengths of theirs.
+    fn retreats(mesh: &Mesh) -> Vec<([u32; 2], Option<f64>)> {
+        let mut found = Vec::new();
+        for_each_pair(mesh, |star, input, _, limit_sq| {
+            let share = retreat_sq(star, star.h, limit_sq).map(|sq| sq.sqrt() / (2.0 * star.h.length()));
+            found.push((input, share));
+        });
         found
     }
 
