@@ -107,18 +107,27 @@ fn from_faces_sq(star: &Star, point: DVec3, limit_sq: f64) -> f64 {
     if least.is_finite() { least } else { 0.0 }
 }
 
-/// Tells where the creases lead to that leave `own`, the first or second end of a pair, but for the pair.
+/// Tells where the creases lead to that leave `own`, the first or second end of a pair, but for the pair. Around a vertex that may
+/// move faces run one way, so that each edge is the second of one face, and the first of the other.
 fn for_each_crease(star: &Star, [own, other]: [u32; 2], end: usize, mut tell: impl FnMut(DVec3)) {
     let alone = if end == 0 { star.numbers_of_first() } else { star.numbers_of_second() };
     let numbers = || alone.clone().chain(star.numbers_of_shared());
-    for number in numbers() {
-        for (corner, v) in star.face(number).others.into_iter().enumerate() {
-            // Each edge from the first of its faces.
-            let mut across = numbers().filter(|&across| across > number && star.face(across).has(v));
-            let is_crease = |across: usize| are_on_crease(star, [number, across]);
-            if v != own && v != other && across.next().is_some_and(is_crease) {
-                tell(star.quads.point(number, corner));
+    let seen = |number: usize| match star.face(number).others {
+        // Shared faces are told from the first end.
+        [a, b] if end == 1 && number >= star.survivors() => {
+            if a == own {
+                [b, other]
+            } else {
+                [other, a]
             }
+        }
+        others => others,
+    };
+    for number in numbers() {
+        let v = seen(number)[1];
+        let across = || numbers().find(|&across| seen(across)[0] == v);
+        if v != other && across().is_some_and(|across| are_on_crease(star, [number, across])) {
+            tell(star.quads.point(number, usize::from(star.face(number).others[1] == v)));
         }
     }
 }
