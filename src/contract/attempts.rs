@@ -18,6 +18,7 @@ use super::driver::{self, Job};
 use super::pressure::{compared, face_counts, has_error};
 use super::seam_pressure::{
     FARTHER_WITH_SEAMS, SOUND, are_felt, are_pressing, is_seen, is_wrecked, keep_closer, keep_many, keep_some,
+    worst_error,
 };
 use super::yielding::Yields;
 
@@ -31,15 +32,17 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
         let job = Job { budgets: &budgets, ..job };
         let Attempt { prepared, step, holds, is_pressed } =
             Attempt::new(job, found.next, checkpoints.ahead(found.most_faces(), found.most_error()))?;
-        let outcomes: Vec<Outcome> = if is_pressed {
-            compared(job, prepared, &mut checkpoints, progress.as_deref_mut())?
+        let outcomes: Vec<Option<Outcome>> = if is_pressed {
+            let outcomes = compared(job, prepared, &mut checkpoints, progress.as_deref_mut())?;
+            outcomes.into_iter().map(Some).collect()
         } else {
+            let job = Job { worst_deviation: found.worst_error() * prepared.frame.length_to_rows(1.0), ..job };
             let target = face_counts(&budgets, job.mesh.faces.len()).map(|[least, _]| least);
             let may_more = holds.seams.is_some() || holds.complex > 0;
             checkpoints.begin(&prepared, target, may_more, job.options);
-            let outcomes = driver::run(job, prepared, &mut checkpoints, progress.as_deref_mut())?.into_iter().flatten();
+            let outcomes = driver::run(job, prepared, &mut checkpoints, progress.as_deref_mut())?;
             let warning = found.warning(step);
-            outcomes.map(|outcome| outcome.with_warning(warning)).collect()
+            outcomes.into_iter().map(|outcome| Some(outcome?.with_warning(warning))).collect()
         };
         found.take(outcomes, step, holds, clock.elapsed().as_secs_f64());
     }
@@ -92,6 +95,11 @@ impl<'a> Found<'a> {
         if self.compares && self.left.iter().any(is_one) { SOUND * diagonal } else { f64::INFINITY }
     }
 
+    /// The greatest error that levels of the next run may have to be taken.
+    fn worst_error(&self) -> f64 {
+        if self.compares { worst_error(&self.made, &self.left) } else { f64::INFINITY }
+    }
+
     /// What the user is told of seams where the next run does.
     fn warning(&self, step: Step) -> Option<&'static str> {
         let for_seams = self.compares && self.press.yields == Yields::Seams;
@@ -99,11 +107,12 @@ impl<'a> Found<'a> {
     }
 
     /// Takes in what a run came to in so many seconds, and finds what the next one is for.
-    fn take(&mut self, outcomes: Vec<Outcome>, step: Step, holds: Holds, spent: f64) {
+    fn take(&mut self, outcomes: Vec<Option<Outcome>>, step: Step, holds: Holds, spent: f64) {
         let left = std::mem::take(&mut self.left);
         if self.compares {
             return keep_closer(&mut self.made, left.into_iter().zip(outcomes).collect(), spent);
         }
+        let outcomes: Vec<Outcome> = outcomes.into_iter().flatten().collect();
         let was_cancelled = outcomes.iter().any(|outcome| outcome.stop == StopReason::Cancelled);
         let mut stuck = Stuck::default();
         for (level, outcome) in left.into_iter().zip(outcomes) {
