@@ -83,8 +83,7 @@ pub fn advance(star: &Star, [u, w]: [u32; 2], x: DVec3, away: f64, limit_sq: f64
     let moved = ends.map(|end| end != x);
     let mut advance = Advance::default();
     advance.note(2.0 * star.h.length(), away);
-    let shared = star.numbers_of_shared();
-    if shared.len() == 2 && are_on_crease(star, [shared.start, shared.start + 1]) {
+    if is_on_crease(star) {
         for (end, pair) in [[u, w], [w, u]].into_iter().enumerate().filter(|&(end, _)| moved[end]) {
             for_each_crease(star, pair, end, |to| {
                 let middle = (x + to) * 0.5;
@@ -124,7 +123,7 @@ pub fn away_from_faces(star: &Star, point: DVec3, limit_sq: f64) -> Option<Away>
 
 /// Where a vertex goes that a quadric has away from the old faces, at `x`, and how far away that is: between there and the foot, where
 /// the quadric and what such a vertex costs beside it, over a pair so long, are least together. Planes that meet in the open, as those
-/// of a fin do, tell nothing of the tip that they make.
+/// of a fin do, tell nothing of the tip that they make. Such a vertex is where the least cost is, no longer where the volume is kept.
 pub fn drawn_back(quadric: &Quadric, length: f64, x: DVec3, away: Away) -> (DVec3, f64) {
     let out = x - away.foot;
     let [at_foot, between, at_x] = [0.0, 0.5, 1.0].map(|t| quadric.value(away.foot + out * t));
@@ -135,8 +134,9 @@ pub fn drawn_back(quadric: &Quadric, length: f64, x: DVec3, away: Away) -> (DVec
     if t < 1.0 { (away.foot + out * t, away.distance * t) } else { (x, away.distance) }
 }
 
-/// Tells where the creases lead to that leave `own`, the first or second end of a pair, but for the pair. Around a vertex that may
-/// move faces run one way, so that each edge is the second of one face, and the first of the other.
+/// Tells where the creases lead to that leave `own`, the first or second end of a pair, but for the pair. Around a vertex that is
+/// manifold faces run one way, so that each edge is the second of one face, and the first of the other; elsewhere creases may be missed,
+/// which lowers an estimate.
 fn for_each_crease(star: &Star, [own, other]: [u32; 2], end: usize, mut tell: impl FnMut(DVec3)) {
     let alone = if end == 0 { star.numbers_of_first() } else { star.numbers_of_second() };
     let numbers = || alone.clone().chain(star.numbers_of_shared());
@@ -158,6 +158,12 @@ fn for_each_crease(star: &Star, [own, other]: [u32; 2], end: usize, mut tell: im
             tell(star.quads.point(number, usize::from(star.face(number).others[1] == v)));
         }
     }
+}
+
+/// Whether a pair lies on a crease.
+pub fn is_on_crease(star: &Star) -> bool {
+    let shared = star.numbers_of_shared();
+    shared.len() == 2 && are_on_crease(star, [shared.start, shared.start + 1])
 }
 
 /// Whether two faces with an edge in common make a crease of it; one without an area never does.

@@ -8,7 +8,7 @@ use crate::kernel::weigh_quadrics::weighed;
 use crate::math::DVec3;
 use crate::mesh::limits::min_cos;
 
-use super::advance::{Advance, advance, away_from_faces, drawn_back, is_bent};
+use super::advance::{Advance, advance, away_from_faces, drawn_back, is_bent, is_on_crease};
 use super::blend::Blend;
 use super::filter::{Rejection, ShapeLimits, closed_link_condition, link_condition, shapes_hold};
 use super::patch::{Accumulated, Patch, Placed};
@@ -210,23 +210,28 @@ impl Examiner {
         // At borders lines hold what planes do not. Of a star without the faces that cancel each other out nobody knows what was there.
         let may_advance = (pu.flags | pw.flags) & BORDER == 0 && cancelled.is_empty() && self.asks_faces();
         let is_bent = may_advance && is_bent(&self.star, costs.geometry.normal());
-        let drawn = if is_bent && end.is_none() { self.drawn_back(&costs, x) } else { None };
-        let (x, away) = drawn.unwrap_or((x, 0.0));
+        let believed_sq = believed_sq(&self.star, self.off_planes_sq(&costs, x));
+        let away = if is_bent && end.is_none() && !is_on_crease(&self.star) {
+            away_from_faces(&self.star, x, believed_sq)
+        } else {
+            None
+        };
+        let least = x;
+        let (x, away) = away.map_or((x, 0.0), |away| drawn_back(costs.placing(), 2.0 * self.star.h.length(), x, away));
         // To the bit at the ends, whose difference may have been rounded.
         let at = match end {
             Some(1) => pw.xyz(),
             Some(_) => pu.xyz(),
             None => (middle + x).as_vec3(),
         };
-        shapes_hold(&self.star, at.as_dvec3() - middle, self.rules.limits)?;
         let moved_to = at.as_dvec3() - middle;
-        let limit_sq = believed_sq(&self.star, self.off_planes_sq(&costs, x));
-        let mut retreat = self.retreat(moved_to, limit_sq);
+        shapes_hold(&self.star, moved_to, self.rules.limits)?;
+        let mut retreat = self.retreat(moved_to, believed_sq);
         if self.rules.keeps_walls && !cancelled.is_empty() {
             retreat = retreat.max(height_of_walls(&cancelled, patch, at.as_dvec3()));
         }
-        let out = if is_bent { advance(&self.star, pair, moved_to, away, limit_sq) } else { Advance::default() };
-        let of_drawn = if drawn.is_some() { costs.with_least().value(x) } else { 0.0 };
+        let out = if is_bent { advance(&self.star, pair, moved_to, away, believed_sq) } else { Advance::default() };
+        let of_drawn = if x == least { 0.0 } else { costs.with_least().value(x) };
         let unforeseen = (RETREAT * retreat * retreat * costs.geometry.weight()).max(out.cost).max(of_drawn);
         // In single precision, as costs are: what comes back with it costs that, and no more.
         let unforeseen_cost = (weight * unforeseen) as f32;
@@ -283,12 +288,6 @@ impl Examiner {
     /// How far an end comes to lie from the new faces with the vertex at `x`, where the quadric does not tell; 0 elsewhere.
     fn retreat(&self, x: DVec3, limit_sq: f64) -> f64 {
         if self.asks_faces() { retreat_sq(&self.star, x, limit_sq).map_or(0.0, f64::sqrt) } else { 0.0 }
-    }
-
-    /// Where a new vertex goes that is away from the old faces at `x`, where the quadric does not tell, and how far away it is there.
-    fn drawn_back(&self, costs: &Costs, x: DVec3) -> Option<(DVec3, f64)> {
-        let away = away_from_faces(&self.star, x, believed_sq(&self.star, self.off_planes_sq(costs, x)))?;
-        Some(drawn_back(costs.placing(), 2.0 * self.star.h.length(), x, away))
     }
 
     /// What a pair costs, whose sides are found.

@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_ends_where_none_of_its_levels_may_be_taken() {
+    fn levels_that_came_to_be_farther_off_are_not_there_and_not_taken() {
         let level = |faces: usize, error: f64| {
             let mut outcome = with(StopReason::FacesReached, error);
             outcome.mesh.faces.truncate(faces);

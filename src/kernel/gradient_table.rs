@@ -127,3 +127,40 @@ impl GradientTable {
         sums
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::{Level, dispatch};
+
+    use super::*;
+
+    #[test]
+    fn what_was_found_before_is_what_is_found_when_asked() {
+        let (width, costed, faces) = (12, 11, 40_u32);
+        let number = |i: usize| ((i * 2_654_435_761) % 1000) as f32 * 1e-3 - 0.5;
+        let operator = |f: usize| {
+            let [bx, by, bz, cx, cy, cz, root] = std::array::from_fn(|k| number(7 * f + k));
+            GradientOperator { bx, by, bz, cx, cy, cz, root }
+        };
+        let operators: Vec<_> = (0..faces as usize).map(operator).collect();
+        let corners: Vec<_> = (0..faces).map(|f| Face { a: f, b: (f + 1) % faces, c: (f + 7) % faces }).collect();
+        let values: Vec<f32> = (0..faces as usize * width).map(number).collect();
+        let rows = Rows { operators: &operators, corners: &corners, values: &values, width, costed };
+        let ring: Vec<u32> = (0..faces).step_by(3).collect();
+        let sums = |table: &GradientTable| {
+            [0, 1].map(|part| {
+                dispatch!(Level::new(), simd => {
+                    let Terms(sums) = table.sum(simd, &ring, part, rows);
+                    sums.map(|lanes| -> Numbers<f32> { lanes.into() })
+                })
+            })
+        };
+        let (mut table, asked) = (GradientTable::default(), sums(&GradientTable::default()));
+        // Of both parts, and of fewer faces in the room of more.
+        for found in [0..40, 10..23, 30..40, 5..5] {
+            dispatch!(Level::new(), simd => table.fill(simd, found.clone(), rows));
+            assert_eq!(sums(&table), asked, "{found:?}");
+        }
+        assert!(asked.iter().flatten().flatten().any(|&number| number != 0.0));
+    }
+}
