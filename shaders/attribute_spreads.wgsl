@@ -70,9 +70,8 @@ fn mean_of(sum: vec4f, inverse: f32) -> vec4f {
     return flush4(scale4(sum, inverse));
 }
 
-// Products less what their means account for.
-fn off_mean(products: vec4f, sum: vec4f, mean: vec4f) -> vec4f {
-    return sub4(products, mul4(sum, mean));
+fn off_mean(g: vec4f, mean: vec4f, root: f32) -> vec4f {
+    return flush4(sub4(g, scale4(mean, root)));
 }
 
 // Adds the spread of numbers from `first` on over the faces of a wedge, which is none over one. Each is summed by itself,
@@ -80,9 +79,31 @@ fn off_mean(products: vec4f, sum: vec4f, mean: vec4f) -> vec4f {
 fn add_numbers(spread: Sym3, start: u32, end: u32, wedge: u32, first: u32) -> Sym3 {
     var count = 0u;
     var weight = 0.0;
-    var x = vec4f(0.0);
-    var y = vec4f(0.0);
-    var z = vec4f(0.0);
+    var x_sum = vec4f(0.0);
+    var y_sum = vec4f(0.0);
+    var z_sum = vec4f(0.0);
+    for (var i = start; i < end; i++) {
+        let f = load_ring_faces(i);
+        let corners = load_corners(f);
+        if has_wedge(corners, wedge) {
+            let g = gradients_of(f, corners, first);
+            count++;
+            weight = add(weight, mul(g.root, g.root));
+            x_sum = add4(x_sum, scale4(g.x, g.root));
+            y_sum = add4(y_sum, scale4(g.y, g.root));
+            z_sum = add4(z_sum, scale4(g.z, g.root));
+        }
+    }
+    if count < 2u {
+        return spread;
+    }
+    var inverse = 0.0;
+    if weight > NO_AREA {
+        inverse = divide(1.0, weight);
+    }
+    let x_mean = mean_of(x_sum, inverse);
+    let y_mean = mean_of(y_sum, inverse);
+    let z_mean = mean_of(z_sum, inverse);
     var xx = vec4f(0.0);
     var xy = vec4f(0.0);
     var xz = vec4f(0.0);
@@ -94,46 +115,17 @@ fn add_numbers(spread: Sym3, start: u32, end: u32, wedge: u32, first: u32) -> Sy
         let corners = load_corners(f);
         if has_wedge(corners, wedge) {
             let g = gradients_of(f, corners, first);
-            count++;
-            weight = add(weight, mul(g.root, g.root));
-            x = add4(x, scale4(g.x, g.root));
-            y = add4(y, scale4(g.y, g.root));
-            z = add4(z, scale4(g.z, g.root));
-            xx = add4(xx, mul4(g.x, g.x));
-            xy = add4(xy, mul4(g.x, g.y));
-            xz = add4(xz, mul4(g.x, g.z));
-            yy = add4(yy, mul4(g.y, g.y));
-            yz = add4(yz, mul4(g.y, g.z));
-            zz = add4(zz, mul4(g.z, g.z));
+            let x = off_mean(g.x, x_mean, g.root);
+            let y = off_mean(g.y, y_mean, g.root);
+            let z = off_mean(g.z, z_mean, g.root);
+            xx = add4(xx, mul4(x, x));
+            xy = add4(xy, mul4(x, y));
+            xz = add4(xz, mul4(x, z));
+            yy = add4(yy, mul4(y, y));
+            yz = add4(yz, mul4(y, z));
+            zz = add4(zz, mul4(z, z));
         }
     }
-    if count < 2u {
-        return spread;
-    }
-    var inverse = 0.0;
-    if weight > NO_AREA {
-        inverse = divide(1.0, weight);
-    }
-    x = flush4(x);
-    y = flush4(y);
-    z = flush4(z);
-    let x_mean = mean_of(x, inverse);
-    let y_mean = mean_of(y, inverse);
-    let z_mean = mean_of(z, inverse);
-    let squares = add4(add4(xx, yy), zz);
-    xx = off_mean(xx, x, x_mean);
-    xy = off_mean(xy, x, y_mean);
-    xz = off_mean(xz, x, z_mean);
-    yy = off_mean(yy, y, y_mean);
-    yz = off_mean(yz, y, z_mean);
-    zz = off_mean(zz, z, z_mean);
-    let spreads = add4(add4(xx, yy), zz) > scale4(squares, LEAST_SPREAD);
-    xx = select(vec4f(0.0), xx, spreads);
-    xy = select(vec4f(0.0), xy, spreads);
-    xz = select(vec4f(0.0), xz, spreads);
-    yy = select(vec4f(0.0), yy, spreads);
-    yz = select(vec4f(0.0), yz, spreads);
-    zz = select(vec4f(0.0), zz, spreads);
     var sum = sym_add(spread, Sym3(xx.x, xy.x, xz.x, yy.x, yz.x, zz.x));
     if first + 1u < params.costed {
         sum = sym_add(sum, Sym3(xx.y, xy.y, xz.y, yy.y, yz.y, zz.y));

@@ -43,7 +43,6 @@ pub mod format_frame;
 pub mod gather_candidates;
 pub mod gather_pairs;
 pub mod gradient_operators;
-mod gradient_table;
 pub mod label_moves;
 pub mod light_changes;
 pub mod live_vertices;

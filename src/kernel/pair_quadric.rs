@@ -57,7 +57,7 @@ pub const CONSTANTS: &[(&str, Constant)] = &[
 /// xᵀA x − 2 b·x + c about the midpoint, and the plane n·x = d on which the volume is kept (none when n is 0).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairQuadric {
-    /// A, positive semidefinite but for rounding.
+    /// A, positive semidefinite.
     pub a: Sym3,
     /// b.
     pub b: Vec3,
