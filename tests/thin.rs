@@ -6,11 +6,11 @@ use std::collections::BTreeSet;
 
 use coarsen::contract::Options;
 use coarsen::math::DVec3;
-use coarsen::mesh::shapes;
+use coarsen::mesh::{sample, shapes};
 use coarsen::{Budget, Mesh, StopReason};
 use support::deviation::deviation;
 use support::engine::contract;
-use support::shapes::{boxed, grid};
+use support::shapes::{boxed, grid, sphere};
 
 /// A bent sheet of a square of `n`² squares on either side, so thick in its length, closed along its rim.
 fn sheet(n: u32, thickness: f64) -> Mesh {
@@ -115,6 +115,38 @@ fn needles_are_no_reason_to_stay() {
         let found = deviation(&tube, &outcome.mesh, 20_000);
         assert!(found.forward_max < 0.03, "{length}: {}", found.forward_max);
     }
+}
+
+/// A ball with eight spikes around it.
+fn spiked() -> Mesh {
+    let mut mesh = sphere(5);
+    for p in &mut mesh.positions {
+        let around = (4.0 * p.y.atan2(p.x)).cos().abs() * p.x.hypot(p.y);
+        *p *= 0.3 + around.powi(16);
+    }
+    mesh
+}
+
+/// Planes of the faces of a spike meet far out of it.
+#[test]
+fn spikes_end_where_they_did() {
+    let spiked = spiked();
+    for (faces, most) in [(300, 0.012), (150, 0.036)] {
+        let outcome = contract(&spiked, &Options::default(), Budget::faces(faces));
+        let found = deviation(&spiked, &outcome.mesh, 20_000);
+        // It was 0.0163 and 0.0392.
+        assert!(found.backward_max <= most, "{faces} faces: {}", found.backward_max);
+    }
+}
+
+/// Rooms, desks and walls of twelve faces each, at fewer than five a box.
+#[test]
+fn what_is_drawn_back_does_not_keep_the_last_boxes() {
+    let office = sample("office", Some(6000)).expect("a sample");
+    let outcome = contract(&office, &Options::default(), Budget::faces(240));
+    let found = deviation(&office, &outcome.mesh, 20_000);
+    // It was 0.058 where faces that would fold kept boxes, and a room went instead.
+    assert!(found.rms < 0.01, "{}", found.rms);
 }
 
 /// A profile turned around an axis: rings of so many vertices, between which faces are as long as the profile's edges.

@@ -9,15 +9,17 @@
 //! ```
 //!
 //! The new vertex, and the middles m of the new edges of the crease that a pair lies on, are measured from the old faces: what
-//! `retreat` does, the other way around. That is about half of how high u is above the chord where u is near w.
+//! `retreat` does, the other way around. That is about half of how high u is above the chord where u is near w. A vertex that its
+//! quadric has far out, where the planes of a fin meet, is drawn back.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f64x4};
 
 use crate::math::DVec3;
 use crate::math::wide::WideVec3;
-use crate::spatial::triangle::{closest_on_segment, closest_point};
+use crate::spatial::triangle::{Nearest, closest_on_segment, closest_point};
 
+use super::placement::Quadric;
 use super::quads::Quad;
 use super::retreat::{Apex, are_covered};
 use super::star::Star;
@@ -40,6 +42,21 @@ pub struct Advance {
     pub cost: f64,
 }
 
+impl Advance {
+    fn note(&mut self, base: f64, distance: f64) {
+        self.distance = self.distance.max(distance);
+        self.cost = self.cost.max(base * distance.powi(3) / 6.0);
+    }
+}
+
+/// A point away from the old faces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Away {
+    /// The closest point of the faces.
+    pub foot: DVec3,
+    pub distance: f64,
+}
+
 /// Whether a face of a star is turned from `mean`, the sum of their normals, or that is none: elsewhere planes tell all.
 pub fn is_bent(star: &Star, mean: Option<DVec3>) -> bool {
     let is_turned = |mean| dispatch!(star.quads.level, simd => are_turned(simd, star.quads.rows(), mean));
@@ -59,22 +76,13 @@ fn are_turned<S: Simd>(simd: S, quads: &[Quad], mean: DVec3) -> bool {
     quads.iter().fold(false, |found, quad| found | is_turned(quad))
 }
 
-/// Measures what the pair `u`, `w` makes whose vertex goes to `x`, about its midpoint. Squared distances up to `limit_sq` are none.
-pub fn advance(star: &Star, [u, w]: [u32; 2], x: DVec3, limit_sq: f64) -> Advance {
+/// Measures what the pair `u`, `w` makes whose vertex goes to `x`, about its midpoint, so far away from the old faces by itself.
+/// Squared distances up to `limit_sq` are none.
+pub fn advance(star: &Star, [u, w]: [u32; 2], x: DVec3, away: f64, limit_sq: f64) -> Advance {
     let ends = [-star.h, star.h];
     let moved = ends.map(|end| end != x);
     let mut advance = Advance::default();
-    let mut measure = |point: DVec3, base: f64| {
-        let distance_sq = from_faces_sq(star, point, limit_sq);
-        if distance_sq > limit_sq {
-            let distance = distance_sq.sqrt();
-            advance.distance = advance.distance.max(distance);
-            advance.cost = advance.cost.max(base * distance * distance_sq / 6.0);
-        }
-    };
-    if moved == [true; 2] {
-        measure(x, 2.0 * star.h.length());
-    }
+    advance.note(2.0 * star.h.length(), away);
     let shared = star.numbers_of_shared();
     if shared.len() == 2 && are_on_crease(star, [shared.start, shared.start + 1]) {
         for (end, pair) in [[u, w], [w, u]].into_iter().enumerate().filter(|&(end, _)| moved[end]) {
@@ -82,8 +90,11 @@ pub fn advance(star: &Star, [u, w]: [u32; 2], x: DVec3, limit_sq: f64) -> Advanc
                 let middle = (x + to) * 0.5;
                 // Straight creases, which are most, are done with here.
                 let is_near = |from: DVec3, to: DVec3| closest_on_segment(middle, from, to).0 <= limit_sq;
-                if !is_near(ends[end], to) && !is_near(ends[0], ends[1]) {
-                    measure(middle, (to - x).length());
+                if !is_near(ends[end], to)
+                    && !is_near(ends[0], ends[1])
+                    && let Some(away) = away_from_faces(star, middle, limit_sq)
+                {
+                    advance.note((to - x).length(), away.distance);
                 }
             });
         }
@@ -91,20 +102,37 @@ pub fn advance(star: &Star, [u, w]: [u32; 2], x: DVec3, limit_sq: f64) -> Advanc
     advance
 }
 
-/// The squared distance of a point from the faces of a star; 0 where it lies above one of them, at most so far from its plane.
-fn from_faces_sq(star: &Star, point: DVec3, limit_sq: f64) -> f64 {
+/// The point of the faces of a star that is closest to one away from them; `None` where that lies above one of them, at most so far
+/// from its plane, and where it is no farther.
+pub fn away_from_faces(star: &Star, point: DVec3, limit_sq: f64) -> Option<Away> {
     if are_covered(star, star.faces().len(), Apex::Ends(star.h), [point], limit_sq) == [true] {
-        return 0.0;
+        return None;
     }
-    let from = |least: f64, number: usize, end: DVec3| {
+    let mut nearest = (f64::INFINITY, DVec3::ZERO);
+    for number in 0..star.faces().len() {
+        let end = if star.numbers_of_second().contains(&number) { star.h } else { -star.h };
         let corners = [end, star.quads.point(number, 0), star.quads.point(number, 1)];
-        least.min(closest_point(point, corners).distance_sq)
-    };
-    let of_first = star.numbers_of_first().chain(star.numbers_of_shared());
-    let least = of_first.fold(f64::INFINITY, |least, number| from(least, number, -star.h));
-    let least = star.numbers_of_second().fold(least, |least, number| from(least, number, star.h));
+        let Nearest { distance_sq, weights: [a, b, c] } = closest_point(point, corners);
+        if distance_sq < nearest.0 {
+            nearest = (distance_sq, corners[0] * a + corners[1] * b + corners[2] * c);
+        }
+    }
+    let (distance_sq, foot) = nearest;
     // Squares of what is far past the frame may be too large for a number.
-    if least.is_finite() { least } else { 0.0 }
+    (distance_sq > limit_sq && distance_sq.is_finite()).then(|| Away { foot, distance: distance_sq.sqrt() })
+}
+
+/// Where a vertex goes that a quadric has away from the old faces, at `x`, and how far away that is: between there and the foot, where
+/// the quadric and what such a vertex costs beside it, over a pair so long, are least together. Planes that meet in the open, as those
+/// of a fin do, tell nothing of the tip that they make.
+pub fn drawn_back(quadric: &Quadric, length: f64, x: DVec3, away: Away) -> (DVec3, f64) {
+    let out = x - away.foot;
+    let [at_foot, between, at_x] = [0.0, 0.5, 1.0].map(|t| quadric.value(away.foot + out * t));
+    // Along the way the quadric has a linear and a square term, and the rest is cubic.
+    let (linear, square) = (4.0 * between - 3.0 * at_foot - at_x, 2.0 * (at_foot + at_x) - 4.0 * between);
+    let cubic = length * away.distance.powi(3) / 6.0;
+    let t = if linear < 0.0 { -linear / (square + (square * square - 3.0 * cubic * linear).sqrt()) } else { 0.0 };
+    if t < 1.0 { (away.foot + out * t, away.distance * t) } else { (x, away.distance) }
 }
 
 /// Tells where the creases lead to that leave `own`, the first or second end of a pair, but for the pair. Around a vertex that is
@@ -169,7 +197,7 @@ mod tests {
         let height = (1.0 - angle.cos()) * (angle / 2.0).cos();
         let mut on_rim = 0;
         for_each_pair(&washer(STEPS, 0.01), |star, [u, w], pair, limit_sq| {
-            let found = advance(star, pair, star.h, limit_sq);
+            let found = advance(star, pair, star.h, 0.0, limit_sq);
             // The hole's rims are the third and fourth of every four vertices.
             if u % 4 == w % 4 && u % 4 >= 2 {
                 let unit = 2.0 * star.h.length() / step;
@@ -193,13 +221,45 @@ mod tests {
             // Of the outer rims, which run around the ring's axis.
             if u % 4 == w % 4 && u % 4 < 2 {
                 let out = star.h.cross(DVec3::Z).normalize() * if (w / 4) == (u / 4 + 1) % STEPS { 0.5 } else { -0.5 };
-                let found = advance(star, pair, out * length, limit_sq);
-                assert!(up.abs() < 1e-6 && (found.distance / length - 0.5).abs() < 1e-3, "{u} to {w}: {found:?}");
-                assert_eq!(advance(star, pair, -out * length, limit_sq).distance, 0.0, "{u} to {w} goes in");
+                let away = away_from_faces(star, out * length, limit_sq).expect("out of the ring");
+                assert!(up.abs() < 1e-6 && (away.distance / length - 0.5).abs() < 1e-3, "{u} to {w}: {away:?}");
+                assert!(
+                    (away.foot.distance(out * length) - away.distance).abs() < 1e-9 * length,
+                    "{u} to {w}: {away:?}"
+                );
+                let found = advance(star, pair, out * length, away.distance, limit_sq);
+                assert!(found.distance >= away.distance && found.cost >= length * away.distance.powi(3) / 6.0);
+                assert_eq!(away_from_faces(star, -out * length, limit_sq), None, "{u} to {w} goes in");
                 on_rim += 1;
             }
         });
         assert_eq!(on_rim, 2 * 2 * STEPS);
+    }
+
+    #[test]
+    fn a_vertex_away_from_its_faces_goes_where_both_costs_are_least() {
+        let (mut nearer, mut at_foot) = (0, 0);
+        for_each_pair(&washer(STEPS, 0.01), |star, [u, w], _, limit_sq| {
+            let (quadric, length) = (Quadric::of_star(star), 2.0 * star.h.length());
+            // Up to three lengths of the pair away, where the quadric asks for it and where it does not.
+            for x in [DVec3::X, DVec3::Y, -DVec3::X].map(|axis| (axis + star.h / length) * 3.0 * length) {
+                let Some(away) = away_from_faces(star, x, limit_sq) else { continue };
+                let (drawn, distance) = drawn_back(&quadric, length, x, away);
+                let cost = |t: f64| {
+                    quadric.value(away.foot + (x - away.foot) * t) + length * (t * away.distance).powi(3) / 6.0
+                };
+                let t = distance / away.distance;
+                assert!((away.foot + (x - away.foot) * t).distance(drawn) <= 1e-9 * length, "{u} to {w}");
+                let least = (0..=100).map(|i| cost(f64::from(i) / 100.0)).fold(f64::INFINITY, f64::min);
+                assert!(cost(t) <= least + 1e-9 * least.abs(), "{u} to {w}: {} at {t}, not {least}", cost(t));
+                // A pair of no length costs nothing beside its quadric, whose least along the way may be at `x`.
+                let (_, alone) = drawn_back(&quadric, 0.0, x, away);
+                assert!(alone >= distance, "{u} to {w}: {alone}, {distance}");
+                nearer += u32::from(0.0 < t && t < 1.0);
+                at_foot += u32::from(t == 0.0);
+            }
+        });
+        assert!(nearer > 100 && at_foot > 100, "{nearer}, {at_foot}");
     }
 
     #[test]
@@ -216,7 +276,7 @@ mod tests {
         let mut straight = 0;
         // Of a corner, too, all that is new lies within the cube's faces or inside of it, as far from them as it retreats.
         for_each_pair(&shapes::cube(4), |star, _, pair, limit_sq| {
-            let found = advance(star, pair, star.h, limit_sq);
+            let found = advance(star, pair, star.h, 0.0, limit_sq);
             let retreat = retreat_sq(star, star.h, limit_sq).map_or(0.0, f64::sqrt);
             assert!(found.distance <= retreat, "{pair:?}: {found:?}, {retreat}");
             let [a, b] = [0, 1].map(|face| star.quads.normal(star.numbers_of_shared().start + face));

@@ -8,7 +8,7 @@ use crate::kernel::weigh_quadrics::weighed;
 use crate::math::DVec3;
 use crate::mesh::limits::min_cos;
 
-use super::advance::{Advance, advance, is_bent};
+use super::advance::{Advance, advance, away_from_faces, drawn_back, is_bent};
 use super::blend::Blend;
 use super::filter::{Rejection, ShapeLimits, closed_link_condition, link_condition, shapes_hold};
 use super::patch::{Accumulated, Patch, Placed};
@@ -202,29 +202,33 @@ impl Examiner {
         if self.may_wait && self.rules.metric == Metric::Volume && dear > known && dear > self.most_waiting(known) {
             return Err(Rejection::Outdated.into());
         }
+        let cancelled = if joins { self.star.cancel(middle, patch) } else { Vec::new() };
+        let is_on_border = |v: u32| patch.position(v).flags & BORDER != 0;
+        if self.rules.locks_border && cancelled.iter().any(|side| side.iter().all(|&v| is_on_border(v))) {
+            return Err(Rejection::Border.into());
+        }
+        // At borders lines hold what planes do not. Of a star without the faces that cancel each other out nobody knows what was there.
+        let may_advance = (pu.flags | pw.flags) & BORDER == 0 && cancelled.is_empty() && self.asks_faces();
+        let is_bent = may_advance && is_bent(&self.star, costs.geometry.normal());
+        let limit_sq = believed_sq(&self.star, self.off_planes_sq(&costs, x));
+        let drawn = if is_bent && end.is_none() { self.drawn_back(&costs, middle, x, limit_sq) } else { None };
+        let (by_planes, (x, away)) = (x, drawn.unwrap_or((x, 0.0)));
         // To the bit at the ends, whose difference may have been rounded.
         let at = match end {
             Some(1) => pw.xyz(),
             Some(_) => pu.xyz(),
             None => (middle + x).as_vec3(),
         };
-        let cancelled = if joins { self.star.cancel(middle, patch) } else { Vec::new() };
-        let is_on_border = |v: u32| patch.position(v).flags & BORDER != 0;
-        if self.rules.locks_border && cancelled.iter().any(|side| side.iter().all(|&v| is_on_border(v))) {
-            return Err(Rejection::Border.into());
-        }
         shapes_hold(&self.star, at.as_dvec3() - middle, self.rules.limits)?;
         let moved_to = at.as_dvec3() - middle;
-        let limit_sq = believed_sq(&self.star, self.off_planes_sq(&costs, x));
         let mut retreat = self.retreat(moved_to, limit_sq);
         if self.rules.keeps_walls && !cancelled.is_empty() {
             retreat = retreat.max(height_of_walls(&cancelled, patch, at.as_dvec3()));
         }
-        // At borders lines hold what planes do not. Of a star without the faces that cancel each other out nobody knows what was there.
-        let may_advance = (pu.flags | pw.flags) & BORDER == 0 && cancelled.is_empty();
-        let out = if may_advance { self.advance(&costs, pair, moved_to, limit_sq) } else { Advance::default() };
+        let out = if is_bent { advance(&self.star, pair, moved_to, away, limit_sq) } else { Advance::default() };
+        let of_drawn = if x == by_planes { 0.0 } else { costs.with_least().value(x) };
+        let unforeseen = (RETREAT * retreat * retreat * costs.geometry.weight()).max(out.cost).max(of_drawn);
         // In single precision, as costs are: what comes back with it costs that, and no more.
-        let unforeseen = (RETREAT * retreat * retreat * costs.geometry.weight()).max(out.cost);
         let unforeseen_cost = (weight * unforeseen) as f32;
         if f64::from(unforeseen_cost) > known {
             match self.may_wait {
@@ -271,19 +275,24 @@ impl Examiner {
         costs.geometry.value(x).max(0.0) / costs.geometry.weight()
     }
 
-    /// How far an end comes to lie from the new faces with the vertex at `x`, where the quadric does not tell; 0 elsewhere.
-    fn retreat(&self, x: DVec3, limit_sq: f64) -> f64 {
-        let is_told = self.rules.metric == Metric::Plane || self.star.shared().is_empty();
-        if is_told { 0.0 } else { retreat_sq(&self.star, x, limit_sq).map_or(0.0, f64::sqrt) }
+    /// Whether faces are asked for what planes do not tell.
+    fn asks_faces(&self) -> bool {
+        self.rules.metric == Metric::Volume && !self.star.shared().is_empty()
     }
 
-    /// How far what is new comes to lie from the old faces with the vertex at `x`, where the quadric does not tell; 0 elsewhere.
-    fn advance(&self, costs: &Costs, pair: [u32; 2], x: DVec3, limit_sq: f64) -> Advance {
-        let is_told = self.rules.metric == Metric::Plane || self.star.shared().is_empty();
-        if is_told || !is_bent(&self.star, costs.geometry.normal()) {
-            return Advance::default();
-        }
-        advance(&self.star, pair, x, limit_sq)
+    /// How far an end comes to lie from the new faces with the vertex at `x`, where the quadric does not tell; 0 elsewhere.
+    fn retreat(&self, x: DVec3, limit_sq: f64) -> f64 {
+        if self.asks_faces() { retreat_sq(&self.star, x, limit_sq).map_or(0.0, f64::sqrt) } else { 0.0 }
+    }
+
+    /// Where a new vertex goes that is away from the old faces at `x`, where the quadric does not tell, and how far away it is there.
+    fn drawn_back(&self, costs: &Costs, middle: DVec3, x: DVec3, limit_sq: f64) -> Option<(DVec3, f64)> {
+        let away = away_from_faces(&self.star, x, limit_sq)?;
+        let (drawn, distance) = drawn_back(costs.placing(), 2.0 * self.star.h.length(), x, away);
+        let moved_to = (middle + drawn).as_vec3().as_dvec3() - middle;
+        // Of what has few faces left these often fold there, and others would go for it.
+        let holds = shapes_hold(&self.star, moved_to, self.rules.limits).is_ok();
+        Some(if holds { (drawn, distance) } else { (x, away.distance) })
     }
 
     /// What a pair costs, whose sides are found.
