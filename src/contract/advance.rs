@@ -161,6 +161,24 @@ fn for_each_crease(star: &Star, [own, other]: [u32; 2], end: usize, mut tell: im
     }
 }
 
+/// How far the first or second end of a pair is from where a crease goes without it that leads through it, and not along the pair.
+pub fn from_crease_left(star: &Star, pair: [u32; 2], end: usize) -> f64 {
+    let shared = star.numbers_of_shared();
+    if shared.len() == 2 && are_on_crease(star, [shared.start, shared.start + 1]) {
+        return 0.0;
+    }
+    let (own, at) = if end == 0 { (pair, -star.h) } else { ([pair[1], pair[0]], star.h) };
+    let mut farthest_sq = 0.0_f64;
+    for_each_crease(star, own, end, |from| {
+        for_each_crease(star, own, end, |to| {
+            if from != to {
+                farthest_sq = farthest_sq.max(closest_on_segment(at, from, to).0);
+            }
+        });
+    });
+    farthest_sq.sqrt()
+}
+
 /// Whether two faces with an edge in common make a crease of it; one without an area never does.
 fn are_on_crease(star: &Star, faces: [usize; 2]) -> bool {
     let [a, b] = faces.map(|number| star.quads.normal(number));
@@ -260,6 +278,29 @@ mod tests {
             }
         });
         assert!(nearer > 100 && at_foot > 100, "{nearer}, {at_foot}");
+    }
+
+    #[test]
+    fn who_leaves_a_crease_is_measured_from_its_chord() {
+        let angle = std::f64::consts::TAU / f64::from(STEPS);
+        let (mut across, mut along) = (0, 0);
+        for_each_pair(&washer(STEPS, 0.01), |star, [u, w], pair, _| {
+            let found = [0, 1].map(|end| from_crease_left(star, pair, end));
+            // From rim to rim over the top, in units of the frame.
+            if u / 4 == w / 4 && u % 4 + w % 4 == 3 && u % 4 != 0 && w % 4 != 0 {
+                let unit = star.h.length();
+                for (v, found) in [u, w].into_iter().zip(found) {
+                    let radius = if v % 4 == 1 { 3.0 } else { 1.0 };
+                    let height = radius * (1.0 - angle.cos());
+                    assert!((found / unit - height).abs() < 1e-3 * height, "{v}: {} {height}", found / unit);
+                }
+                across += 1;
+            } else if u % 4 == w % 4 {
+                assert_eq!(found, [0.0; 2], "{u} to {w} goes along its crease");
+                along += 1;
+            }
+        });
+        assert!(across >= 2 * STEPS && along >= 8 * STEPS, "{across}, {along}");
     }
 
     #[test]

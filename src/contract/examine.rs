@@ -8,7 +8,7 @@ use crate::kernel::weigh_quadrics::weighed;
 use crate::math::DVec3;
 use crate::mesh::limits::min_cos;
 
-use super::advance::{Advance, advance, away_from_faces, drawn_back, is_bent};
+use super::advance::{Advance, Away, advance, away_from_faces, drawn_back, from_crease_left, is_bent};
 use super::blend::Blend;
 use super::filter::{Rejection, ShapeLimits, closed_link_condition, link_condition, shapes_hold};
 use super::patch::{Accumulated, Patch, Placed};
@@ -135,6 +135,17 @@ impl Costs {
     }
 }
 
+/// Where the vertex of a pair goes.
+#[derive(Debug, Clone, Copy)]
+struct Goes {
+    /// About the pair's middle.
+    x: DVec3,
+    /// The end that it stands at, whose attributes it keeps.
+    end: Option<usize>,
+    /// How far that is from the old faces, where planes do not tell.
+    away: f64,
+}
+
 /// Examines candidates, with scratch that outlives each.
 #[derive(Debug)]
 pub struct Examiner {
@@ -194,8 +205,8 @@ impl Examiner {
         let costs = self.costs(patch, pair, weights);
         let flat = FLAT * costs.geometry.weight() * self.star.h.length_squared();
         let was_flat = f64::from(cost) <= flat;
-        let (x, end) = self.place(&costs, [pu.flags, pw.flags], flat, was_flat);
-        let total = end.map_or_else(|| costs.with_least().value(x), |end| self.at_end(&costs, end)).max(0.0);
+        let by_planes = self.place(&costs, [pu.flags, pw.flags], flat, was_flat);
+        let total = self.value(&costs, by_planes).max(0.0);
         // Accumulated quadrics are the ends' own: no neighbor changes their cost.
         let weight = weights.map_or(1.0, |[first, second]| f64::from(first.max(second)));
         let (dear, known) = (weight * total, OUTDATED * f64::from(cost) + weight * flat);
@@ -210,9 +221,10 @@ impl Examiner {
         // At borders lines hold what planes do not. Of a star without the faces that cancel each other out nobody knows what was there.
         let may_advance = (pu.flags | pw.flags) & BORDER == 0 && cancelled.is_empty() && self.asks_faces();
         let is_bent = may_advance && is_bent(&self.star, costs.geometry.normal());
-        let limit_sq = believed_sq(&self.star, self.off_planes_sq(&costs, x));
-        let drawn = if is_bent && end.is_none() { self.drawn_back(&costs, middle, x, limit_sq) } else { None };
-        let (by_planes, (x, away)) = (x, drawn.unwrap_or((x, 0.0)));
+        let limit_sq = believed_sq(&self.star, self.off_planes_sq(&costs, by_planes.x));
+        let away =
+            if is_bent && by_planes.end.is_none() { away_from_faces(&self.star, by_planes.x, limit_sq) } else { None };
+        let Goes { x, end, away } = self.where_shapes_hold(&costs, middle, by_planes, away, pair, [pu.flags, pw.flags]);
         // To the bit at the ends, whose difference may have been rounded.
         let at = match end {
             Some(1) => pw.xyz(),
@@ -226,8 +238,8 @@ impl Examiner {
             retreat = retreat.max(height_of_walls(&cancelled, patch, at.as_dvec3()));
         }
         let out = if is_bent { advance(&self.star, pair, moved_to, away, limit_sq) } else { Advance::default() };
-        let of_drawn = if x == by_planes { 0.0 } else { costs.with_least().value(x) };
-        let unforeseen = (RETREAT * retreat * retreat * costs.geometry.weight()).max(out.cost).max(of_drawn);
+        let of_moved = if x == by_planes.x { 0.0 } else { self.value(&costs, Goes { x, end, away }) };
+        let unforeseen = (RETREAT * retreat * retreat * costs.geometry.weight()).max(out.cost).max(of_moved);
         // In single precision, as costs are: what comes back with it costs that, and no more.
         let unforeseen_cost = (weight * unforeseen) as f32;
         if f64::from(unforeseen_cost) > known {
@@ -285,14 +297,40 @@ impl Examiner {
         if self.asks_faces() { retreat_sq(&self.star, x, limit_sq).map_or(0.0, f64::sqrt) } else { 0.0 }
     }
 
-    /// Where a new vertex goes that is away from the old faces at `x`, where the quadric does not tell, and how far away it is there.
-    fn drawn_back(&self, costs: &Costs, middle: DVec3, x: DVec3, limit_sq: f64) -> Option<(DVec3, f64)> {
-        let away = away_from_faces(&self.star, x, limit_sq)?;
-        let (drawn, distance) = drawn_back(costs.placing(), 2.0 * self.star.h.length(), x, away);
-        let moved_to = (middle + drawn).as_vec3().as_dvec3() - middle;
-        // Of what has few faces left these often fold there, and others would go for it.
-        let holds = shapes_hold(&self.star, moved_to, self.rules.limits).is_ok();
-        Some(if holds { (drawn, distance) } else { (x, away.distance) })
+    /// Where a vertex goes that its quadric has at `place`, so far from the old faces. It is drawn back, as planes do not tell how far
+    /// out it is, unless faces fold there: what has few faces left would keep them, and others go for it. So it would where they fold
+    /// at either; in a round of all pairs an end does then.
+    fn where_shapes_hold(
+        &self,
+        costs: &Costs,
+        middle: DVec3,
+        place: Goes,
+        away: Option<Away>,
+        pair: [u32; 2],
+        flags: [u32; 2],
+    ) -> Goes {
+        let holds = |place: &Goes| {
+            let moved_to = (middle + place.x).as_vec3().as_dvec3() - middle;
+            shapes_hold(&self.star, moved_to, self.rules.limits).is_ok()
+        };
+        let drawn = away.map(|away| {
+            let (x, away) = drawn_back(costs.placing(), 2.0 * self.star.h.length(), place.x, away);
+            Goes { x, away, ..place }
+        });
+        if let Some(drawn) = drawn.filter(holds) {
+            return drawn;
+        }
+        let place = Goes { away: away.map_or(0.0, |away| away.distance), ..place };
+        let is_last = !self.may_wait && self.rules.metric == Metric::Volume;
+        if !is_last || place.end.is_some() || !self.is_free(flags) || holds(&place) {
+            return place;
+        }
+        let mut ends = [0, 1];
+        if self.value(costs, self.at(1)) < self.value(costs, self.at(0)) {
+            ends.reverse();
+        }
+        let end = ends.into_iter().find(|&end| holds(&self.at(end)));
+        end.map_or(place, |end| Goes { away: from_crease_left(&self.star, pair, 1 - end), ..self.at(end) })
     }
 
     /// What a pair costs, whose sides are found.
@@ -318,21 +356,34 @@ impl Examiner {
 
     /// What a pair costs with the vertex, and the numbers, of an end.
     fn at_end(&self, costs: &Costs, end: usize) -> f64 {
-        let h = self.star.h;
-        costs.with_least().value(if end == 0 { -h } else { h }) + self.sides.at_end(end, h)
+        costs.with_least().value(self.at(end).x) + self.sides.at_end(end, self.star.h)
     }
 
-    /// Where the vertex of a pair goes whose ends have such flags, about its middle; and the end that it stands at, whose
-    /// attributes it keeps. Costs below `flat` are none; where the pair `was_flat` as the round began, an end is likely to do,
-    /// and is asked first.
-    fn place(&self, costs: &Costs, flags: [u32; 2], flat: f64, was_flat: bool) -> (DVec3, Option<usize>) {
+    /// What a pair costs with the vertex at a place.
+    fn value(&self, costs: &Costs, place: Goes) -> f64 {
+        place.end.map_or_else(|| costs.with_least().value(place.x), |end| self.at_end(costs, end))
+    }
+
+    /// The place of an end.
+    fn at(&self, end: usize) -> Goes {
         let h = self.star.h;
-        let is_free = (flags[0] | flags[1]) & LOCKED == 0 && self.sides.fixed.is_none();
+        Goes { x: if end == 0 { -h } else { h }, end: Some(end), away: 0.0 }
+    }
+
+    /// Whether the vertex of a pair may go anywhere whose ends have such flags.
+    fn is_free(&self, flags: [u32; 2]) -> bool {
+        (flags[0] | flags[1]) & LOCKED == 0 && self.sides.fixed.is_none()
+    }
+
+    /// Where the vertex of a pair goes by planes whose ends have such flags. Costs below `flat` are none; where the pair `was_flat` as
+    /// the round began, an end is likely to do, and is asked first.
+    fn place(&self, costs: &Costs, flags: [u32; 2], flat: f64, was_flat: bool) -> Goes {
+        let h = self.star.h;
         if was_flat
-            && is_free
+            && self.is_free(flags)
             && let Some(end) = self.flat_end(costs, flat)
         {
-            return (if end == 0 { -h } else { h }, Some(end));
+            return self.at(end);
         }
         let placement = if self.sides.at_an_end { Placement::Endpoint } else { self.rules.placement };
         let x = match (flags.map(|flags| flags & LOCKED), self.sides.fixed, placement) {
@@ -347,8 +398,8 @@ impl Examiner {
         let end = if x == h { Some(1) } else { (x == -h).then_some(0) };
         let is_flat = || costs.with_least().value(x) <= flat;
         match end.or_else(|| if is_flat() { self.flat_end(costs, flat) } else { None }) {
-            Some(end) => (if end == 0 { -h } else { h }, Some(end)),
-            None => (x, None),
+            Some(end) => self.at(end),
+            None => Goes { x, end: None, away: 0.0 },
         }
     }
 
