@@ -76,8 +76,8 @@ fn are_turned<S: Simd>(simd: S, quads: &[Quad], mean: DVec3) -> bool {
     quads.iter().fold(false, |found, quad| found | is_turned(quad))
 }
 
-/// Measures what the pair `u`, `w` makes whose vertex goes to `x`, about its midpoint, so far away from the old faces by itself.
-/// Squared distances up to `limit_sq` are none.
+/// Measures what the pair `u`, `w` makes whose vertex goes to `x`, about its midpoint, so far `away` from the old faces or a crease.
+/// Other squared distances up to `limit_sq` are none.
 pub fn advance(star: &Star, [u, w]: [u32; 2], x: DVec3, away: f64, limit_sq: f64) -> Advance {
     let ends = [-star.h, star.h];
     let moved = ends.map(|end| end != x);

@@ -142,7 +142,7 @@ struct Goes {
     x: DVec3,
     /// The end that it stands at, whose attributes it keeps.
     end: Option<usize>,
-    /// How far that is from the old faces, where planes do not tell.
+    /// How far that is from the old faces, where planes do not tell; of an end, how far the other is from the crease that it leaves.
     away: f64,
 }
 
