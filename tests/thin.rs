@@ -149,6 +149,17 @@ fn what_is_drawn_back_does_not_keep_the_last_boxes() {
     assert!(found.rms < 0.01, "{}", found.rms);
 }
 
+/// Of a perforated plate no pair is left at the end whose faces hold with its vertex at the best place.
+#[test]
+fn where_faces_fold_a_vertex_goes_to_an_end() {
+    let plate = shapes::voxels([25, 25, 1], |[x, y, _]| x % 3 != 1 || y % 3 != 1);
+    let outcome = contract(&plate, &Options::default(), Budget::faces(100));
+    let found = deviation(&plate, &outcome.mesh, 20_000);
+    // It was stuck at 714, and RMS 0.0044.
+    assert!(outcome.mesh.faces.len() <= 690, "{} faces", outcome.mesh.faces.len());
+    assert!(found.rms < 0.008, "{}", found.rms);
+}
+
 /// A profile turned around an axis: rings of so many vertices, between which faces are as long as the profile's edges.
 fn turned(profile: &[[f64; 2]], around: u32, is_closed: bool) -> Mesh {
     let rows = profile.len() as u32;
