@@ -113,7 +113,8 @@ pub use weighting::{Feature, FeatureMode, Update, Weighting};
 /// What a contraction costs and where its vertex goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Metric {
-    /// Squared distances to the current faces of both stars by their areas, the volume kept where planes tell where the vertex goes \[LT98\].
+    /// Squared distances to the current faces of both stars by their areas, the volume kept \[LT98\] where planes tell where the vertex
+    /// goes.
     #[default]
     Volume,
     /// Squared distances to the planes of the original, accumulated \[GH97\].
