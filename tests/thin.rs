@@ -84,15 +84,21 @@ fn washers(count: u32, steps: u32, thickness: f64) -> Mesh {
 
 #[test]
 fn what_rims_of_thin_plates_lose_is_in_the_estimate() {
-    for (thickness, limit) in [(2e-3, 0.1), (2e-3, 0.03), (2e-2, 0.1)] {
+    let mut shares = Vec::new();
+    for thickness in [2e-3, 1e-2, 2e-2, 5e-2] {
         let washers = washers(3, 48, thickness);
-        let outcome = contract(&washers, &Options::default(), Budget::error_abs(limit));
-        let found = deviation(&washers, &outcome.mesh, 20_000);
-        let most = found.forward_max.max(found.backward_max) * washers.diagonal();
-        // It was a seventh to a hundredth, and holes were closed to triangles.
-        let share = outcome.error_estimate / most;
-        assert!(share > 0.25 && most > 0.1 * limit, "{thickness}, {limit}: {share}, {most}");
+        for limit in [0.03, 0.05, 0.07, 0.1, 0.15] {
+            let outcome = contract(&washers, &Options::default(), Budget::error_abs(limit));
+            let found = deviation(&washers, &outcome.mesh, 20_000);
+            let most = found.forward_max.max(found.backward_max) * washers.diagonal();
+            let share = outcome.error_estimate / most;
+            assert!(share > 0.1 && most > 0.1 * limit, "{thickness}, {limit}: {share}, {most}");
+            shares.push(share);
+        }
     }
+    // It was a seventh to a hundredth, and holes were closed to triangles.
+    let mean = (shares.iter().map(|share| share.ln()).sum::<f64>() / shares.len() as f64).exp();
+    assert!(mean > 0.35, "{mean} of {shares:?}");
 }
 
 #[test]

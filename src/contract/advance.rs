@@ -32,6 +32,9 @@ const TURNED_COS: f64 = 0.5;
 /// where that leans.
 const CREASE_COS: f64 = 0.5;
 
+/// How many times as far out as it is a vertex counts that is drawn back, in where it goes and not in what that costs.
+const OUT: f64 = 4.0;
+
 /// How far a pair goes away from the old faces.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Advance {
@@ -43,9 +46,14 @@ pub struct Advance {
 }
 
 impl Advance {
-    fn note(&mut self, base: f64, distance: f64) {
-        self.distance = self.distance.max(distance);
-        self.cost = self.cost.max(base * distance.powi(3) / 6.0);
+    /// Of a triangle so high above an edge so long.
+    pub fn of(base: f64, distance: f64) -> Self {
+        Self { distance, cost: base * distance.powi(3) / 6.0 }
+    }
+
+    /// The greatest of either.
+    pub fn max(self, other: Self) -> Self {
+        Self { distance: self.distance.max(other.distance), cost: self.cost.max(other.cost) }
     }
 }
 
@@ -76,13 +84,12 @@ fn are_turned<S: Simd>(simd: S, quads: &[Quad], mean: DVec3) -> bool {
     quads.iter().fold(false, |found, quad| found | is_turned(quad))
 }
 
-/// Measures what the pair `u`, `w` makes whose vertex goes to `x`, about its midpoint, so far `away` from the old faces or a crease.
-/// Other squared distances up to `limit_sq` are none.
-pub fn advance(star: &Star, [u, w]: [u32; 2], x: DVec3, away: f64, limit_sq: f64) -> Advance {
+/// Measures the new edges of the crease that the pair `u`, `w` lies on, whose vertex goes to `x`, about its midpoint. Squared
+/// distances up to `limit_sq` are none.
+pub fn advance(star: &Star, [u, w]: [u32; 2], x: DVec3, limit_sq: f64) -> Advance {
     let ends = [-star.h, star.h];
     let moved = ends.map(|end| end != x);
     let mut advance = Advance::default();
-    advance.note(2.0 * star.h.length(), away);
     let shared = star.numbers_of_shared();
     if shared.len() == 2 && are_on_crease(star, [shared.start, shared.start + 1]) {
         for (end, pair) in [[u, w], [w, u]].into_iter().enumerate().filter(|&(end, _)| moved[end]) {
@@ -94,7 +101,7 @@ pub fn advance(star: &Star, [u, w]: [u32; 2], x: DVec3, away: f64, limit_sq: f64
                     && !is_near(ends[0], ends[1])
                     && let Some(away) = away_from_faces(star, middle, limit_sq)
                 {
-                    advance.note((to - x).length(), away.distance);
+                    advance = advance.max(Advance::of((to - x).length(), away.distance));
                 }
             });
         }
@@ -130,7 +137,7 @@ pub fn drawn_back(quadric: &Quadric, length: f64, x: DVec3, away: Away) -> (DVec
     let [at_foot, between, at_x] = [0.0, 0.5, 1.0].map(|t| quadric.value(away.foot + out * t));
     // Along the way the quadric has a linear and a square term, and the rest is cubic.
     let (linear, square) = (4.0 * between - 3.0 * at_foot - at_x, 2.0 * (at_foot + at_x) - 4.0 * between);
-    let cubic = length * away.distance.powi(3) / 6.0;
+    let cubic = Advance::of(length, OUT * away.distance).cost;
     let t = if linear < 0.0 { -linear / (square + (square * square - 3.0 * cubic * linear).sqrt()) } else { 0.0 };
     if t < 1.0 { (away.foot + out * t, away.distance * t) } else { (x, away.distance) }
 }
@@ -162,21 +169,22 @@ fn for_each_crease(star: &Star, [own, other]: [u32; 2], end: usize, mut tell: im
 }
 
 /// How far the first or second end of a pair is from where a crease goes without it that leads through it, and not along the pair.
-pub fn from_crease_left(star: &Star, pair: [u32; 2], end: usize) -> f64 {
+pub fn leaving_crease(star: &Star, pair: [u32; 2], end: usize) -> Advance {
+    let mut advance = Advance::default();
     let shared = star.numbers_of_shared();
     if shared.len() == 2 && are_on_crease(star, [shared.start, shared.start + 1]) {
-        return 0.0;
+        return advance;
     }
     let (own, at) = if end == 0 { (pair, -star.h) } else { ([pair[1], pair[0]], star.h) };
-    let mut farthest_sq = 0.0_f64;
     for_each_crease(star, own, end, |from| {
         for_each_crease(star, own, end, |to| {
             if from != to {
-                farthest_sq = farthest_sq.max(closest_on_segment(at, from, to).0);
+                let distance = closest_on_segment(at, from, to).0.sqrt();
+                advance = advance.max(Advance::of((to - from).length(), distance));
             }
         });
     });
-    farthest_sq.sqrt()
+    advance
 }
 
 /// Whether two faces with an edge in common make a crease of it; one without an area never does.
@@ -215,7 +223,7 @@ mod tests {
         let height = (1.0 - angle.cos()) * (angle / 2.0).cos();
         let mut on_rim = 0;
         for_each_pair(&washer(STEPS, 0.01), |star, [u, w], pair, limit_sq| {
-            let found = advance(star, pair, star.h, 0.0, limit_sq);
+            let found = advance(star, pair, star.h, limit_sq);
             // The hole's rims are the third and fourth of every four vertices.
             if u % 4 == w % 4 && u % 4 >= 2 {
                 let unit = 2.0 * star.h.length() / step;
@@ -234,7 +242,7 @@ mod tests {
     #[test]
     fn a_vertex_that_goes_out_from_a_rim_is_as_far_as_it_went() {
         let mut on_rim = 0;
-        for_each_pair(&washer(STEPS, 0.01), |star, [u, w], pair, limit_sq| {
+        for_each_pair(&washer(STEPS, 0.01), |star, [u, w], _, limit_sq| {
             let [length, up] = [2.0 * star.h.length(), star.h.z];
             // Of the outer rims, which run around the ring's axis.
             if u % 4 == w % 4 && u % 4 < 2 {
@@ -245,8 +253,6 @@ mod tests {
                     (away.foot.distance(out * length) - away.distance).abs() < 1e-9 * length,
                     "{u} to {w}: {away:?}"
                 );
-                let found = advance(star, pair, out * length, away.distance, limit_sq);
-                assert!(found.distance >= away.distance && found.cost >= length * away.distance.powi(3) / 6.0);
                 assert_eq!(away_from_faces(star, -out * length, limit_sq), None, "{u} to {w} goes in");
                 on_rim += 1;
             }
@@ -264,7 +270,7 @@ mod tests {
                 let Some(away) = away_from_faces(star, x, limit_sq) else { continue };
                 let (drawn, distance) = drawn_back(&quadric, length, x, away);
                 let cost = |t: f64| {
-                    quadric.value(away.foot + (x - away.foot) * t) + length * (t * away.distance).powi(3) / 6.0
+                    quadric.value(away.foot + (x - away.foot) * t) + length * (OUT * t * away.distance).powi(3) / 6.0
                 };
                 let t = distance / away.distance;
                 assert!((away.foot + (x - away.foot) * t).distance(drawn) <= 1e-9 * length, "{u} to {w}");
@@ -285,18 +291,22 @@ mod tests {
         let angle = std::f64::consts::TAU / f64::from(STEPS);
         let (mut across, mut along) = (0, 0);
         for_each_pair(&washer(STEPS, 0.01), |star, [u, w], pair, _| {
-            let found = [0, 1].map(|end| from_crease_left(star, pair, end));
+            let found = [0, 1].map(|end| leaving_crease(star, pair, end));
             // From rim to rim over the top, in units of the frame.
             if u / 4 == w / 4 && u % 4 + w % 4 == 3 && u % 4 != 0 && w % 4 != 0 {
                 let unit = star.h.length();
                 for (v, found) in [u, w].into_iter().zip(found) {
                     let radius = if v % 4 == 1 { 3.0 } else { 1.0 };
                     let height = radius * (1.0 - angle.cos());
-                    assert!((found / unit - height).abs() < 1e-3 * height, "{v}: {} {height}", found / unit);
+                    let distance = found.distance / unit;
+                    assert!((distance - height).abs() < 1e-3 * height, "{v}: {distance} {height}");
+                    let chord = 2.0 * radius * angle.sin() * unit;
+                    let cost = chord * found.distance.powi(3) / 6.0;
+                    assert!((found.cost / cost - 1.0).abs() < 1e-3, "{v}: {found:?}, not {cost}");
                 }
                 across += 1;
             } else if u % 4 == w % 4 {
-                assert_eq!(found, [0.0; 2], "{u} to {w} goes along its crease");
+                assert_eq!(found, [Advance::default(); 2], "{u} to {w} goes along its crease");
                 along += 1;
             }
         });
@@ -317,7 +327,7 @@ mod tests {
         let mut straight = 0;
         // Of a corner, too, all that is new lies within the cube's faces or inside of it, as far from them as it retreats.
         for_each_pair(&shapes::cube(4), |star, _, pair, limit_sq| {
-            let found = advance(star, pair, star.h, 0.0, limit_sq);
+            let found = advance(star, pair, star.h, limit_sq);
             let retreat = retreat_sq(star, star.h, limit_sq).map_or(0.0, f64::sqrt);
             assert!(found.distance <= retreat, "{pair:?}: {found:?}, {retreat}");
             let [a, b] = [0, 1].map(|face| star.quads.normal(star.numbers_of_shared().start + face));

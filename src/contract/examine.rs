@@ -1,28 +1,23 @@
 //! One candidate on the current state: is it legal, and where does its vertex go.
 
 use crate::kernel::contract_quadrics::contracted;
-use crate::kernel::plane_costs::PLANE_REGULARIZATION;
-use crate::kernel::rows::{BORDER, JOINED, LOCKED, SEAM};
-use crate::kernel::volume_costs::{BORDER_FACTOR, VOLUME_REGULARIZATION};
+use crate::kernel::rows::{BORDER, JOINED, LOCKED, Position, SEAM};
 use crate::kernel::weigh_quadrics::weighed;
 use crate::math::DVec3;
-use crate::mesh::limits::min_cos;
 
-use super::advance::{Advance, Away, advance, away_from_faces, drawn_back, from_crease_left, is_bent};
+use super::Metric;
+use super::advance::{advance, away_from_faces, is_bent};
 use super::blend::Blend;
-use super::filter::{Rejection, ShapeLimits, closed_link_condition, link_condition, shapes_hold};
+use super::destination::{Attributed, Choice, Costs, Destination};
+use super::filter::{Rejection, closed_link_condition, link_condition};
 use super::patch::{Accumulated, Patch, Placed};
 use super::placement::Quadric;
 use super::retreat::{believed_sq, retreat_sq};
+use super::rules::Rules;
 use super::seam_filter::seams_let;
 use super::sides::Sides;
 use super::star::Star;
 use super::wedges::WedgeRows;
-use super::{Metric, Options, Placement};
-
-/// Least height of a changed face over its length. Thinner faces have normals of rounding noise, which the next
-/// contraction lays over.
-const MIN_HEIGHT: f64 = 1e-3;
 
 /// A pair that came to cost more than this many times what it did waits for the next round.
 const OUTDATED: f64 = 2.0;
@@ -40,45 +35,6 @@ const FLAT: f64 = 1e-8;
 
 /// What the squared distances of a star from what a pair leaves of it are in the mean, of that of the farther end.
 const RETREAT: f64 = 0.2;
-
-/// What stays the same over all rounds of a run.
-#[derive(Debug, Clone, Copy)]
-pub struct Rules {
-    metric: Metric,
-    pub placement: Placement,
-    border_weight: f64,
-    pub regularization: f64,
-    pub limits: ShapeLimits,
-    /// Whether pairs may join parts, and change the topology where they have or the surface was not manifold.
-    pub joins: bool,
-    /// Whether it costs that both sides of a wall cancel each other out: where parts join that is meant.
-    pub keeps_walls: bool,
-    /// Whether borders are to be those of the input, also where parts join.
-    locks_border: bool,
-    /// Greatest estimated deviation, in the normalized frame.
-    pub max_deviation: f64,
-}
-
-impl Rules {
-    /// The rules that `options` set, where vertices yield or not at which the surface is not manifold, with an error limit in the
-    /// normalized frame.
-    pub fn new(options: &Options, complex_yield: bool, max_deviation: f64) -> Self {
-        Self {
-            metric: options.metric,
-            placement: options.placement,
-            border_weight: f64::from(BORDER_FACTOR * options.border_weight),
-            regularization: f64::from(match options.metric {
-                Metric::Volume => VOLUME_REGULARIZATION,
-                Metric::Plane => PLANE_REGULARIZATION,
-            }),
-            limits: ShapeLimits { min_cos: min_cos(options.max_flip_rad), min_height: MIN_HEIGHT },
-            max_deviation,
-            joins: options.joins() || complex_yield,
-            keeps_walls: complex_yield && !options.joins(),
-            locks_border: options.lock_border && !options.joins(),
-        }
-    }
-}
 
 /// What became of a candidate.
 #[derive(Debug, Clone)]
@@ -107,43 +63,6 @@ pub struct Accepted {
     pub cancelled: Vec<[u32; 2]>,
     /// The end that the new vertex stands at.
     pub end: Option<usize>,
-}
-
-/// What a pair costs about its middle, on the current state.
-struct Costs {
-    /// Without attributes.
-    geometry: Quadric,
-    /// Where there are any.
-    attributed: Option<Attributed>,
-}
-
-/// The same with attributes.
-struct Attributed {
-    /// With the numbers of the new wedges that are best at every place.
-    with_least: Quadric,
-    /// What the new vertex is placed by.
-    placing: Quadric,
-}
-
-impl Costs {
-    fn with_least(&self) -> &Quadric {
-        self.attributed.as_ref().map_or(&self.geometry, |costs| &costs.with_least)
-    }
-
-    fn placing(&self) -> &Quadric {
-        self.attributed.as_ref().map_or(&self.geometry, |costs| &costs.placing)
-    }
-}
-
-/// Where the vertex of a pair goes.
-#[derive(Debug, Clone, Copy)]
-struct Goes {
-    /// About the pair's middle.
-    x: DVec3,
-    /// The end that it stands at, whose attributes it keeps.
-    end: Option<usize>,
-    /// How far that is from the old faces, where planes do not tell; of an end, how far the other is from the crease that it leaves.
-    away: f64,
 }
 
 /// Examines candidates, with scratch that outlives each.
@@ -205,8 +124,9 @@ impl Examiner {
         let costs = self.costs(patch, pair, weights);
         let flat = FLAT * costs.geometry.weight() * self.star.h.length_squared();
         let was_flat = f64::from(cost) <= flat;
-        let by_planes = self.place(&costs, [pu.flags, pw.flags], flat, was_flat);
-        let total = self.value(&costs, by_planes).max(0.0);
+        let choice = self.choice(&costs, pair, middle, [pu, pw]);
+        let by_planes = choice.by_planes(flat, was_flat);
+        let total = choice.value(&by_planes).max(0.0);
         // Accumulated quadrics are the ends' own: no neighbor changes their cost.
         let weight = weights.map_or(1.0, |[first, second]| f64::from(first.max(second)));
         let (dear, known) = (weight * total, OUTDATED * f64::from(cost) + weight * flat);
@@ -224,21 +144,18 @@ impl Examiner {
         let limit_sq = believed_sq(&self.star, self.off_planes_sq(&costs, by_planes.x));
         let away =
             if is_bent && by_planes.end.is_none() { away_from_faces(&self.star, by_planes.x, limit_sq) } else { None };
-        let Goes { x, end, away } = self.where_shapes_hold(&costs, middle, by_planes, away, pair, [pu.flags, pw.flags]);
-        // To the bit at the ends, whose difference may have been rounded.
-        let at = match end {
-            Some(1) => pw.xyz(),
-            Some(_) => pu.xyz(),
-            None => (middle + x).as_vec3(),
-        };
-        shapes_hold(&self.star, at.as_dvec3() - middle, self.rules.limits)?;
+        let is_last = !self.may_wait && self.rules.metric == Metric::Volume;
+        let choice = self.choice(&costs, pair, middle, [pu, pw]);
+        let goes = choice.that_holds(by_planes, away, is_last)?;
+        let at = choice.at(&goes);
+        let of_moved = if goes.x == by_planes.x { 0.0 } else { choice.value(&goes) };
+        let Destination { x, end, out } = goes;
         let moved_to = at.as_dvec3() - middle;
         let mut retreat = self.retreat(moved_to, limit_sq);
         if self.rules.keeps_walls && !cancelled.is_empty() {
             retreat = retreat.max(height_of_walls(&cancelled, patch, at.as_dvec3()));
         }
-        let out = if is_bent { advance(&self.star, pair, moved_to, away, limit_sq) } else { Advance::default() };
-        let of_moved = if x == by_planes.x { 0.0 } else { self.value(&costs, Goes { x, end, away }) };
+        let out = if is_bent { out.max(advance(&self.star, pair, moved_to, limit_sq)) } else { out };
         let unforeseen = (RETREAT * retreat * retreat * costs.geometry.weight()).max(out.cost).max(of_moved);
         // In single precision, as costs are: what comes back with it costs that, and no more.
         let unforeseen_cost = (weight * unforeseen) as f32;
@@ -297,42 +214,6 @@ impl Examiner {
         if self.asks_faces() { retreat_sq(&self.star, x, limit_sq).map_or(0.0, f64::sqrt) } else { 0.0 }
     }
 
-    /// Where a vertex goes that its quadric has at `place`, so far from the old faces. It is drawn back, as planes do not tell how far
-    /// out it is, unless faces fold there: what has few faces left would keep them, and others go for it. So it would where they fold
-    /// at either; in a round of all pairs an end does then.
-    fn where_shapes_hold(
-        &self,
-        costs: &Costs,
-        middle: DVec3,
-        place: Goes,
-        away: Option<Away>,
-        pair: [u32; 2],
-        flags: [u32; 2],
-    ) -> Goes {
-        let holds = |place: &Goes| {
-            let moved_to = (middle + place.x).as_vec3().as_dvec3() - middle;
-            shapes_hold(&self.star, moved_to, self.rules.limits).is_ok()
-        };
-        let drawn = away.map(|away| {
-            let (x, away) = drawn_back(costs.placing(), 2.0 * self.star.h.length(), place.x, away);
-            Goes { x, away, ..place }
-        });
-        if let Some(drawn) = drawn.filter(holds) {
-            return drawn;
-        }
-        let place = Goes { away: away.map_or(0.0, |away| away.distance), ..place };
-        let is_last = !self.may_wait && self.rules.metric == Metric::Volume;
-        if !is_last || place.end.is_some() || !self.is_free(flags) || holds(&place) {
-            return place;
-        }
-        let mut ends = [0, 1];
-        if self.value(costs, self.at(1)) < self.value(costs, self.at(0)) {
-            ends.reverse();
-        }
-        let end = ends.into_iter().find(|&end| holds(&self.at(end)));
-        end.map_or(place, |end| Goes { away: from_crease_left(&self.star, pair, 1 - end), ..self.at(end) })
-    }
-
     /// What a pair costs, whose sides are found.
     fn costs(&mut self, patch: &Patch<'_>, pair: [u32; 2], weights: Option<[f32; 2]>) -> Costs {
         let flags = pair.map(|v| patch.position(v).flags);
@@ -354,60 +235,11 @@ impl Examiner {
         Costs { geometry, attributed: Some(Attributed { with_least, placing }) }
     }
 
-    /// What a pair costs with the vertex, and the numbers, of an end.
-    fn at_end(&self, costs: &Costs, end: usize) -> f64 {
-        costs.with_least().value(self.at(end).x) + self.sides.at_end(end, self.star.h)
-    }
-
-    /// What a pair costs with the vertex at a place.
-    fn value(&self, costs: &Costs, place: Goes) -> f64 {
-        place.end.map_or_else(|| costs.with_least().value(place.x), |end| self.at_end(costs, end))
-    }
-
-    /// The place of an end.
-    fn at(&self, end: usize) -> Goes {
-        let h = self.star.h;
-        Goes { x: if end == 0 { -h } else { h }, end: Some(end), away: 0.0 }
-    }
-
-    /// Whether the vertex of a pair may go anywhere whose ends have such flags.
-    fn is_free(&self, flags: [u32; 2]) -> bool {
-        (flags[0] | flags[1]) & LOCKED == 0 && self.sides.fixed.is_none()
-    }
-
-    /// Where the vertex of a pair goes by planes whose ends have such flags. Costs below `flat` are none; where the pair `was_flat` as
-    /// the round began, an end is likely to do, and is asked first.
-    fn place(&self, costs: &Costs, flags: [u32; 2], flat: f64, was_flat: bool) -> Goes {
-        let h = self.star.h;
-        if was_flat
-            && self.is_free(flags)
-            && let Some(end) = self.flat_end(costs, flat)
-        {
-            return self.at(end);
-        }
-        let placement = if self.sides.at_an_end { Placement::Endpoint } else { self.rules.placement };
-        let x = match (flags.map(|flags| flags & LOCKED), self.sides.fixed, placement) {
-            ([0, 0], None, Placement::Optimal) => costs.placing().least(h, self.rules.regularization),
-            ([0, 0], None, Placement::Segment) => costs.placing().least_between(h),
-            ([0, 0], None, Placement::EndpointOrMiddle) => costs.placing().least_of(&[-h, h, DVec3::ZERO]),
-            ([0, 0], None, Placement::Endpoint) if self.at_end(costs, 1) < self.at_end(costs, 0) => h,
-            ([0, 0], None, Placement::Endpoint) => -h,
-            ([0, _], None, _) | (_, Some(1), _) => h,
-            _ => -h,
-        };
-        let end = if x == h { Some(1) } else { (x == -h).then_some(0) };
-        let is_flat = || costs.with_least().value(x) <= flat;
-        match end.or_else(|| if is_flat() { self.flat_end(costs, flat) } else { None }) {
-            Some(end) => self.at(end),
-            None => Goes { x, end: None, away: 0.0 },
-        }
-    }
-
-    /// The end that is on the same flat as everything around a pair.
-    fn flat_end(&self, costs: &Costs, flat: f64) -> Option<usize> {
-        let at_ends = [0, 1].map(|end| self.at_end(costs, end));
-        let end = usize::from(at_ends[1] < at_ends[0]);
-        (at_ends[end] <= flat).then_some(end)
+    /// What decides where the vertex of a pair goes.
+    fn choice<'a>(&'a self, costs: &'a Costs, pair: [u32; 2], middle: DVec3, ends: [Position; 2]) -> Choice<'a> {
+        let Self { rules, star, sides, .. } = self;
+        let are_locked = ends.map(|end| end.flags & LOCKED != 0);
+        Choice { rules, star, sides, costs, pair, middle, ends: ends.map(|end| end.xyz()), are_locked }
     }
 
     /// The pair's quadric about its midpoint, on the current state. Weights of the round change where the least of
@@ -457,6 +289,7 @@ fn off_planes(quadric: &Quadric, x: DVec3) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Options;
     use super::super::prepare::prepare;
     use super::super::surface::Surface;
     use super::*;

@@ -127,9 +127,10 @@ impl Refusals {
 mod tests {
     use super::super::Options;
     use super::super::carry::Carried;
-    use super::super::examine::{Examiner, Rules, Verdict};
+    use super::super::examine::{Examiner, Verdict};
     use super::super::patch::Patch;
     use super::super::prepare::prepare;
+    use super::super::rules::Rules;
     use super::*;
     use crate::backend::Device;
     use crate::math::Vec2;

@@ -100,8 +100,8 @@ impl Vanishing<'_> {
 #[cfg(test)]
 mod tests {
     use super::super::commit::{Committer, Quota};
-    use super::super::examine::Rules;
     use super::super::prepare::begin;
+    use super::super::rules::Rules;
     use super::super::surface::Surface;
     use super::super::{Candidates, Options};
     use super::*;

@@ -1,0 +1,289 @@
+//! Where the vertex of a pair goes: where it costs least, unless planes do not tell how far out that is, or faces fold there.
+
+use glam::Vec3;
+
+use crate::math::DVec3;
+
+use super::Placement;
+use super::advance::{Advance, Away, drawn_back, leaving_crease};
+use super::filter::{Rejection, shapes_hold};
+use super::placement::Quadric;
+use super::rules::Rules;
+use super::sides::Sides;
+use super::star::Star;
+
+/// What a pair costs about its middle, on the current state.
+#[derive(Debug)]
+pub struct Costs {
+    /// Without attributes.
+    pub geometry: Quadric,
+    /// Where there are any.
+    pub attributed: Option<Attributed>,
+}
+
+/// The same with attributes.
+#[derive(Debug)]
+pub struct Attributed {
+    /// With the numbers of the new wedges that are best at every place.
+    pub with_least: Quadric,
+    /// What the new vertex is placed by.
+    pub placing: Quadric,
+}
+
+impl Costs {
+    fn with_least(&self) -> &Quadric {
+        self.attributed.as_ref().map_or(&self.geometry, |costs| &costs.with_least)
+    }
+
+    fn placing(&self) -> &Quadric {
+        self.attributed.as_ref().map_or(&self.geometry, |costs| &costs.placing)
+    }
+}
+
+/// Where the vertex of a pair goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Destination {
+    /// About the pair's middle.
+    pub x: DVec3,
+    /// The end that it stands at, whose attributes it keeps.
+    pub end: Option<usize>,
+    /// How far it goes from the old faces, where that is known already.
+    pub out: Advance,
+}
+
+/// A pair whose vertex is to be placed.
+#[derive(Debug)]
+pub struct Choice<'a> {
+    pub rules: &'a Rules,
+    pub star: &'a Star,
+    pub sides: &'a Sides,
+    pub costs: &'a Costs,
+    pub pair: [u32; 2],
+    pub middle: DVec3,
+    pub ends: [Vec3; 2],
+    pub are_locked: [bool; 2],
+}
+
+impl Choice<'_> {
+    /// The place of an end.
+    fn end(&self, end: usize) -> Destination {
+        let h = self.star.h;
+        Destination { x: if end == 0 { -h } else { h }, end: Some(end), out: Advance::default() }
+    }
+
+    /// A place, which may be that of an end.
+    fn place(&self, x: DVec3) -> Destination {
+        let h = self.star.h;
+        let end = if x == h { Some(1) } else { (x == -h).then_some(0) };
+        Destination { x, end, out: Advance::default() }
+    }
+
+    /// What a place rounds to; an end to the bit, whose difference may have been rounded.
+    pub fn at(&self, place: &Destination) -> Vec3 {
+        place.end.map_or_else(|| (self.middle + place.x).as_vec3(), |end| self.ends[end])
+    }
+
+    /// What the pair costs with the vertex at a place; at an end, with the numbers of that.
+    pub fn value(&self, place: &Destination) -> f64 {
+        let value = self.costs.with_least().value(place.x);
+        place.end.map_or(value, |end| value + self.sides.at_end(end, self.star.h))
+    }
+
+    /// Whether the vertex may go anywhere.
+    fn is_free(&self) -> bool {
+        !self.are_locked[0] && !self.are_locked[1] && self.sides.fixed.is_none()
+    }
+
+    /// The end that costs less, then the other.
+    fn ends_by_cost(&self) -> [Destination; 2] {
+        let [first, second] = [0, 1].map(|end| self.end(end));
+        if self.value(&second) < self.value(&first) { [second, first] } else { [first, second] }
+    }
+
+    /// The end that is on the same flat as everything around the pair.
+    fn flat_end(&self, flat: f64) -> Option<Destination> {
+        let [end, _] = self.ends_by_cost();
+        (self.value(&end) <= flat).then_some(end)
+    }
+
+    /// Where the vertex goes by planes. Costs below `flat` are none; where the pair `was_flat` as the round began, an end is likely to
+    /// do, and is asked first.
+    #[inline]
+    pub fn by_planes(&self, flat: f64, was_flat: bool) -> Destination {
+        let h = self.star.h;
+        if was_flat
+            && self.is_free()
+            && let Some(end) = self.flat_end(flat)
+        {
+            return end;
+        }
+        let placement = if self.sides.at_an_end { Placement::Endpoint } else { self.rules.placement };
+        let placing = self.costs.placing();
+        let place = match (self.are_locked, self.sides.fixed, placement) {
+            ([false, false], None, Placement::Optimal) => self.place(placing.least(h, self.rules.regularization)),
+            ([false, false], None, Placement::Segment) => self.place(placing.least_between(h)),
+            ([false, false], None, Placement::EndpointOrMiddle) => self.place(placing.least_of(&[-h, h, DVec3::ZERO])),
+            ([false, false], None, Placement::Endpoint) => self.ends_by_cost()[0],
+            ([false, _], None, _) | (_, Some(1), _) => self.end(1),
+            _ => self.end(0),
+        };
+        if place.end.is_none() && self.costs.with_least().value(place.x) <= flat {
+            return self.flat_end(flat).unwrap_or(place);
+        }
+        place
+    }
+
+    /// Where the vertex goes that is at `place` by planes, so far `away` from the old faces, if faces keep their shapes there.
+    ///
+    /// It is drawn back, as planes do not tell how far out it is, unless faces fold there: what has few faces left would keep them, and
+    /// others go for it. So it would where they fold at either; where no pair may wait for a better one an end does then, too.
+    #[inline]
+    pub fn that_holds(&self, place: Destination, away: Option<Away>, is_last: bool) -> Result<Destination, Rejection> {
+        if away.is_none() && !is_last {
+            return self.holds(&place).map(|()| place);
+        }
+        self.next_best(place, away, is_last)
+    }
+
+    #[cold]
+    fn next_best(&self, place: Destination, away: Option<Away>, is_last: bool) -> Result<Destination, Rejection> {
+        let mut place = place;
+        if let Some(away) = away {
+            let length = 2.0 * self.star.h.length();
+            let (x, distance) = drawn_back(self.costs.placing(), length, place.x, away);
+            let drawn = Destination { out: Advance::of(length, distance), ..self.place(x) };
+            if self.holds(&drawn).is_ok() {
+                return Ok(drawn);
+            }
+            place.out = Advance::of(length, away.distance);
+        }
+        let refused = match self.holds(&place) {
+            Err(refused) if is_last && self.is_free() => refused,
+            held => return held.map(|()| place),
+        };
+        let others = self.ends_by_cost().into_iter().filter(|end| end.end != place.end);
+        let end = others.into_iter().find(|end| self.holds(end).is_ok()).ok_or(refused)?;
+        let left = usize::from(end.end == Some(0));
+        Ok(Destination { out: leaving_crease(self.star, self.pair, left), ..end })
+    }
+
+    /// Whether faces keep their shapes with the vertex at a place.
+    #[inline]
+    fn holds(&self, place: &Destination) -> Result<(), Rejection> {
+        shapes_hold(self.star, self.at(place).as_dvec3() - self.middle, self.rules.limits)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Options;
+    use super::super::advance::away_from_faces;
+    use super::super::retreat::tests::for_each_pair;
+    use super::*;
+    use crate::mesh::{Mesh, shapes};
+
+    /// A plane with vertices pushed about, so that faces around many a pair fold at one of its ends.
+    fn rough() -> Mesh {
+        let mut mesh = shapes::plane(9, 9);
+        for (v, p) in mesh.positions.iter_mut().enumerate() {
+            let v = v as f64;
+            *p += DVec3::new((7.0 * v).sin(), (11.0 * v).sin(), 2.0 * (5.0 * v).sin()) * 0.45;
+        }
+        mesh
+    }
+
+    /// Tells the choice of every pair of a mesh, about its middle, and up to which squared distance planes are believed.
+    fn for_each_choice(mesh: &Mesh, are_locked: [bool; 2], mut tell: impl FnMut(&Choice<'_>, f64)) {
+        let rules = Rules::new(&Options::default(), false, f64::INFINITY);
+        let sides = Sides::default();
+        for_each_pair(mesh, |star, _, pair, limit_sq| {
+            let costs = Costs { geometry: Quadric::of_star(star), attributed: None };
+            let ends = [-star.h, star.h].map(|end| end.as_vec3());
+            let (rules, sides, costs) = (&rules, &sides, &costs);
+            tell(&Choice { rules, star, sides, costs, pair, middle: DVec3::ZERO, ends, are_locked }, limit_sq);
+        });
+    }
+
+    /// A place beside a pair where faces fold, if they do, and why it is refused.
+    fn folded(choice: &Choice<'_>) -> Option<(Destination, Rejection)> {
+        let place = choice.place(DVec3::X * 20.0 * choice.star.h.length());
+        choice.holds(&place).err().map(|rejection| (place, rejection))
+    }
+
+    #[test]
+    fn where_faces_fold_the_cheaper_end_that_holds_is_taken_in_a_last_round_alone() {
+        let (mut first, mut second, mut refused) = (0, 0, 0);
+        for_each_choice(&rough(), [false; 2], |choice, _| {
+            let Some((place, why)) = folded(choice) else { return };
+            assert_eq!(choice.that_holds(place, None, false), Err(why));
+            let ends = choice.ends_by_cost();
+            assert!(choice.value(&ends[0]) <= choice.value(&ends[1]));
+            match choice.that_holds(place, None, true) {
+                Ok(taken) if taken.end == ends[0].end => {
+                    assert!(choice.holds(&ends[0]).is_ok());
+                    first += 1;
+                }
+                Ok(taken) => {
+                    assert!(
+                        taken.end == ends[1].end && choice.holds(&ends[1]).is_ok() && choice.holds(&ends[0]).is_err()
+                    );
+                    second += 1;
+                }
+                Err(rejection) => {
+                    assert_eq!(rejection, why);
+                    assert!(ends.iter().all(|end| choice.holds(end).is_err()));
+                    refused += 1;
+                }
+            }
+        });
+        assert!(first > 0 && second > 0 && refused > 0, "{first}, {second}, {refused}");
+        for are_locked in [[true, false], [false, true]] {
+            for_each_choice(&rough(), are_locked, |choice, _| {
+                let Some((place, why)) = folded(choice) else { return };
+                assert_eq!(choice.that_holds(place, None, true), Err(why));
+            });
+        }
+    }
+
+    #[test]
+    fn an_end_at_which_faces_fold_gives_way_to_the_other() {
+        let mut taken = 0;
+        for_each_choice(&rough(), [false; 2], |choice, _| {
+            let ends = choice.ends_by_cost();
+            if choice.holds(&ends[0]).is_err() && choice.holds(&ends[1]).is_ok() {
+                assert_eq!(choice.that_holds(ends[0], None, true).map(|taken| taken.end), Ok(ends[1].end));
+                assert!(choice.that_holds(ends[0], None, false).is_err());
+                taken += 1;
+            }
+        });
+        assert!(taken > 0);
+    }
+
+    #[test]
+    fn a_vertex_is_drawn_back_unless_faces_fold_there_and_counts_how_far_out_it_is() {
+        let (mut drawn, mut stayed, mut at_end) = (0, 0, 0);
+        for_each_choice(&shapes::cube(4), [false; 2], |choice, limit_sq| {
+            let length = 2.0 * choice.star.h.length();
+            for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+                let place = choice.place(choice.star.h + axis * length);
+                let Some(away) = away_from_faces(choice.star, place.x, limit_sq) else { continue };
+                let (x, distance) = drawn_back(choice.costs.placing(), length, place.x, away);
+                match choice.that_holds(place, Some(away), false) {
+                    Ok(found) if found.x == x => {
+                        assert_eq!(found.out, Advance::of(length, distance));
+                        assert_eq!(found, Destination { out: found.out, ..choice.place(x) });
+                        drawn += 1;
+                        at_end += u32::from(found.end.is_some());
+                    }
+                    Ok(found) => {
+                        assert!(choice.holds(&choice.place(x)).is_err());
+                        assert_eq!(found, Destination { out: Advance::of(length, away.distance), ..place });
+                        stayed += 1;
+                    }
+                    Err(_) => assert!(choice.holds(&place).is_err() && choice.holds(&choice.place(x)).is_err()),
+                }
+            }
+        });
+        assert!(drawn > 0 && at_end > 0 && stayed > 0, "{drawn}, {at_end}, {stayed}");
+    }
+}
