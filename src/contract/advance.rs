@@ -33,7 +33,7 @@ const TURNED_COS: f64 = 0.5;
 const CREASE_COS: f64 = 0.5;
 
 /// How many times as far out as it is a vertex counts that is drawn back, in where it goes and not in what that costs.
-const OUT: f64 = 4.0;
+const OUT: f64 = 3.0;
 
 /// How far a pair goes away from the old faces.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -12,6 +12,9 @@ use super::rules::Rules;
 use super::sides::Sides;
 use super::star::Star;
 
+/// How much less a vertex is drawn back than it should be, in turn, until faces hold.
+const LESS: [f64; 4] = [0.0, 0.25, 0.5, 0.75];
+
 /// What a pair costs about its middle, on the current state.
 #[derive(Debug)]
 pub struct Costs {
@@ -135,8 +138,9 @@ impl Choice<'_> {
 
     /// Where the vertex goes that is at `place` by planes, so far `away` from the old faces, if faces keep their shapes there.
     ///
-    /// It is drawn back, as planes do not tell how far out it is, unless faces fold there: what has few faces left would keep them, and
-    /// others go for it. So it would where they fold at either; where no pair may wait for a better one an end does then, too.
+    /// It is drawn back, as planes do not tell how far out it is, or less so where faces fold there: what has few faces left would keep
+    /// them, and others go for it. So it would where they fold wherever it goes; where no pair may wait for a better one an end does
+    /// then, too.
     #[inline]
     pub fn that_holds(&self, place: Destination, away: Option<Away>, is_last: bool) -> Result<Destination, Rejection> {
         if away.is_none() && !is_last {
@@ -151,9 +155,12 @@ impl Choice<'_> {
         if let Some(away) = away {
             let length = 2.0 * self.star.h.length();
             let (x, distance) = drawn_back(self.costs.placing(), length, place.x, away);
-            let drawn = Destination { out: Advance::of(length, distance), ..self.place(x) };
-            if self.holds(&drawn).is_ok() {
-                return Ok(drawn);
+            for less in LESS {
+                let out = Advance::of(length, distance + (away.distance - distance) * less);
+                let drawn = Destination { out, ..self.place(x.lerp(place.x, less)) };
+                if self.holds(&drawn).is_ok() {
+                    return Ok(drawn);
+                }
             }
             place.out = Advance::of(length, away.distance);
         }
@@ -261,10 +268,10 @@ mod tests {
 
     #[test]
     fn a_vertex_is_drawn_back_unless_faces_fold_there_and_counts_how_far_out_it_is() {
-        let (mut drawn, mut stayed, mut at_end) = (0, 0, 0);
-        for_each_choice(&shapes::cube(4), [false; 2], |choice, limit_sq| {
+        let (mut drawn, mut less, mut stayed, mut at_end) = (0, 0, 0, 0);
+        let mut look = |choice: &Choice<'_>, limit_sq: f64| {
             let length = 2.0 * choice.star.h.length();
-            for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+            for axis in DVec3::AXES.into_iter().chain([-DVec3::X, -DVec3::Y, -DVec3::Z]) {
                 let place = choice.place(choice.star.h + axis * length);
                 let Some(away) = away_from_faces(choice.star, place.x, limit_sq) else { continue };
                 let (x, distance) = drawn_back(choice.costs.placing(), length, place.x, away);
@@ -276,14 +283,20 @@ mod tests {
                         at_end += u32::from(found.end.is_some());
                     }
                     Ok(found) => {
-                        assert!(choice.holds(&choice.place(x)).is_err());
-                        assert_eq!(found, Destination { out: Advance::of(length, away.distance), ..place });
-                        stayed += 1;
+                        assert!(choice.holds(&choice.place(x)).is_err() && choice.holds(&found).is_ok());
+                        let share = (found.x - x).length() / (place.x - x).length();
+                        let out = Advance::of(length, distance + (away.distance - distance) * share);
+                        assert!((found.out.distance / out.distance - 1.0).abs() < 1e-9, "{found:?}, {out:?}");
+                        less += u32::from(share < 0.99);
+                        stayed += u32::from(found.x == place.x);
                     }
                     Err(_) => assert!(choice.holds(&place).is_err() && choice.holds(&choice.place(x)).is_err()),
                 }
             }
-        });
-        assert!(drawn > 0 && at_end > 0 && stayed > 0, "{drawn}, {at_end}, {stayed}");
+        };
+        for mesh in [shapes::cube(4), rough()] {
+            for_each_choice(&mesh, [false; 2], &mut look);
+        }
+        assert!(drawn > 0 && at_end > 0 && less > 0 && stayed > 0, "{drawn}, {at_end}, {less}, {stayed}");
     }
 }

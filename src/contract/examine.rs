@@ -33,6 +33,10 @@ const HELD_SEAM_WEIGHT: f64 = 1.0;
 /// that is on the flat as well, which rounds nothing: new places off their flats made others dear, round after round.
 const FLAT: f64 = 1e-8;
 
+/// How many times as far from what a pair leaves as its quadric says an end may be until that is believed no more.
+const BELIEVED: f64 = 3.0;
+/// The same of the new vertex, from what was there.
+const BELIEVED_OUT: f64 = 2.0;
 /// What the squared distances of a star from what a pair leaves of it are in the mean, of that of the farther end.
 const RETREAT: f64 = 0.2;
 
@@ -141,9 +145,13 @@ impl Examiner {
         // At borders lines hold what planes do not. Of a star without the faces that cancel each other out nobody knows what was there.
         let may_advance = (pu.flags | pw.flags) & BORDER == 0 && cancelled.is_empty() && self.asks_faces();
         let is_bent = may_advance && is_bent(&self.star, costs.geometry.normal());
-        let limit_sq = believed_sq(&self.star, self.off_planes_sq(&costs, by_planes.x));
-        let away =
-            if is_bent && by_planes.end.is_none() { away_from_faces(&self.star, by_planes.x, limit_sq) } else { None };
+        let off_sq = self.off_planes_sq(&costs, by_planes.x);
+        let limit_sq = believed_sq(&self.star, off_sq, BELIEVED);
+        let away = if is_bent && by_planes.end.is_none() {
+            away_from_faces(&self.star, by_planes.x, believed_sq(&self.star, off_sq, BELIEVED_OUT))
+        } else {
+            None
+        };
         let is_last = !self.may_wait && self.rules.metric == Metric::Volume;
         let choice = self.choice(&costs, pair, middle, [pu, pw]);
         let goes = choice.that_holds(by_planes, away, is_last)?;

@@ -19,14 +19,12 @@ use crate::spatial::triangle::closest_point;
 use super::quads::Quad;
 use super::star::Star;
 
-/// How many times as far as the quadric says an end may be until that is believed no more.
-const BELIEVED: f64 = 3.0;
 /// Up to which share of half the pair's length, squared, distances are rounding.
 const ROUNDING_SQ: f64 = 1e-6;
 
-/// Up to which squared distance a pair's quadric is believed, which tells a mean of squares of `off_sq`.
-pub fn believed_sq(star: &Star, off_sq: f64) -> f64 {
-    BELIEVED * BELIEVED * off_sq + ROUNDING_SQ * star.h.length_squared()
+/// Up to which squared distance a pair's quadric is believed that tells a mean of squares of `off_sq`: so many times as far.
+pub fn believed_sq(star: &Star, off_sq: f64, times: f64) -> f64 {
+    times * times * off_sq + ROUNDING_SQ * star.h.length_squared()
 }
 
 /// The greatest squared distance of the ends of a pair from the faces of its star as they are with the new vertex at `x`, about the
@@ -124,7 +122,7 @@ pub mod tests {
                 let [pu, pw] = pair.map(|v| patch.position(v).xyz().as_dvec3());
                 star.gather(pair, (pw - pu) * 0.5, &patch).expect("the patch is the whole surface");
                 star.locate((pu + pw) * 0.5, &patch);
-                tell(&star, pair.map(|v| origin[v as usize]), pair, believed_sq(&star, 0.0));
+                tell(&star, pair.map(|v| origin[v as usize]), pair, believed_sq(&star, 0.0, 1.0));
             }
         }
     }
