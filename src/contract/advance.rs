@@ -32,7 +32,9 @@ const TURNED_COS: f64 = 0.5;
 /// where that leans.
 const CREASE_COS: f64 = 0.5;
 
-/// How many times as far out as it is a vertex counts that is drawn back, in where it goes and not in what that costs.
+/// How many times as far out as it is a vertex counts that is drawn back, in where it goes and not in what that costs. With 1 the
+/// greatest distances of scans are up to 1.3 times as large; with 2 and with 4 the boxes of an office, at 4 % of their faces, are 3.5
+/// times as far off (RMS).
 const OUT: f64 = 3.0;
 
 /// How far a pair goes away from the old faces.
@@ -46,12 +48,12 @@ pub struct Advance {
 }
 
 impl Advance {
-    /// Of a triangle so high above an edge so long.
+    /// Of a triangle `distance` high above an edge `base` long.
     pub fn of(base: f64, distance: f64) -> Self {
         Self { distance, cost: base * distance.powi(3) / 6.0 }
     }
 
-    /// The greatest of either.
+    /// The greater distance, and the greater cost.
     pub fn max(self, other: Self) -> Self {
         Self { distance: self.distance.max(other.distance), cost: self.cost.max(other.cost) }
     }
@@ -130,8 +132,8 @@ pub fn away_from_faces(star: &Star, point: DVec3, limit_sq: f64) -> Option<Away>
 }
 
 /// Where a vertex goes that a quadric has away from the old faces, at `x`, and how far away that is: between there and the foot, where
-/// the quadric and what such a vertex costs beside it, over a pair so long, are least together. Planes that meet in the open, as those
-/// of a fin do, tell nothing of the tip that they make.
+/// the quadric and what a vertex [`OUT`] times as far out costs beside it, over a pair so long, are least together. Planes that meet in
+/// the open, as those of a fin do, tell nothing of the tip that they make.
 pub fn drawn_back(quadric: &Quadric, length: f64, x: DVec3, away: Away) -> (DVec3, f64) {
     let out = x - away.foot;
     let [at_foot, between, at_x] = [0.0, 0.5, 1.0].map(|t| quadric.value(away.foot + out * t));

@@ -145,7 +145,7 @@ mod tests {
         pairs.dedup();
         let mut examiner = Examiner::new(Rules::new(&Options::default(), false, f64::INFINITY), false, 0.0);
         let patch = Patch::whole(surface, carried);
-        pairs.into_iter().map(|pair| (pair, examiner.examine(&patch, pair, 0.0))).collect()
+        pairs.into_iter().map(|pair| (pair, examiner.examine(&patch, pair, f32::INFINITY))).collect()
     }
 
     /// Contracts one of so many legal pairs of a mesh whose ends are free, keeps what was refused, and looks again; tells how
@@ -161,9 +161,9 @@ mod tests {
             match verdict {
                 Verdict::Rejected(reason) => refused.push(Refusal::new([pair[1], pair[0]], reason)),
                 Verdict::Accepted(accepted) => legal.push((pair, accepted)),
-                // A tip of which planes did not tell, in a round that lets it come back.
-                Verdict::Dearer(_) => {}
-                Verdict::Outside => unreachable!("the patch is the whole surface"),
+                Verdict::Dearer(_) | Verdict::Outside => {
+                    unreachable!("the patch is the whole surface, and every pair may cost what it does")
+                }
             }
         }
         let (mut contracted, mut removed) = (0, 0);
@@ -171,7 +171,7 @@ mod tests {
         let mut examiner = Examiner::new(Rules::new(&Options::default(), false, f64::INFINITY), false, 0.0);
         for (pair, _) in legal.into_iter().step_by(every) {
             let is_free = pair.iter().all(|&v| patch.is_free(v));
-            if is_free && let Verdict::Accepted(accepted) = examiner.examine(&patch, pair, 0.0) {
+            if is_free && let Verdict::Accepted(accepted) = examiner.examine(&patch, pair, f32::INFINITY) {
                 let Examiner { sides, blend, .. } = &examiner;
                 blend.write(&mut patch, sides, &pair, accepted.end);
                 patch.contract(pair, &accepted.placed);

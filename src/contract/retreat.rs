@@ -22,7 +22,8 @@ use super::star::Star;
 /// Up to which share of half the pair's length, squared, distances are rounding.
 const ROUNDING_SQ: f64 = 1e-6;
 
-/// Up to which squared distance a pair's quadric is believed that tells a mean of squares of `off_sq`: so many times as far.
+/// Up to which squared distance a pair's quadric is believed: that many `times` as far, before squaring, as it tells by a mean of
+/// squares, `off_sq`.
 pub fn believed_sq(star: &Star, off_sq: f64, times: f64) -> f64 {
     times * times * off_sq + ROUNDING_SQ * star.h.length_squared()
 }
