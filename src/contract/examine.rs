@@ -139,6 +139,10 @@ impl Examiner {
             return Err(Rejection::Outdated.into());
         }
         let cancelled = if joins { self.star.cancel(middle, patch) } else { Vec::new() };
+        // Where no face is left nothing tells how far off that is. What may go is a matter of `small_parts`.
+        if self.rules.keeps_walls && self.star.survivors() == 0 {
+            return Err(Rejection::Link.into());
+        }
         let is_on_border = |v: u32| patch.position(v).flags & BORDER != 0;
         if self.rules.locks_border && cancelled.iter().any(|side| side.iter().all(|&v| is_on_border(v))) {
             return Err(Rejection::Border.into());
