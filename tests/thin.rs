@@ -92,7 +92,9 @@ fn what_rims_of_thin_plates_lose_is_in_the_estimate() {
             let found = deviation(&washers, &outcome.mesh, 20_000);
             let most = found.forward_max.max(found.backward_max) * washers.diagonal();
             let share = outcome.error_estimate / most;
-            assert!(share > 0.1 && most > 0.1 * limit, "{thickness}, {limit}: {share}, {most}");
+            let is_sure = [(2e-3, 0.1), (2e-3, 0.03), (2e-2, 0.1)].contains(&(thickness, limit));
+            let least = if is_sure { 0.25 } else { 0.15 };
+            assert!(share > least && most > 0.1 * limit, "{thickness}, {limit}: {share}, {most}");
             shares.push(share);
         }
     }
