@@ -191,6 +191,8 @@ pub struct Blocked {
     pub aspect: u64,
     /// The texture would fold or tear.
     pub texture: u64,
+    /// A face would come to pass through another. Asked where few faces are left.
+    pub crossing: u64,
     /// The estimated deviation would pass the limit.
     pub error: u64,
 }

@@ -170,7 +170,7 @@ fn odd_counts_on_a_border_cost_no_rounds_and_refusals_count_once() {
     for level in &levels {
         assert!(level.rounds.iter().all(|round| round.contracted > 0), "a round in vain: {:?}", level.rounds);
         for RoundRecord { candidates, blocked: b, .. } in &level.rounds {
-            let refused = b.border + b.lock + b.seam + b.link + b.flip + b.aspect + b.texture + b.error;
+            let refused = b.border + b.lock + b.seam + b.link + b.flip + b.aspect + b.texture + b.crossing + b.error;
             assert!(refused <= *candidates, "{refused} of {candidates}");
         }
     }

@@ -348,7 +348,7 @@ pub fn percent(fraction: f64) -> String {
 
 /// The reasons for refusals with their counts: `, blocked by link 12, flip 3`.
 pub fn blocked_by(blocked: &Blocked) -> String {
-    let Blocked { border, lock, seam, link, flip, aspect, texture, error } = *blocked;
+    let Blocked { border, lock, seam, link, flip, aspect, texture, crossing, error } = *blocked;
     let reasons: Vec<String> = [
         ("border", border),
         ("lock", lock),
@@ -357,6 +357,7 @@ pub fn blocked_by(blocked: &Blocked) -> String {
         ("flip", flip),
         ("aspect", aspect),
         ("texture", texture),
+        ("crossing", crossing),
         ("error", error),
     ]
     .iter()

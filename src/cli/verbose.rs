@@ -14,7 +14,7 @@ pub fn round_table(rounds: &[RoundRecord]) -> Option<String> {
     );
     for (i, round) in rounds.iter().enumerate() {
         let b = round.blocked;
-        let refused = b.border + b.lock + b.seam + b.link + b.flip + b.aspect + b.texture + b.error;
+        let refused = b.border + b.lock + b.seam + b.link + b.flip + b.aspect + b.texture + b.crossing + b.error;
         table += &format!(
             "\n{:>5} {:>11} {:>11} {:>11} {:>11} {:>11} {:>9.2e}  {}",
             i + 1,

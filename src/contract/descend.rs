@@ -8,13 +8,13 @@ use crate::kernel::split::CHUNK;
 use crate::kernel::stars::Stars;
 use crate::simplify::StopReason;
 
-use super::commit::Quota;
 use super::committed::{Committed, Spent};
 use super::driver::Run;
 use super::gate::LARGE_ROUND;
 use super::levels::Goal;
 use super::pace::{WIDER, is_meager};
 use super::surface::Surface;
+use super::work::Quota;
 use super::{Candidates, Metric};
 
 /// Candidates for every contraction that a level on the way still needs. With four levels cost 5 % less time, and are 5 % off.
@@ -35,6 +35,8 @@ impl Run<'_> {
         let mut next = Some(goal);
         while let Some(Goal { target, max_deviation }) = next {
             self.set_error_limit(max_deviation);
+            // Faces that were asked for are had, if through each other; within an error limit they stay.
+            self.committer.may_cross = target > 0;
             let left = faces - done.0.faces_removed;
             let follows = |targets| !self.pace.is_full() && self.heading(targets) < target;
             if !self.levels.targets_below(left).is_some_and(follows) {

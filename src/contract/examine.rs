@@ -80,7 +80,7 @@ pub struct Examiner {
     /// Whether a pair that became dear may wait for another round.
     pub may_wait: bool,
     /// The cost of the dearest candidate of the round.
-    dearest: f32,
+    pub dearest: f32,
 }
 
 impl Examiner {

@@ -26,6 +26,8 @@ pub enum Rejection {
     Seam,
     /// The texture would fold.
     Texture,
+    /// A face would come to pass through another.
+    Crossing,
     /// The error limit.
     Error,
     /// No longer as cheap as when the round began: it waits for the next one and blocks nothing.
@@ -42,6 +44,7 @@ impl Blocked {
             Rejection::Aspect => self.aspect += 1,
             Rejection::Seam => self.seam += 1,
             Rejection::Texture => self.texture += 1,
+            Rejection::Crossing => self.crossing += 1,
             Rejection::Error => self.error += 1,
             Rejection::Outdated => {}
         }
@@ -49,13 +52,13 @@ impl Blocked {
 
     /// How many candidates were examined and refused.
     pub fn refused(&self) -> u64 {
-        let Self { border, lock: _, seam, link, flip, aspect, texture, error } = self;
-        border + seam + link + flip + aspect + texture + error
+        let Self { border, lock: _, seam, link, flip, aspect, texture, crossing, error } = self;
+        border + seam + link + flip + aspect + texture + crossing + error
     }
 
     /// Adds the counts of another part of the round.
     pub fn add(&mut self, other: Self) {
-        let Self { border, lock, seam, link, flip, aspect, texture, error } = other;
+        let Self { border, lock, seam, link, flip, aspect, texture, crossing, error } = other;
         self.border += border;
         self.lock += lock;
         self.seam += seam;
@@ -63,6 +66,7 @@ impl Blocked {
         self.flip += flip;
         self.aspect += aspect;
         self.texture += texture;
+        self.crossing += crossing;
         self.error += error;
     }
 }

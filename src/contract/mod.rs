@@ -24,6 +24,7 @@ mod commit;
 mod committed;
 mod compact;
 mod cost_lanes;
+mod crossings;
 mod deal;
 mod descend;
 mod destination;
@@ -87,6 +88,7 @@ mod warm_up;
 mod wedges;
 mod weigh;
 mod weighting;
+mod work;
 mod yielding;
 
 use std::sync::Arc;

@@ -10,7 +10,7 @@
 use std::ops::Range;
 
 use crate::kernel::contract_faces::renamed;
-use crate::kernel::contract_vertices::{GONE, KEEPS};
+use crate::kernel::contract_vertices::{GONE, KEEPS, VERTEX};
 use crate::kernel::rows::{Contraction, Face, PlaneQuadric, Position};
 use crate::kernel::warm::{faces_near, warm_up};
 use crate::math::Vec3;
@@ -181,6 +181,13 @@ impl<'a> Patch<'a> {
         let now = [renamed(vertices[0], self.roles[first]), renamed(vertices[1], self.roles[second])];
         let [first, second] = now.map(|vertex| self.local(vertex));
         (first.max(second) < self.roles.len()).then_some(now)
+    }
+
+    /// What became one with a vertex of the patch this round, under its name.
+    #[inline(always)]
+    pub fn merged(&self, vertex: u32) -> Option<u32> {
+        let role = self.roles[self.local(vertex)];
+        (role & KEEPS != 0).then_some(role & VERTEX)
     }
 
     /// Whether a vertex of the patch took part in no contraction of this round.

@@ -99,10 +99,11 @@ impl Vanishing<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::commit::{Committer, Quota};
+    use super::super::commit::Committer;
     use super::super::prepare::begin;
     use super::super::rules::Rules;
     use super::super::surface::Surface;
+    use super::super::work::Quota;
     use super::super::{Candidates, Options};
     use super::*;
     use crate::backend::Device;

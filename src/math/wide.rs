@@ -29,7 +29,7 @@ impl WideRows {
     }
 
     /// Replaces the vector of a lane.
-    #[cfg(test)]
+    #[inline(always)]
     pub fn set(&mut self, lane: usize, v: DVec3) {
         self.0.iter_mut().zip(v.to_array()).for_each(|(row, number)| row[lane] = number);
     }

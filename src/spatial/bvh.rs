@@ -4,7 +4,8 @@ use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::Frame;
-use super::split::{Bounds, Item, bounds_of, split};
+use super::bounds::Bounds;
+use super::split::{Item, bounds_of, split};
 use crate::math::{DVec3, Vec3};
 use crate::mesh::Mesh;
 

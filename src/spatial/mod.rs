@@ -6,11 +6,14 @@
 //! - [`Bvh::closest`] gives the least of the distances that [`triangle::closest_point`] computes over all faces, the
 //!   lowest face where several are at that distance, whatever the guess: the tree only leaves out what is farther.
 
+pub mod bounds;
 pub mod bvh;
 mod closest;
+pub mod crossing;
 mod frame;
 mod split;
 pub mod triangle;
+pub mod wide_tree;
 
 pub use bvh::{Bvh, Node};
 pub use closest::Hit;

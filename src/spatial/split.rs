@@ -2,6 +2,8 @@
 
 use crate::math::Vec3;
 
+use super::bounds::Bounds;
+
 /// Bins along the longest side of the centers' box.
 const BINS: usize = 16;
 
@@ -13,32 +15,6 @@ const COST_LEVELS: u32 = 32;
 pub(super) struct Item {
     pub bounds: Bounds,
     pub face: u32,
-}
-
-/// A box.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Bounds {
-    pub low: Vec3,
-    pub high: Vec3,
-}
-
-impl Bounds {
-    pub const NONE: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
-
-    pub fn union(self, other: Self) -> Self {
-        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
-    }
-
-    /// Half of the area of the sides; zero for none.
-    fn half_area(self) -> f32 {
-        let d = (self.high - self.low).max(Vec3::ZERO);
-        d.x * d.y + d.y * d.z + d.z * d.x
-    }
-
-    /// Twice the center.
-    fn doubled_center(self) -> Vec3 {
-        self.low + self.high
-    }
 }
 
 /// Reorders at least two `items` so that the first of the returned count go left, the others right: both at least one.

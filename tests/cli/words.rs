@@ -76,7 +76,10 @@ fn json_has_its_fields() {
         "transfer", "weld", "write",
     ];
     assert_eq!(keys(&record["seconds"]), seconds);
-    assert_eq!(keys(&record["blocked"]), ["aspect", "border", "error", "flip", "link", "lock", "seam", "texture"]);
+    assert_eq!(
+        keys(&record["blocked"]),
+        ["aspect", "border", "crossing", "error", "flip", "link", "lock", "seam", "texture"]
+    );
     assert_eq!(keys(&record["error"]), ["estimate", "estimate_relative", "measured"]);
     let input = record["faces_in"].as_f64().expect("a count");
     for (field, value) in [

@@ -1,0 +1,340 @@
+//! What one task of a commit contracts: the candidates of a patch by cost, each on the state that those before it left.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use std::iter::Peekable;
+use std::time::{Duration, Instant};
+
+use rustc_hash::FxHashSet;
+
+use crate::kernel::pairs::{half_edge_corners, half_edge_ends};
+use crate::kernel::rows::{BORDER, Candidate, Face};
+
+use super::Candidates;
+use super::committed::{Cancelled, Committed};
+use super::crossings::Crossings;
+use super::deal::Left;
+use super::examine::{Accepted, Examiner, Verdict};
+use super::filter::Rejection;
+use super::patch::{Patch, Placed};
+use super::refusals::Refusal;
+use super::rules::Rules;
+use super::star::Outside;
+
+/// How many faces a round may remove.
+///
+/// Interior pairs remove two and border pairs one. Where one is left to remove, only a border pair will do, unless the
+/// quota may be overshot by one face because no border pair did. Triangles remove up to four, and leave what is less to
+/// pairs.
+#[derive(Debug, Clone, Copy)]
+pub struct Quota {
+    pub faces: usize,
+    pub of: Candidates,
+    pub may_overshoot: bool,
+}
+
+/// How many times as much as the dearest of the run before, or its own first, a contraction costs at most in a commit of all pairs, of
+/// those on the whole surface. Where nearly all are refused, as those across a thin sheet, what nobody needs is soon among the first that are legal.
+const DEARER: f32 = 8.0;
+/// One attempt in this many is timed: a clock takes as long as a tenth of an attempt.
+const TIMED: u32 = 16;
+/// How many times as much a pair costs whose faces come to pass through others, where it is not refused: eight times as far off. With
+/// twice as much most do in the end, with eight times a thin boot of 400 faces keeps 35 of 62 such; without end one of 200 has none, and
+/// is 2.1 times as far off, not 1.3.
+const CROSSING: f32 = 64.0;
+
+/// The ends of a candidate: of its half-edge, or past these of one of the pairs without an edge, where it may be one.
+fn ends(candidate: Candidate, faces: &[Face], joins: &[[u32; 2]]) -> Option<[u32; 2]> {
+    match (candidate.half_edge as usize).checked_sub(3 * faces.len()) {
+        Some(join) => joins.get(join).copied(),
+        None => Some(half_edge_ends(candidate.half_edge, faces)),
+    }
+}
+
+/// What is the same for all patches of a commit.
+#[derive(Debug, Clone, Copy)]
+pub struct Task {
+    pub rules: Rules,
+    pub is_followed: bool,
+    pub lists_refused: bool,
+    pub of: Candidates,
+    pub may_wait: bool,
+    /// Whether faces may come to pass through others in the end.
+    pub may_cross: bool,
+    pub dearest: f32,
+    pub commit: u32,
+}
+
+/// The contractions within one patch.
+pub struct Work<'a> {
+    patch: Patch<'a>,
+    examiner: Examiner,
+    of: Candidates,
+    is_followed: bool,
+    lists_refused: bool,
+    pub committed: Committed,
+    /// Pairs without an edge.
+    pub joins: &'a [[u32; 2]],
+    /// Where the faces are, if none may come to pass through another.
+    pub crossings: Option<&'a mut Crossings>,
+    may_cross: bool,
+    /// Pairs that cost more for that now, by their half-edges.
+    paid: FxHashSet<u32>,
+    /// Vertices that may not contract any more, for their rings hold faces that cancelled each other out.
+    held: FxHashSet<u32>,
+    /// How many faces there are.
+    pub faces: usize,
+    /// What the dearest contraction of the run cost before, and the first one here.
+    pub dearest: f32,
+    cheapest: f32,
+    /// Those that turned out to cost more than their keys, by what they do: bits, and half-edges.
+    dearer: BinaryHeap<Reverse<(u32, u32)>>,
+    attempts: u32,
+    timed: Duration,
+}
+
+impl<'a> Work<'a> {
+    pub fn new(patch: Patch<'a>, task: Task) -> Self {
+        let examiner = Examiner::new(task.rules, task.may_wait, task.dearest);
+        let faces = patch.connectivity.faces.len();
+        Self {
+            patch,
+            examiner,
+            of: task.of,
+            is_followed: task.is_followed,
+            lists_refused: task.lists_refused,
+            committed: Committed::default(),
+            joins: &[],
+            crossings: None,
+            may_cross: task.may_cross,
+            paid: FxHashSet::default(),
+            held: FxHashSet::default(),
+            faces,
+            dearest: f32::INFINITY,
+            cheapest: 0.0,
+            dearer: BinaryHeap::new(),
+            attempts: 0,
+            timed: Duration::ZERO,
+        }
+    }
+
+    /// Contracts at most `most` of `candidates`; those that it could not or was not allowed to look at are `left`.
+    pub fn attempt_within(&mut self, candidates: &[Candidate], most: usize, left: &mut Left) {
+        let faces = self.patch.connectivity.faces;
+        let most = match self.of {
+            Candidates::Pairs => most,
+            Candidates::Triangles => 2 * most,
+        };
+        for (i, &candidate) in candidates.iter().enumerate() {
+            if self.committed.contracted == most {
+                candidates[i..].iter().for_each(|&candidate| left.push(candidate, faces));
+                break;
+            }
+            if !self.attempt(candidate) {
+                left.push(candidate, faces);
+            }
+        }
+    }
+
+    /// Contracts `candidates` until the quota is used up. The patch is the whole surface.
+    pub fn attempt_to_the_end(&mut self, candidates: &[Candidate], quota: Quota) {
+        let mut overshooting: Option<usize> = None;
+        let mut rest = candidates.iter().copied().enumerate().peekable();
+        while let Some((i, candidate)) = self.next(&mut rest, candidates.len()) {
+            let left = quota.faces.saturating_sub(self.committed.faces_removed);
+            if self.is_too_dear(candidate) {
+                return;
+            }
+            if left == 0 || (self.of == Candidates::Triangles && left < self.of.most_faces()) {
+                return;
+            }
+            if left == 1 && !self.removes_one(candidate) {
+                overshooting = Some(overshooting.map_or(i, |first| first.min(i)));
+                continue;
+            }
+            self.attempt(candidate);
+        }
+        if let Some(first) = overshooting.filter(|_| quota.may_overshoot) {
+            for &candidate in &candidates[first..] {
+                if self.committed.faces_removed >= quota.faces {
+                    break;
+                }
+                self.attempt(candidate);
+            }
+        }
+    }
+
+    /// Whether a commit of all pairs has done enough: cheaper ones may be free in the next.
+    fn is_too_dear(&self, candidate: Candidate) -> bool {
+        let Examiner { rules, may_wait, .. } = &self.examiner;
+        let most = DEARER * self.dearest.max(self.cheapest);
+        let may_end = self.of == Candidates::Pairs && !(*may_wait || rules.joins);
+        may_end && self.committed.contracted > 0 && f32::from_bits(candidate.key) > most
+    }
+
+    /// The next of those that are left, with its number, or of those that turned out dearer, with this one.
+    fn next(
+        &mut self,
+        rest: &mut Peekable<impl Iterator<Item = (usize, Candidate)>>,
+        number: usize,
+    ) -> Option<(usize, Candidate)> {
+        let is_next = |&Reverse((key, _)): &Reverse<(u32, u32)>| rest.peek().is_none_or(|(_, other)| key <= other.key);
+        match self.dearer.peek().is_some_and(is_next) {
+            true => self.dearer.pop().map(|Reverse((key, half_edge))| (number, Candidate { key, half_edge })),
+            false => rest.next(),
+        }
+    }
+
+    /// Contracts a candidate if its ends are free and it is legal; returns false if it reaches out of the patch, or others come first.
+    fn attempt(&mut self, candidate: Candidate) -> bool {
+        if self.of == Candidates::Triangles {
+            return self.attempt_triangle(candidate);
+        }
+        let Some([u, w]) = ends(candidate, self.patch.connectivity.faces, self.joins) else { return true };
+        if (u == w) | !self.patch.is_free(u) | !self.patch.is_free(w) {
+            return true;
+        }
+        if !self.held.is_empty() && (self.held.contains(&u) || self.held.contains(&w)) {
+            return true;
+        }
+        let clock = self.attempts.is_multiple_of(TIMED).then(Instant::now);
+        self.attempts += 1;
+        let verdict = self.examiner.examine(&self.patch, [u, w], f32::from_bits(candidate.key));
+        self.timed += clock.map_or(Duration::ZERO, |clock| clock.elapsed());
+        match verdict {
+            Verdict::Outside => return false,
+            // Of a patch it is left to the whole surface.
+            Verdict::Dearer(cost) => {
+                self.dearer.push(Reverse((cost.to_bits(), candidate.half_edge)));
+                return false;
+            }
+            Verdict::Rejected(Rejection::Outdated) => self.committed.outdated += 1,
+            Verdict::Rejected(rejection) => {
+                self.committed.blocked.count(rejection);
+                if self.lists_refused {
+                    self.committed.refused.push(Refusal::new([u, w], rejection));
+                }
+            }
+            // Faces that cancel each other out may not leave a mesh of none.
+            Verdict::Accepted(accepted) if self.committed.faces_removed + accepted.faces_removed >= self.faces => {
+                self.committed.blocked.count(Rejection::Link);
+            }
+            Verdict::Accepted(accepted) if self.would_cross(candidate, [u, w], &accepted) => {
+                return self.charge_crossing(candidate);
+            }
+            Verdict::Accepted(accepted) => {
+                self.cancel([u, w], &accepted.cancelled);
+                let Examiner { sides, blend, .. } = &self.examiner;
+                blend.write(&mut self.patch, sides, &[u, w], accepted.end);
+                self.contract([u, w], &accepted.placed);
+                if let Some(crossings) = &mut self.crossings {
+                    crossings.follow(&self.examiner.star);
+                }
+                let committed = &mut self.committed;
+                committed.faces_removed += accepted.faces_removed;
+                if committed.contracted == 1 {
+                    self.cheapest = f32::from_bits(candidate.key);
+                }
+                committed.greatest_key = committed.greatest_key.max(candidate.key);
+                committed.deviation = committed.deviation.max(accepted.deviation);
+            }
+        }
+        true
+    }
+
+    /// Whether faces would come to pass through others, where they may not and nothing was paid for it.
+    fn would_cross(&mut self, candidate: Candidate, pair: [u32; 2], accepted: &Accepted) -> bool {
+        let Self { crossings, patch, examiner, paid, .. } = self;
+        let Some(crossings) = crossings else { return false };
+        crossings.would_cross(patch, &examiner.star, pair, accepted.placed.x) && !paid.contains(&candidate.half_edge)
+    }
+
+    /// Has a pair cost more whose faces would come to pass through others, or refuses it. It is asked again in the next round, as what
+    /// is far away may have moved. Returns what [`Work::attempt`] does.
+    #[cold]
+    fn charge_crossing(&mut self, candidate: Candidate) -> bool {
+        let cost = CROSSING * f32::from_bits(candidate.key);
+        if !self.may_cross {
+            self.committed.blocked.count(Rejection::Crossing);
+        } else if self.examiner.may_wait && cost > self.examiner.dearest {
+            self.committed.outdated += 1;
+        } else {
+            self.paid.insert(candidate.half_edge);
+            self.dearer.push(Reverse((cost.to_bits(), candidate.half_edge)));
+            return false;
+        }
+        true
+    }
+
+    /// [`Work::attempt`] of the triangle whose half-edge a candidate names.
+    fn attempt_triangle(&mut self, candidate: Candidate) -> bool {
+        let corners = half_edge_corners(candidate.half_edge, self.patch.connectivity.faces);
+        if corners.iter().any(|&v| self.patch.current(v).is_none()) {
+            return false;
+        }
+        if !corners.iter().all(|&v| self.patch.is_free(v)) {
+            return true;
+        }
+        let clock = self.attempts.is_multiple_of(TIMED).then(Instant::now);
+        self.attempts += 1;
+        let verdict = self.examiner.examine_triangle(&self.patch, corners);
+        self.timed += clock.map_or(Duration::ZERO, |clock| clock.elapsed());
+        match verdict {
+            Err(Outside) => return false,
+            Ok(Err(rejection)) => self.committed.blocked.count(rejection),
+            Ok(Ok(accepted)) => {
+                let [keep, first, second] = accepted.ends;
+                let Examiner { sides, blend, .. } = &self.examiner;
+                blend.write(&mut self.patch, sides, &accepted.corners, accepted.end);
+                let [with_first, with_second] = &accepted.placed;
+                self.contract([keep, first], with_first);
+                self.contract([keep, second], with_second);
+                let committed = &mut self.committed;
+                committed.faces_removed += accepted.faces_removed.iter().sum::<usize>();
+                committed.by_first_steps += accepted.faces_removed[0];
+                committed.greatest_key = committed.greatest_key.max(candidate.key);
+                committed.deviation = committed.deviation.max(accepted.deviation);
+            }
+        }
+        true
+    }
+
+    fn contract(&mut self, ends: [u32; 2], placed: &Placed) {
+        let contraction = self.patch.contract(ends, placed);
+        self.committed.contracted += 1;
+        if self.is_followed {
+            self.committed.contractions.push(contraction);
+        }
+    }
+
+    /// Notes the faces of a pair that cancel each other out: those with an end and a side of `sides`, as often as it is there.
+    fn cancel(&mut self, pair: [u32; 2], sides: &[[u32; 2]]) {
+        for &side in sides {
+            self.held.extend(side);
+            let connectivity = self.patch.connectivity;
+            let lies_on = |f: u32| {
+                let corners = connectivity.faces[f as usize].corners().map(|v| self.patch.current(v));
+                (0..3).any(|i| {
+                    let [end, v1, v2] = [0, 1, 2].map(|k| corners[(i + k) % 3]);
+                    pair.map(Some).contains(&end) && [v1, v2] == side.map(Some)
+                })
+            };
+            // The second's before the first's: of two on the same side it is the second's that goes.
+            let rings = [pair[1], pair[0]].into_iter().flat_map(|end| connectivity.ring(end));
+            let is_known = |f: u32| self.committed.cancelled.iter().any(|cancelled| cancelled.face == f);
+            let face = rings.copied().find(|&f| lies_on(f) && !is_known(f));
+            let keep = pair[0].min(pair[1]);
+            self.committed.cancelled.extend(face.map(|face| Cancelled { face, keep }));
+        }
+    }
+
+    /// Whether a candidate may be a border pair, which removes one face.
+    fn removes_one(&self, candidate: Candidate) -> bool {
+        let Some([u, w]) = ends(candidate, self.patch.connectivity.faces, self.joins) else { return true };
+        self.patch.position(u).flags & self.patch.position(w).flags & BORDER != 0
+    }
+
+    pub fn examining(&self) -> Duration {
+        self.timed * self.attempts / self.attempts.div_ceil(TIMED).max(1)
+    }
+}

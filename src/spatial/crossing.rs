@@ -1,0 +1,130 @@
+//! Whether triangles pass through each other.
+
+use crate::math::DVec3;
+
+use super::triangle::closest_point;
+
+/// The plane of a triangle, and how far from it is on neither side.
+#[derive(Debug, Clone, Copy)]
+struct Plane {
+    from: DVec3,
+    normal: DVec3,
+    /// Times the length of the normal.
+    within: f64,
+}
+
+impl Plane {
+    fn of([a, b, c]: [DVec3; 3], within: f64) -> Self {
+        let normal = (b - a).cross(c - a);
+        Self { from: a, normal, within: within * normal.length() }
+    }
+
+    /// How far the corners of another are from it, times the length of its normal; `None` where it has them on one side.
+    fn between(&self, corners: [DVec3; 3]) -> Option<[f64; 3]> {
+        let at = corners.map(|p| self.normal.dot(p - self.from));
+        let is_before = at.iter().any(|&at| at < -self.within);
+        let is_behind = at.iter().any(|&at| at > self.within);
+        (is_before && is_behind).then_some(at)
+    }
+
+    /// Whether points so far from it are on either side.
+    fn parts(&self, s: f64, t: f64) -> bool {
+        s < -self.within && t > self.within || s > self.within && t < -self.within
+    }
+}
+
+/// Whether two triangles pass through each other, by more than `within` either way from the plane of one. Those that share a corner
+/// do by the edges across from it alone, and those on an edge do not.
+pub fn cross(a: [DVec3; 3], b: [DVec3; 3], within: f64) -> bool {
+    let [of_a, of_b] = [a, b].map(|corners| Plane::of(corners, within));
+    let Some(from_a) = of_a.between(b) else { return false };
+    let Some(from_b) = of_b.between(a) else { return false };
+    let pierces = |from: [DVec3; 3], at: [f64; 3], plane: &Plane, through: [DVec3; 3]| {
+        let sides = [0, 1, 2].map(|k| (k, (k + 1) % 3));
+        sides.into_iter().any(|(s, t)| plane.parts(at[s], at[t]) && passes(from[s], from[t], through))
+    };
+    pierces(b, from_a, &of_a, a) || pierces(a, from_b, &of_b, b)
+}
+
+/// Whether the line from one side of a triangle's plane to the other passes through the triangle, or its edge.
+fn passes(s: DVec3, t: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
+    let turn = |p: DVec3, q: DVec3| (t - s).dot((p - s).cross(q - s));
+    let turns = [turn(a, b), turn(b, c), turn(c, a)];
+    turns.iter().all(|&turn| turn >= 0.0) || turns.iter().all(|&turn| turn <= 0.0)
+}
+
+/// Whether a corner of one of two triangles lies on the other, `within` that distance, but for corners of both.
+pub fn touch(a: [DVec3; 3], b: [DVec3; 3], within: f64) -> bool {
+    let lies_on = |points: [DVec3; 3], on: [DVec3; 3]| {
+        let low = on.into_iter().fold(DVec3::INFINITY, DVec3::min) - within;
+        let high = on.into_iter().fold(DVec3::NEG_INFINITY, DVec3::max) + within;
+        let is_near = |p: &DVec3| p.cmpge(low).all() && p.cmple(high).all() && !on.contains(p);
+        points.iter().any(|p| is_near(p) && closest_point(*p, on).distance_sq <= within * within)
+    };
+    lies_on(a, b) || lies_on(b, a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NEAR: f64 = 1e-6;
+    const FLAT: [DVec3; 3] = [DVec3::ZERO, DVec3::new(4.0, 0.0, 0.0), DVec3::new(0.0, 4.0, 0.0)];
+
+    fn triangle(corners: [[f64; 3]; 3]) -> [DVec3; 3] {
+        corners.map(DVec3::from)
+    }
+
+    /// Whether both cross, whichever is named first and from whichever corner.
+    fn both_cross(a: [DVec3; 3], b: [DVec3; 3]) -> bool {
+        let found = cross(a, b, NEAR);
+        for [i, j, k] in [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1]] {
+            assert_eq!(cross([a[i], a[j], a[k]], b, NEAR), found);
+            assert_eq!(cross(b, [a[i], a[j], a[k]], NEAR), found);
+        }
+        found
+    }
+
+    #[test]
+    fn triangles_cross_where_an_edge_passes_through_the_other() {
+        // Its edge, its tip, and no more than its plane.
+        assert!(both_cross(FLAT, triangle([[1.0, 1.0, -1.0], [1.0, 1.0, 1.0], [9.0, 9.0, 0.0]])));
+        assert!(both_cross(FLAT, triangle([[1.0, 1.0, -0.1], [-5.0, 1.0, 3.0], [9.0, 1.0, 3.0]])));
+        assert!(!both_cross(FLAT, triangle([[5.0, 5.0, -1.0], [5.0, 5.0, 1.0], [9.0, 9.0, 0.0]])));
+        assert!(!both_cross(FLAT, triangle([[1.0, 1.0, 0.1], [-5.0, 1.0, 3.0], [9.0, 1.0, 3.0]])));
+        // Through an edge.
+        assert!(both_cross(FLAT, triangle([[2.0, 0.0, -1.0], [2.0, 0.0, 1.0], [2.0, -5.0, 0.0]])));
+    }
+
+    #[test]
+    fn triangles_that_share_corners_cross_by_what_is_across_from_them() {
+        let [a, b, c] = FLAT;
+        // On an edge, folded as far as can be.
+        assert!(!both_cross(FLAT, [b, a, DVec3::new(1.0, 1.0, 1e-3)]));
+        // At a corner.
+        assert!(both_cross(FLAT, [a, DVec3::new(2.0, 1.0, -1.0), DVec3::new(2.0, 1.0, 1.0)]));
+        assert!(!both_cross(FLAT, [a, DVec3::new(-2.0, 1.0, -1.0), DVec3::new(-2.0, 1.0, 1.0)]));
+        assert!(!both_cross(FLAT, [a, b, c]));
+    }
+
+    #[test]
+    fn what_only_touches_does_not_cross() {
+        let standing = |z: f64| triangle([[1.0, 1.0, z], [1.0, 2.0, 3.0], [2.0, 1.0, 3.0]]);
+        for (z, crosses, touches) in
+            [(0.5, false, false), (0.0, false, true), (-5e-7, false, true), (-0.1, true, false)]
+        {
+            assert_eq!(both_cross(FLAT, standing(z)), crosses, "{z}");
+            assert_eq!(touch(FLAT, standing(z), NEAR), touches, "{z}");
+            assert_eq!(touch(standing(z), FLAT, NEAR), touches, "{z}");
+        }
+        // In one plane, one on the other.
+        let beside = triangle([[1.0, 1.0, 0.0], [9.0, 1.0, 0.0], [1.0, 9.0, 0.0]]);
+        assert!(!both_cross(FLAT, beside) && touch(FLAT, beside, NEAR));
+        let apart = beside.map(|p| p + DVec3::splat(4.0));
+        assert!(!both_cross(FLAT, apart) && !touch(FLAT, apart, NEAR));
+        // A corner of both is no touch.
+        assert!(!touch(FLAT, triangle([[0.0, 0.0, 0.0], [0.0, 0.0, 4.0], [-1.0, 0.0, 4.0]]), NEAR));
+        // Without area.
+        assert!(!both_cross(FLAT, [DVec3::ZERO; 3]));
+    }
+}
