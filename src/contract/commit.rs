@@ -134,9 +134,11 @@ impl Committer {
         let sorting = clock.elapsed();
         let faces = surface.face_count - done.0.faces_removed;
         let dearest = self.dearest.max(f32::from_bits(done.0.greatest_key));
+        // What joins parts passes through them, and so do faces at vertices where more than a surface meets; patches do not know
+        // where others are.
+        let is_small = sizes.is_empty() && surface.face_count < 2 * self.least_cut;
+        let is_guarded = is_small && quota.of == Candidates::Pairs && !rules.joins;
         let patch = Patch::whole(surface, carried);
-        // What joins parts passes through them, and patches do not know where others are.
-        let is_guarded = sizes.is_empty() && quota.of == Candidates::Pairs && (!rules.joins || rules.keeps_walls);
         let crossings = is_guarded.then(|| {
             self.crossings.start(&patch);
             &mut self.crossings

@@ -25,6 +25,9 @@ const TOUCHING: f64 = 1e-6;
 /// none; asking all from the first costs 4 % more time.
 const FEW: usize = 1 << 11;
 
+/// Faces near a pair beyond which they are a tangle, in which all pass through others: there are some thirty.
+const MOST_NEAR: usize = 256;
+
 /// Four faces that a pair would leave, about their new vertex.
 #[derive(Debug, Clone, Copy, Default)]
 struct NewFaces {
@@ -150,7 +153,7 @@ impl Crossings {
                 !(is_on_rim(a) | is_on_rim(b) | is_on_rim(c))
             }
         });
-        if near.is_empty() {
+        if near.is_empty() || near.len() > MOST_NEAR {
             return false;
         }
         self.unfold_new(patch, star, at);
