@@ -191,7 +191,7 @@ pub struct Blocked {
     pub aspect: u64,
     /// The texture would fold or tear.
     pub texture: u64,
-    /// A face would come to pass through another. Asked where few faces are left.
+    /// A face would come to pass through another: asked within an error limit, where few faces are left. Without one such pairs wait.
     pub crossing: u64,
     /// The estimated deviation would pass the limit.
     pub error: u64,

@@ -4,9 +4,7 @@
 //! within the patch. What reaches out goes to larger patches, and at last to the whole surface. The size of patches
 //! depends on nothing but the surface, so the result does not depend on the number of threads.
 //!
-//! # Invariants
-//! - No vertex is an end of two contractions of a round.
-//! - The quota is never passed, except by one face where it says so.
+//! What one task does with its candidates is in [`work`](super::work).
 
 use std::cmp::Reverse;
 use std::time::Instant;
@@ -37,8 +35,6 @@ pub struct Committer {
     pub is_followed: bool,
     /// Whether refused pairs are listed.
     pub lists_refused: bool,
-    /// Whether faces may come to pass through others once all else costs far more; else never, on a surface that is not cut.
-    pub may_cross: bool,
     /// Vertices from which surfaces are worked on in parallel.
     least_cut: usize,
     scratch: Vec<Candidate>,
@@ -59,7 +55,6 @@ impl Committer {
             rules,
             is_followed: false,
             lists_refused: false,
-            may_cross: true,
             least_cut,
             scratch: Vec::new(),
             reach: Reach::default(),
@@ -100,8 +95,8 @@ impl Committer {
             joining.extend(candidates.extract_if(.., joins_parts));
         }
         let dearest = candidates.iter().map(|candidate| candidate.key).max().map_or(0.0, f32::from_bits);
-        let Self { rules, is_followed, lists_refused, may_cross, commits: commit, .. } = *self;
-        let task = Task { rules, is_followed, lists_refused, of: quota.of, may_wait, may_cross, dearest, commit };
+        let Self { rules, is_followed, lists_refused, commits: commit, .. } = *self;
+        let task = Task { rules, is_followed, lists_refused, of: quota.of, may_wait, dearest, commit };
         self.commits += 1;
         if quota.of == Candidates::Triangles {
             // Those of triangles ascend by face.

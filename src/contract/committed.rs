@@ -25,7 +25,7 @@ pub struct Committed {
     /// The refused pairs, where somebody asks for them: see
     /// [`Committer::lists_refused`](super::commit::Committer::lists_refused).
     pub refused: Vec<Refusal>,
-    /// Candidates that cost far more than as the round began, and wait for the next.
+    /// Candidates that cost far more than as the round began, by themselves or as faces would cross, and wait for the next.
     pub outdated: usize,
     /// Greatest key of an accepted candidate.
     pub greatest_key: u32,

@@ -11,7 +11,7 @@ use fearless_simd::{Level, Simd, dispatch, f64x4};
 use crate::math::wide::{WIDE, WideRows, WideVec3};
 use crate::math::{DVec3, Vec3};
 use crate::spatial::bounds::Bounds;
-use crate::spatial::crossing::{cross, touch};
+use crate::spatial::crossing::{cross, lies_on};
 use crate::spatial::wide_tree::{EIGHT, WideBounds, WideTree};
 
 use super::advance::is_bent;
@@ -95,8 +95,10 @@ pub struct Crossings {
     tree: WideTree,
     /// Faces whose boxes meet that of a pair's star.
     near: Vec<u32>,
-    /// Of the pair that was asked for last: where the faces that it leaves are.
+    /// Of the pair that was placed last: where its vertex is, and the faces that it leaves, in a box each and all in one.
+    at: Vec3,
     new_bounds: Vec<Bounds>,
+    all_bounds: Bounds,
     by_eight: Vec<WideBounds>,
     by_four: Vec<NewFaces>,
     /// Which stars vertices were last on the rim of, by their numbers, and how many there were.
@@ -110,7 +112,9 @@ impl Default for Crossings {
             level: Level::new(),
             tree: WideTree::default(),
             near: Vec::new(),
+            at: Vec3::ZERO,
             new_bounds: Vec::new(),
+            all_bounds: Bounds::NONE,
             by_eight: Vec::new(),
             by_four: Vec::new(),
             rims: Vec::new(),
@@ -129,42 +133,59 @@ impl Crossings {
         self.stars = 0;
     }
 
-    /// Whether a face of the star of a pair would pass through another with the vertex `at` a place, where none of the star
-    /// touches or crosses another now.
+    /// Places the vertex of a pair: what is asked, and followed, is about it.
+    pub fn place(&mut self, patch: &Patch<'_>, star: &Star, at: Vec3) {
+        self.new_bounds.clear();
+        self.stars += 1;
+        (self.at, self.all_bounds) = (at, Bounds::NONE);
+        for face in &star.faces()[..star.survivors()] {
+            let [p1, p2] = positions(face.others, patch);
+            let bounds = Bounds::of([at, p1, p2]);
+            self.all_bounds = self.all_bounds.union(bounds);
+            self.new_bounds.push(bounds);
+            for v in face.others {
+                self.rims[patch.local(v)] = self.stars;
+                if let Some(absorbed) = patch.absorbed(v) {
+                    self.rims[patch.local(absorbed)] = self.stars;
+                }
+            }
+        }
+    }
+
+    /// Whether a face of the star of the placed pair would pass through another, where none of the star touches or crosses
+    /// another now.
     ///
     /// Faces on the rim of a star that is not bent are taken to lie beside it.
-    pub fn would_cross(&mut self, patch: &Patch<'_>, star: &Star, pair: [u32; 2], at: Vec3) -> bool {
-        let all = self.locate_new(patch, star, at);
+    pub fn would_cross(&mut self, patch: &Patch<'_>, star: &Star, pair: [u32; 2]) -> bool {
         let mean: DVec3 = (0..star.faces().len()).map(|number| star.quads.normal(number)).sum();
         let is_bent = is_bent(star, (mean != DVec3::ZERO).then_some(mean));
         if !is_bent && patch.len() >= FEW {
             return false;
         }
-        let Self { level, tree, near, rims, stars, .. } = self;
-        dispatch!(*level, simd => tree.list_meeting(simd, &all, near));
+        let Self { level, tree, near, rims, stars, all_bounds, .. } = self;
+        dispatch!(*level, simd => tree.list_meeting(simd, all_bounds, near));
         let faces = patch.connectivity.faces;
-        // Ends have the names that they had as the round began, and what a corner of the rim was merged with is on it, too.
+        // Ends have the names that they had as the round began, and what vanished into a corner of the rim is on it, too.
         near.retain(|&f| {
             let [a, b, c] = faces[f as usize].corners();
-            if is_bent {
-                !(pair.contains(&a) | pair.contains(&b) | pair.contains(&c))
-            } else {
-                let is_on_rim = |v: u32| rims[patch.local(v)] == *stars;
-                !(is_on_rim(a) | is_on_rim(b) | is_on_rim(c))
-            }
+            let is_end = |v: u32| (v == pair[0]) | (v == pair[1]);
+            let is_on_rim = |v: u32| rims[patch.local(v)] == *stars;
+            let is_own = is_end(a) | is_end(b) | is_end(c);
+            !(is_own || !is_bent && (is_on_rim(a) | is_on_rim(b) | is_on_rim(c)))
         });
         if near.is_empty() || near.len() > MOST_NEAR {
             return false;
         }
-        self.unfold_new(patch, star, at);
-        let crossed = dispatch!(self.level, simd => self.find_crossed(simd, patch, at.as_dvec3()));
+        self.unfold_new(patch, star);
+        let crossed = dispatch!(self.level, simd => self.find_crossed(simd, patch));
         crossed.is_some_and(|crossed| !self.meets_now(patch, star, pair, crossed))
     }
 
-    /// One of the faces near a pair that one of its new faces passes through, whose vertex is at a place.
+    /// One of the faces near a pair that one of its new faces passes through.
     #[inline(always)]
-    fn find_crossed<S: Simd>(&mut self, simd: S, patch: &Patch<'_>, from: DVec3) -> Option<u32> {
-        let Self { tree, near, by_eight, by_four, .. } = self;
+    fn find_crossed<S: Simd>(&mut self, simd: S, patch: &Patch<'_>) -> Option<u32> {
+        let Self { tree, near, by_eight, by_four, at, .. } = self;
+        let from = at.as_dvec3();
         // Loops: closures are compiled for any processor.
         for four in by_four.iter_mut() {
             four.find_planes(simd);
@@ -205,44 +226,27 @@ impl Crossings {
         let of_star = |number: usize| {
             let end = pair[usize::from(star.numbers_of_second().contains(&number))];
             let [v1, v2] = star.face(number).others;
-            positions([end, v1, v2], patch)
+            [end, v1, v2]
+        };
+        let located = |corners: [u32; 3]| positions(corners, patch).map(|p| p.as_dvec3());
+        let any_on = |corners: [u32; 3], on: [u32; 3]| {
+            let apart = corners.iter().filter(|v| !on.contains(v));
+            apart.zip(std::iter::repeat(located(on))).any(|(&v, on)| lies_on(located([v; 3])[0], on, TOUCHING))
         };
         let meets = |f: u32| {
-            let Some(now) = live_corners(f, patch) else { return false };
-            let other = positions(now, patch).map(|p| p.as_dvec3());
+            let Some(other) = live_corners(f, patch) else { return false };
             let bounds = self.tree.bounds(f as usize).wider(TOUCHING as f32);
-            (0..star.faces().len()).map(of_star).any(|corners| {
-                let face = corners.map(|p| p.as_dvec3());
-                bounds.meets(&Bounds::of(corners)) && (cross(face, other, TOUCHING) || touch(face, other, TOUCHING))
+            (0..star.faces().len()).map(of_star).any(|face| {
+                bounds.meets(&Bounds::of(positions(face, patch)))
+                    && (cross(located(face), located(other), TOUCHING) || any_on(face, other) || any_on(other, face))
             })
         };
         meets(crossed) || self.near.iter().any(|&f| meets(f))
     }
 
-    /// Notes where the faces are that a pair leaves, and its rim; returns the box around all of it.
-    fn locate_new(&mut self, patch: &Patch<'_>, star: &Star, at: Vec3) -> Bounds {
-        let Self { new_bounds, rims, stars, .. } = self;
-        new_bounds.clear();
-        *stars += 1;
-        let mut all = Bounds::NONE;
-        for face in &star.faces()[..star.survivors()] {
-            let [p1, p2] = positions(face.others, patch);
-            let bounds = Bounds::of([at, p1, p2]);
-            all = all.union(bounds);
-            new_bounds.push(bounds);
-            for v in face.others {
-                rims[patch.local(v)] = *stars;
-                if let Some(merged) = patch.merged(v) {
-                    rims[patch.local(merged)] = *stars;
-                }
-            }
-        }
-        all
-    }
-
     /// Lays the faces that a pair leaves side by side.
-    fn unfold_new(&mut self, patch: &Patch<'_>, star: &Star, at: Vec3) {
-        let Self { new_bounds, by_eight, by_four, .. } = self;
+    fn unfold_new(&mut self, patch: &Patch<'_>, star: &Star) {
+        let Self { new_bounds, by_eight, by_four, at, .. } = self;
         let (count, from) = (new_bounds.len(), at.as_dvec3());
         by_eight.clear();
         by_eight.resize(count.div_ceil(EIGHT), WideBounds::NONE);
@@ -257,7 +261,7 @@ impl Crossings {
         }
     }
 
-    /// Follows the contraction of the pair that was asked for last.
+    /// Follows the contraction of the pair that was placed last.
     pub fn follow(&mut self, star: &Star) {
         for (number, &bounds) in self.new_bounds.iter().enumerate() {
             self.tree.replace(star.face(number).face as usize, bounds);
@@ -295,10 +299,10 @@ mod tests {
     const SIDE: u32 = 6;
     const GAP: f64 = 0.125;
 
-    /// Two planes of squares, one so far above the other, and where `has_wall` another that stands in both.
-    fn sheets(has_wall: bool) -> Mesh {
-        let plane = shapes::plane(SIDE, SIDE);
-        let half = f64::from(SIDE) / 2.0;
+    /// Two planes of `side`² squares, one so far above the other, and where `has_wall` another that stands in both.
+    fn sheets(side: u32, has_wall: bool) -> Mesh {
+        let plane = shapes::plane(side, side);
+        let half = f64::from(side) / 2.0;
         let mut mesh = Mesh::default();
         let mut add = |place: &dyn Fn(DVec3) -> DVec3| {
             let first = mesh.positions.len() as u32;
@@ -357,28 +361,99 @@ mod tests {
         flats
     }
 
+    /// Whether the vertex of a pair `at` a place would have faces cross.
+    fn crosses(crossings: &mut Crossings, patch: &Patch<'_>, pair: [u32; 2], star: &Star, at: Vec3) -> bool {
+        crossings.place(patch, star, at);
+        crossings.would_cross(patch, star, pair)
+    }
+
     #[test]
     fn a_star_that_reaches_through_a_sheet_crosses_it_and_one_in_front_of_it_does_not() {
-        on_patch(&sheets(false), |patch, crossings, length| {
+        on_patch(&sheets(SIDE, false), |patch, crossings, length| {
             let mut asked = [0; 2];
             for Flat { pair, star, middle, is_upper } in &flats(&patch) {
                 for (share, reaches) in [(0.0, false), (0.5, false), (0.99, false), (1.1, true), (3.0, true)] {
                     for toward in [false, true] {
                         let up = if *is_upper == toward { -share } else { share };
                         let at = (*middle + DVec3::Z * up * GAP * length).as_vec3();
-                        let crosses = crossings.would_cross(&patch, star, *pair, at);
-                        assert_eq!(crosses, reaches && toward, "{share} {toward}");
-                        asked[usize::from(crosses)] += 1;
+                        let found = crosses(crossings, &patch, *pair, star, at);
+                        assert_eq!(found, reaches && toward, "{share} {toward}");
+                        asked[usize::from(found)] += 1;
                     }
                 }
             }
             assert!(asked[0] > 100 && asked[1] > 100, "{asked:?}");
         });
+        // Where many vertices are left a flat star is not asked.
+        on_patch(&sheets(32, false), |patch, crossings, length| {
+            assert!(patch.len() >= FEW);
+            let flats = flats(&patch);
+            let Flat { pair, star, middle, .. } = flats.iter().find(|flat| !flat.is_upper).expect("a star");
+            assert!(!crosses(crossings, &patch, *pair, star, (*middle + DVec3::Z * 3.0 * GAP * length).as_vec3()));
+        });
+    }
+
+    /// A cube whose walls have dents, so that stars of all kinds reach through what is beside them.
+    #[test]
+    fn what_is_found_is_what_a_look_at_all_faces_finds() {
+        let mut mesh = shapes::cube(5);
+        for (v, p) in mesh.positions.iter_mut().enumerate() {
+            let v = v as f64;
+            *p += DVec3::new((7.0 * v).sin(), (11.0 * v).sin(), (5.0 * v).sin()) * 0.3;
+        }
+        on_patch(&mesh, |patch, crossings, _| {
+            let (mut bent, mut flat, mut on_rim) = ([0; 2], [0; 2], 0);
+            let at = |v: u32| patch.position(v).xyz().as_dvec3();
+            for corners in patch.connectivity.faces.iter().map(|face| face.corners()) {
+                for pair @ [u, w] in [0, 1, 2].map(|k| [corners[k], corners[(k + 1) % 3]]) {
+                    let (h, middle) = ((at(w) - at(u)) * 0.5, (at(u) + at(w)) * 0.5);
+                    let mut star = Star::default();
+                    star.gather(pair, h, &patch).expect("all of the surface");
+                    star.locate(middle, &patch);
+                    let mean: DVec3 = (0..star.faces().len()).map(|number| star.quads.normal(number)).sum();
+                    let is_bent = is_bent(&star, Some(mean));
+                    for aside in DVec3::AXES.into_iter().chain(DVec3::AXES.map(|axis| -axis)) {
+                        let x = (middle + aside * 3.0 * h.length()).as_vec3();
+                        let new = star.faces()[..star.survivors()]
+                            .iter()
+                            .map(|face| [x.as_dvec3(), at(face.others[0]), at(face.others[1])]);
+                        let has_rim = |face: &[u32; 3]| star.faces().iter().any(|own| face.iter().any(|&v| own.has(v)));
+                        let faces = patch.connectivity.faces.iter().map(|face| face.corners());
+                        let others: Vec<[u32; 3]> =
+                            faces.filter(|face| !face.contains(&u) && !face.contains(&w)).collect();
+                        let crossed = |face: &&[u32; 3]| new.clone().any(|new| cross(new, face.map(at), TOUCHING));
+                        let all: Vec<_> = others.iter().filter(crossed).collect();
+                        let asked = all.iter().filter(|face| is_bent || !has_rim(face)).count();
+                        let expected = asked > 0 && !meets_any(&patch, &star, pair, &others);
+                        assert_eq!(crosses(crossings, &patch, pair, &star, x), expected);
+                        let counts = if is_bent { &mut bent } else { &mut flat };
+                        counts[usize::from(expected)] += 1;
+                        on_rim += u32::from(is_bent && expected && all.iter().all(|face| has_rim(face)));
+                    }
+                }
+            }
+            assert!(bent.iter().chain(&flat).all(|&count| count > 20) && on_rim > 20, "{bent:?} {flat:?} {on_rim}");
+        });
+    }
+
+    /// Whether the star of a pair crosses or touches one of some faces as it is.
+    fn meets_any(patch: &Patch<'_>, star: &Star, pair: [u32; 2], others: &[[u32; 3]]) -> bool {
+        let at = |v: u32| patch.position(v).xyz().as_dvec3();
+        let own = (0..star.faces().len()).map(|number| {
+            let end = pair[usize::from(star.numbers_of_second().contains(&number))];
+            [end, star.face(number).others[0], star.face(number).others[1]]
+        });
+        let on = |corners: [u32; 3], face: [u32; 3]| {
+            corners.iter().any(|v| !face.contains(v) && lies_on(at(*v), face.map(at), TOUCHING))
+        };
+        own.into_iter().any(|own| {
+            others.iter().any(|&face| cross(own.map(at), face.map(at), TOUCHING) || on(own, face) || on(face, own))
+        })
     }
 
     #[test]
     fn what_meets_already_may_cross() {
-        on_patch(&sheets(true), |patch, crossings, length| {
+        on_patch(&sheets(SIDE, true), |patch, crossings, length| {
             let positions = |v: u32| patch.position(v).xyz();
             let stands = |p: &[Vec3; 3]| p[0].x == p[1].x && p[1].x == p[2].x;
             let mut faces = patch.connectivity.faces.iter().map(|face| face.corners().map(positions));
@@ -388,7 +463,7 @@ mod tests {
                 let at = (*middle + DVec3::Z * 2.0 * GAP * length).as_vec3();
                 let along = || star.faces().iter().flat_map(|face| face.others).map(|v| positions(v).x);
                 let has_wall = along().any(|x| x < wall) && along().any(|x| x > wall);
-                assert_eq!(crossings.would_cross(&patch, star, *pair, at), !has_wall);
+                assert_eq!(crosses(crossings, &patch, *pair, star, at), !has_wall);
                 if has_wall { met += 1 } else { free += 1 }
             }
             assert!(met > 0 && free > 0, "{met}, {free}");
@@ -397,7 +472,7 @@ mod tests {
 
     #[test]
     fn what_was_contracted_is_where_it_is_now() {
-        on_patch(&sheets(false), |mut patch, crossings, length| {
+        on_patch(&sheets(SIDE, false), |mut patch, crossings, length| {
             let flats = flats(&patch);
             let below: Vec<_> = flats.iter().filter(|flat| !flat.is_upper).collect();
             let Flat { pair, star, middle, .. } = below[below.len() / 2];
@@ -407,19 +482,19 @@ mod tests {
             };
             let facing = flats.iter().find(is_facing).expect("a pair above");
             let at = |share: f64| (*middle + DVec3::Z * share * GAP * length).as_vec3();
-            let crosses = |crossings: &mut Crossings, patch: &Patch<'_>, share: f64| {
-                crossings.would_cross(patch, &facing.star, facing.pair, at(share))
+            let facing_crosses = |crossings: &mut Crossings, patch: &Patch<'_>, share: f64| {
+                crosses(crossings, patch, facing.pair, &facing.star, at(share))
             };
             // One goes up to just below the sheet above, whose pair goes halfway down: after it that crosses.
-            assert!(!crosses(crossings, &patch, 0.5));
-            assert!(!crossings.would_cross(&patch, star, *pair, at(0.9)));
+            assert!(!facing_crosses(crossings, &patch, 0.5));
+            assert!(!crosses(crossings, &patch, *pair, star, at(0.9)));
             let accumulated = Accumulated::Drift(0.0);
             patch.contract(*pair, &Placed { x: at(0.9), t: 0.5, accumulated, flags: 0 });
             crossings.follow(star);
-            assert!(crosses(crossings, &patch, 0.5) && !crosses(crossings, &patch, 1.5));
+            assert!(facing_crosses(crossings, &patch, 0.5) && !facing_crosses(crossings, &patch, 1.5));
             // Also for a commit that begins now.
             crossings.start(&patch);
-            assert!(crosses(crossings, &patch, 0.5) && !crosses(crossings, &patch, 1.5));
+            assert!(facing_crosses(crossings, &patch, 0.5) && !facing_crosses(crossings, &patch, 1.5));
         });
     }
 }

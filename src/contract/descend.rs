@@ -35,8 +35,6 @@ impl Run<'_> {
         let mut next = Some(goal);
         while let Some(Goal { target, max_deviation }) = next {
             self.set_error_limit(max_deviation);
-            // Faces that were asked for are had, if through each other; within an error limit they stay.
-            self.committer.may_cross = target > 0;
             let left = faces - done.0.faces_removed;
             let follows = |targets| !self.pace.is_full() && self.heading(targets) < target;
             if !self.levels.targets_below(left).is_some_and(follows) {

@@ -183,9 +183,9 @@ impl<'a> Patch<'a> {
         (first.max(second) < self.roles.len()).then_some(now)
     }
 
-    /// What became one with a vertex of the patch this round, under its name.
+    /// What vanished into a vertex of the patch this round.
     #[inline(always)]
-    pub fn merged(&self, vertex: u32) -> Option<u32> {
+    pub fn absorbed(&self, vertex: u32) -> Option<u32> {
         let role = self.roles[self.local(vertex)];
         (role & KEEPS != 0).then_some(role & VERTEX)
     }

@@ -1,11 +1,15 @@
 //! What one task of a commit contracts: the candidates of a patch by cost, each on the state that those before it left.
+//!
+//! # Invariants
+//! - No vertex is an end of two contractions of a round.
+//! - The quota is never passed, except by one face where it says so.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::iter::Peekable;
 use std::time::{Duration, Instant};
 
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::kernel::pairs::{half_edge_corners, half_edge_ends};
 use crate::kernel::rows::{BORDER, Candidate, Face};
@@ -14,7 +18,7 @@ use super::Candidates;
 use super::committed::{Cancelled, Committed};
 use super::crossings::Crossings;
 use super::deal::Left;
-use super::examine::{Accepted, Examiner, Verdict};
+use super::examine::{Examiner, Verdict};
 use super::filter::Rejection;
 use super::patch::{Patch, Placed};
 use super::refusals::Refusal;
@@ -59,8 +63,6 @@ pub struct Task {
     pub lists_refused: bool,
     pub of: Candidates,
     pub may_wait: bool,
-    /// Whether faces may come to pass through others in the end.
-    pub may_cross: bool,
     pub dearest: f32,
     pub commit: u32,
 }
@@ -75,11 +77,10 @@ pub struct Work<'a> {
     pub committed: Committed,
     /// Pairs without an edge.
     pub joins: &'a [[u32; 2]],
-    /// Where the faces are, if none may come to pass through another.
+    /// Where the faces are, if it counts whether one comes to pass through another.
     pub crossings: Option<&'a mut Crossings>,
-    may_cross: bool,
-    /// Pairs that cost more for that now, by their half-edges.
-    paid: FxHashSet<u32>,
+    /// What pairs cost that come later for that, by their half-edges: bits.
+    paid: FxHashMap<u32, u32>,
     /// Vertices that may not contract any more, for their rings hold faces that cancelled each other out.
     held: FxHashSet<u32>,
     /// How many faces there are.
@@ -106,8 +107,7 @@ impl<'a> Work<'a> {
             committed: Committed::default(),
             joins: &[],
             crossings: None,
-            may_cross: task.may_cross,
-            paid: FxHashSet::default(),
+            paid: FxHashMap::default(),
             held: FxHashSet::default(),
             faces,
             dearest: f32::INFINITY,
@@ -138,9 +138,9 @@ impl<'a> Work<'a> {
 
     /// Contracts `candidates` until the quota is used up. The patch is the whole surface.
     pub fn attempt_to_the_end(&mut self, candidates: &[Candidate], quota: Quota) {
-        let mut overshooting: Option<usize> = None;
-        let mut rest = candidates.iter().copied().enumerate().peekable();
-        while let Some((i, candidate)) = self.next(&mut rest, candidates.len()) {
+        let mut overshooting = Vec::new();
+        let mut rest = candidates.iter().copied().peekable();
+        while let Some(candidate) = self.next(&mut rest) {
             let left = quota.faces.saturating_sub(self.committed.faces_removed);
             if self.is_too_dear(candidate) {
                 return;
@@ -149,18 +149,15 @@ impl<'a> Work<'a> {
                 return;
             }
             if left == 1 && !self.removes_one(candidate) {
-                overshooting = Some(overshooting.map_or(i, |first| first.min(i)));
+                overshooting.push(candidate);
                 continue;
             }
             self.attempt(candidate);
         }
-        if let Some(first) = overshooting.filter(|_| quota.may_overshoot) {
-            for &candidate in &candidates[first..] {
-                if self.committed.faces_removed >= quota.faces {
-                    break;
-                }
-                self.attempt(candidate);
-            }
+        let mut rest = overshooting.into_iter().peekable();
+        while quota.may_overshoot && self.committed.faces_removed < quota.faces {
+            let Some(candidate) = self.next(&mut rest) else { break };
+            self.attempt(candidate);
         }
     }
 
@@ -172,15 +169,11 @@ impl<'a> Work<'a> {
         may_end && self.committed.contracted > 0 && f32::from_bits(candidate.key) > most
     }
 
-    /// The next of those that are left, with its number, or of those that turned out dearer, with this one.
-    fn next(
-        &mut self,
-        rest: &mut Peekable<impl Iterator<Item = (usize, Candidate)>>,
-        number: usize,
-    ) -> Option<(usize, Candidate)> {
-        let is_next = |&Reverse((key, _)): &Reverse<(u32, u32)>| rest.peek().is_none_or(|(_, other)| key <= other.key);
+    /// The next of those that are left, or of those that turned out dearer.
+    fn next(&mut self, rest: &mut Peekable<impl Iterator<Item = Candidate>>) -> Option<Candidate> {
+        let is_next = |&Reverse((key, _)): &Reverse<(u32, u32)>| rest.peek().is_none_or(|other| key <= other.key);
         match self.dearer.peek().is_some_and(is_next) {
-            true => self.dearer.pop().map(|Reverse((key, half_edge))| (number, Candidate { key, half_edge })),
+            true => self.dearer.pop().map(|Reverse((key, half_edge))| Candidate { key, half_edge }),
             false => rest.next(),
         }
     }
@@ -199,13 +192,22 @@ impl<'a> Work<'a> {
         }
         let clock = self.attempts.is_multiple_of(TIMED).then(Instant::now);
         self.attempts += 1;
-        let verdict = self.examiner.examine(&self.patch, [u, w], f32::from_bits(candidate.key));
+        // A pair that comes late for what its faces would cross costs what it did.
+        let key = self.paid.get(&candidate.half_edge).map_or(candidate.key, |&key| key);
+        let candidate = Candidate { key, ..candidate };
+        let verdict = self.examiner.examine(&self.patch, [u, w], f32::from_bits(key));
+        let crosses = self.would_cross(candidate, [u, w], &verdict);
         self.timed += clock.map_or(Duration::ZERO, |clock| clock.elapsed());
         match verdict {
             Verdict::Outside => return false,
             // Of a patch it is left to the whole surface.
             Verdict::Dearer(cost) => {
-                self.dearer.push(Reverse((cost.to_bits(), candidate.half_edge)));
+                let paid = self.paid.get_mut(&candidate.half_edge);
+                let price = paid.map_or(cost, |paid| {
+                    *paid = cost.to_bits();
+                    CROSSING * cost
+                });
+                self.dearer.push(Reverse((price.to_bits(), candidate.half_edge)));
                 return false;
             }
             Verdict::Rejected(Rejection::Outdated) => self.committed.outdated += 1,
@@ -219,9 +221,7 @@ impl<'a> Work<'a> {
             Verdict::Accepted(accepted) if self.committed.faces_removed + accepted.faces_removed >= self.faces => {
                 self.committed.blocked.count(Rejection::Link);
             }
-            Verdict::Accepted(accepted) if self.would_cross(candidate, [u, w], &accepted) => {
-                return self.charge_crossing(candidate);
-            }
+            Verdict::Accepted(_) if crosses => return self.put_off_crossing(candidate),
             Verdict::Accepted(accepted) => {
                 self.cancel([u, w], &accepted.cancelled);
                 let Examiner { sides, blend, .. } = &self.examiner;
@@ -242,28 +242,32 @@ impl<'a> Work<'a> {
         true
     }
 
-    /// Whether faces would come to pass through others, where they may not and nothing was paid for it.
-    fn would_cross(&mut self, candidate: Candidate, pair: [u32; 2], accepted: &Accepted) -> bool {
-        let Self { crossings, patch, examiner, paid, .. } = self;
-        let Some(crossings) = crossings else { return false };
-        crossings.would_cross(patch, &examiner.star, pair, accepted.placed.x) && !paid.contains(&candidate.half_edge)
+    /// Whether faces would come to pass through others, for which nothing was paid.
+    fn would_cross(&mut self, candidate: Candidate, pair: [u32; 2], verdict: &Verdict) -> bool {
+        let (Some(crossings), Verdict::Accepted(accepted)) = (&mut self.crossings, verdict) else { return false };
+        let Self { patch, examiner: Examiner { star, .. }, paid, .. } = self;
+        crossings.place(patch, star, accepted.placed.x);
+        !paid.contains_key(&candidate.half_edge) && crossings.would_cross(patch, star, pair)
     }
 
-    /// Has a pair cost more whose faces would come to pass through others, or refuses it. It is asked again in the next round, as what
-    /// is far away may have moved. Returns what [`Work::attempt`] does.
+    /// Has a pair whose faces would come to pass through others come as late as if it cost far more, which may be in another round;
+    /// within an error limit it is refused, for this round, as what is far away may move. Returns what [`Work::attempt`] does.
     #[cold]
-    fn charge_crossing(&mut self, candidate: Candidate) -> bool {
-        let cost = CROSSING * f32::from_bits(candidate.key);
-        if !self.may_cross {
+    fn put_off_crossing(&mut self, candidate: Candidate) -> bool {
+        let Examiner { rules, may_wait, dearest, .. } = &self.examiner;
+        let price = CROSSING * f32::from_bits(candidate.key);
+        if rules.max_deviation.is_finite() {
             self.committed.blocked.count(Rejection::Crossing);
-        } else if self.examiner.may_wait && cost > self.examiner.dearest {
-            self.committed.outdated += 1;
-        } else {
-            self.paid.insert(candidate.half_edge);
-            self.dearer.push(Reverse((cost.to_bits(), candidate.half_edge)));
-            return false;
+            return true;
         }
-        true
+        // Counted as blocked it would widen the next gate: an office of boxes with 240 faces was ten times as far off.
+        if *may_wait && price > *dearest {
+            self.committed.outdated += 1;
+            return true;
+        }
+        self.paid.insert(candidate.half_edge, candidate.key);
+        self.dearer.push(Reverse((price.to_bits(), candidate.half_edge)));
+        false
     }
 
     /// [`Work::attempt`] of the triangle whose half-edge a candidate names.

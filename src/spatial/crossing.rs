@@ -53,15 +53,11 @@ fn passes(s: DVec3, t: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
     turns.iter().all(|&turn| turn >= 0.0) || turns.iter().all(|&turn| turn <= 0.0)
 }
 
-/// Whether a corner of one of two triangles lies on the other, `within` that distance, but for corners of both.
-pub fn touch(a: [DVec3; 3], b: [DVec3; 3], within: f64) -> bool {
-    let lies_on = |points: [DVec3; 3], on: [DVec3; 3]| {
-        let low = on.into_iter().fold(DVec3::INFINITY, DVec3::min) - within;
-        let high = on.into_iter().fold(DVec3::NEG_INFINITY, DVec3::max) + within;
-        let is_near = |p: &DVec3| p.cmpge(low).all() && p.cmple(high).all() && !on.contains(p);
-        points.iter().any(|p| is_near(p) && closest_point(*p, on).distance_sq <= within * within)
-    };
-    lies_on(a, b) || lies_on(b, a)
+/// Whether a point lies on a triangle, `within` that distance.
+pub fn lies_on(p: DVec3, triangle: [DVec3; 3], within: f64) -> bool {
+    let low = triangle.into_iter().fold(DVec3::INFINITY, DVec3::min) - within;
+    let high = triangle.into_iter().fold(DVec3::NEG_INFINITY, DVec3::max) + within;
+    p.cmpge(low).all() && p.cmple(high).all() && closest_point(p, triangle).distance_sq <= within * within
 }
 
 #[cfg(test)]
@@ -114,17 +110,12 @@ mod tests {
             [(0.5, false, false), (0.0, false, true), (-5e-7, false, true), (-0.1, true, false)]
         {
             assert_eq!(both_cross(FLAT, standing(z)), crosses, "{z}");
-            assert_eq!(touch(FLAT, standing(z), NEAR), touches, "{z}");
-            assert_eq!(touch(standing(z), FLAT, NEAR), touches, "{z}");
+            assert_eq!(lies_on(standing(z)[0], FLAT, NEAR), touches, "{z}");
         }
         // In one plane, one on the other.
         let beside = triangle([[1.0, 1.0, 0.0], [9.0, 1.0, 0.0], [1.0, 9.0, 0.0]]);
-        assert!(!both_cross(FLAT, beside) && touch(FLAT, beside, NEAR));
-        let apart = beside.map(|p| p + DVec3::splat(4.0));
-        assert!(!both_cross(FLAT, apart) && !touch(FLAT, apart, NEAR));
-        // A corner of both is no touch.
-        assert!(!touch(FLAT, triangle([[0.0, 0.0, 0.0], [0.0, 0.0, 4.0], [-1.0, 0.0, 4.0]]), NEAR));
+        assert!(!both_cross(FLAT, beside) && lies_on(beside[0], FLAT, NEAR) && !lies_on(beside[1], FLAT, NEAR));
         // Without area.
-        assert!(!both_cross(FLAT, [DVec3::ZERO; 3]));
+        assert!(!both_cross(FLAT, [DVec3::ZERO; 3]) && lies_on(DVec3::ZERO, [DVec3::ZERO; 3], NEAR));
     }
 }

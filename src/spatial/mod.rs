@@ -1,8 +1,10 @@
-//! Where things are: a bounding volume hierarchy over a mesh's triangles and the exact closest point.
+//! Where things are: for measuring, a bounding volume hierarchy over a mesh's triangles and the exact closest point; for
+//! contraction, a tree whose boxes may change, and whether triangles pass through each other.
 //!
 //! # Invariants
-//! - Everything here is in a [`Frame`] common to the meshes that are compared: centered, within −1 .. 1.
-//! - A node's box holds every corner below it: bounds are rounded outward to single precision.
+//! - What is measured is in a [`Frame`] common to the meshes that are compared: centered, within −1 .. 1.
+//! - A node's box holds every corner below it: bounds of a [`Bvh`] are rounded outward to single precision, in which the corners
+//!   of a [`wide_tree::WideTree`] are.
 //! - [`Bvh::closest`] gives the least of the distances that [`triangle::closest_point`] computes over all faces, the
 //!   lowest face where several are at that distance, whatever the guess: the tree only leaves out what is farther.
 

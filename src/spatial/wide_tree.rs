@@ -119,7 +119,10 @@ impl WideTree {
         let Self { levels, open, .. } = self;
         rows.clear();
         open.clear();
-        open.extend(levels.len().checked_sub(1).map(|top| (top as u32, 0)));
+        // Of no rows there is a level without a node.
+        if levels.last().is_some_and(|top| !top.is_empty()) {
+            open.push((levels.len() as u32 - 1, 0));
+        }
         while let Some((level, number)) = open.pop() {
             let mut lanes = levels[level as usize][number as usize].meeting(simd, bounds);
             while lanes != 0 {
@@ -149,16 +152,13 @@ mod tests {
         (0..count).map(|row| Bounds::of([at(row), at(row + 1)])).collect()
     }
 
-    fn meets(a: &Bounds, b: &Bounds) -> bool {
-        a.low.cmple(b.high).all() && a.high.cmpge(b.low).all()
-    }
-
     fn check(tree: &mut WideTree, boxes: &[Bounds]) {
         let mut found = Vec::new();
-        for query in boxes {
+        let everywhere = Bounds::of([Vec3::splat(-9.0), Vec3::splat(9.0)]);
+        for query in boxes.iter().chain([&everywhere]) {
             dispatch!(Level::new(), simd => tree.list_meeting(simd, query, &mut found));
             found.sort_unstable();
-            let all = (0..boxes.len() as u32).filter(|&row| meets(&boxes[row as usize], query));
+            let all = (0..boxes.len() as u32).filter(|&row| boxes[row as usize].meets(query));
             assert_eq!(found, all.collect::<Vec<_>>());
         }
     }
@@ -188,7 +188,7 @@ mod tests {
         for query in &there {
             dispatch!(Level::new(), simd => tree.list_meeting(simd, query, &mut found));
             found.sort_unstable();
-            let all = (0..200_u32).filter(|&row| meets(&boxes[row as usize], query));
+            let all = (0..200_u32).filter(|&row| boxes[row as usize].meets(query));
             assert_eq!(found, all.collect::<Vec<_>>());
         }
     }
