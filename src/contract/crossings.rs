@@ -21,10 +21,9 @@ use super::star::Star;
 /// How far through each other faces lie that only touch, in the normalized frame: what single precision leaves of positions.
 const TOUCHING: f64 = 1e-6;
 /// Vertices below which all stars are asked, not those alone that are bent: what passes through a flat one is a wall thinner than a step
-/// off the surface. Half as many leave two spheres, one within the other by 1/200 of the radius, with 884 of 1,638 faces that intersect, these
-/// none; asking all from the first costs 4 % more time.
+/// off the surface. With half as many, two spheres, one within the other by 1/200 of the radius, have 884 of 1,638 faces that
+/// intersect, with these none; asking all of them from the first costs 4 % more time.
 const FEW: usize = 1 << 11;
-
 /// Faces near a pair beyond which they are a tangle, in which all pass through others: there are some thirty.
 const MOST_NEAR: usize = 256;
 
@@ -199,7 +198,8 @@ impl Crossings {
                     continue;
                 }
                 if other.is_none() {
-                    let corners = positions(live_corners(f, patch)?, patch).map(|p| p.as_dvec3() - from);
+                    let Some(now) = live_corners(f, patch) else { break };
+                    let corners = positions(now, patch).map(|p| p.as_dvec3() - from);
                     other = Some((corners, OtherFace::of(simd, corners)));
                 }
                 let Some((corners, wide)) = &other else { break };
@@ -230,8 +230,8 @@ impl Crossings {
         };
         let located = |corners: [u32; 3]| positions(corners, patch).map(|p| p.as_dvec3());
         let any_on = |corners: [u32; 3], on: [u32; 3]| {
-            let apart = corners.iter().filter(|v| !on.contains(v));
-            apart.zip(std::iter::repeat(located(on))).any(|(&v, on)| lies_on(located([v; 3])[0], on, TOUCHING))
+            let mut apart = corners.into_iter().filter(|v| !on.contains(v));
+            apart.any(|v| lies_on(patch.position(v).xyz().as_dvec3(), located(on), TOUCHING))
         };
         let meets = |f: u32| {
             let Some(other) = live_corners(f, patch) else { return false };
@@ -317,7 +317,7 @@ mod tests {
         mesh
     }
 
-    /// Gives a patch of all of the mesh, in which rows are as long as the first element tells.
+    /// Tells a patch that is the whole of a mesh, with its crossings, and how long the mesh's unit is in it.
     fn on_patch(mesh: &Mesh, test: impl FnOnce(Patch<'_>, &mut Crossings, f64)) {
         let mut prepared = prepare(mesh, &Options::default()).expect("a valid mesh");
         let device = Device::cpu(1).expect("a device");
