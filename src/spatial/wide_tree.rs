@@ -69,27 +69,13 @@ pub struct WideTree {
 impl WideTree {
     /// Builds the tree over the boxes of `rows`, anew.
     pub fn build(&mut self, rows: impl ExactSizeIterator<Item = Bounds>) {
-        let mut len = rows.len();
-        let mut fill = |levels: &mut Vec<Vec<WideBounds>>, number: usize, rows: &mut dyn Iterator<Item = Bounds>| {
-            if levels.len() == number {
-                levels.push(Vec::new());
-            }
-            let level = &mut levels[number];
-            level.clear();
-            level.resize(len.div_ceil(EIGHT), WideBounds::NONE);
-            rows.enumerate().for_each(|(row, bounds)| level[row / EIGHT].set(row % EIGHT, bounds));
-            len = level.len();
-            len
-        };
-        let (mut number, mut rows) = (0, rows);
-        let mut left = fill(&mut self.levels, number, &mut rows);
-        while left > 1 {
-            let below = std::mem::take(&mut self.levels[number]);
-            number += 1;
-            left = fill(&mut self.levels, number, &mut below.iter().map(WideBounds::around));
-            self.levels[number - 1] = below;
+        self.levels.clear();
+        let mut top = by_eight(rows);
+        while top.len() > 1 {
+            let above = by_eight(top.iter().map(WideBounds::around));
+            self.levels.push(std::mem::replace(&mut top, above));
         }
-        self.levels.truncate(number + 1);
+        self.levels.push(top);
     }
 
     /// Replaces the box of a row; those above only grow.
@@ -135,6 +121,13 @@ impl WideTree {
             }
         }
     }
+}
+
+/// Boxes side by side.
+fn by_eight(boxes: impl ExactSizeIterator<Item = Bounds>) -> Vec<WideBounds> {
+    let mut wide = vec![WideBounds::NONE; boxes.len().div_ceil(EIGHT)];
+    boxes.enumerate().for_each(|(number, bounds)| wide[number / EIGHT].set(number % EIGHT, bounds));
+    wide
 }
 
 #[cfg(test)]
