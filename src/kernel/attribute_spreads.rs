@@ -1,6 +1,6 @@
 //! What the attributes add to the sums of every vertex: how far their gradients over its faces spread. Twin:
 //! `shaders/attribute_spreads.wgsl`, number by number: the same operations in the same order, eight numbers side by side here
-//! and four there.
+//! and four there, and here the gradients of a face are found once ([`super::gradient_table`]).
 //!
 //! # Reference
 //! \[HO99\]: the faces of a wedge agree in its numbers at its place v, and with the gradients g and their mean ḡ differ at x
@@ -11,17 +11,17 @@
 //!
 //! Gathers: one invocation a vertex, for each of its wedges the ring in ascending face order, so the sums are repeatable.
 
-use std::ops::Range;
-
-use multiversion::multiversion;
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, dispatch, f32x8};
 use rayon::prelude::*;
 
+use super::gradient_table::{GradientTable, Gradients, Rows, flush};
 use super::pair_quadric::NO_AREA;
 use super::rows::{Face, GradientOperator, HUB_FACES, VolumeSum};
-use super::warm::{faces_near, warm_up};
+use super::warm::faces_near;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
-use crate::math::exact::{LEAST_FACTOR, Sym3, add, divide, flush, mul, sub, sym_add, sym_scale};
-use crate::math::lanes::{NUMBERS, Numbers, numbers_at};
+use crate::math::exact::{Sym3, add, divide, mul, sym_add, sym_scale};
+use crate::math::lanes::{NUMBERS, Numbers};
 
 /// Most numbers of a wedge that decide.
 pub const MOST_COSTED: usize = 16;
@@ -61,141 +61,70 @@ params! {
     }
 }
 
-type Lanes = Numbers<f32>;
-
-/// Vertices of a task on the host: the rows around them fit a core's second cache.
-const VERTICES_EACH: usize = 1 << 11;
-
-/// What spreads are found from, on the host.
-#[derive(Clone, Copy)]
-struct Rows<'a> {
-    operators: &'a [GradientOperator],
-    corners: &'a [Face],
-    values: &'a [f32],
-    width: usize,
-    costed: usize,
-}
-
-impl Rows<'_> {
-    /// Reads the rows of the wedges of consecutive vertices once, and those of faces near them.
-    fn warm_up(&self, vertices: Range<usize>, rings: Rings<'_>, wedge_starts: &[u32]) {
-        let [first, end] = [vertices.start, vertices.end].map(|vertex| wedge_starts[vertex] as usize * self.width);
-        let faces = faces_near(vertices, rings.starts, rings.faces, self.corners.len().min(self.operators.len()));
-        warm_up(&self.values[first..end]);
-        warm_up(&self.operators[faces.clone()]);
-        warm_up(&self.corners[faces]);
-    }
-}
+/// Vertices of a task on the host: the gradients of the faces near them fit a core's second cache.
+const VERTICES_EACH: usize = 1 << 10;
 
 /// The faces around vertices, on the host.
 #[derive(Clone, Copy)]
 struct Rings<'a> {
     starts: &'a [u32],
     faces: &'a [u32],
+    /// The first wedge of each vertex, and the end.
+    wedge_starts: &'a [u32],
 }
 
-/// √|n| times the gradients of a face, and √|n|.
-#[derive(Clone, Copy, Default)]
-struct Gradients {
-    root: f32,
-    along: [Lanes; 3],
-}
-
-/// Of the numbers from `first` on. Lanes past the last number hold anything.
-#[inline(always)]
-fn gradients_of(f: u32, first: usize, rows: Rows<'_>) -> Gradients {
-    let row = rows.operators[f as usize];
-    let wedges = rows.corners[f as usize].corners();
-    let [a, b, c] = wedges.map(|wedge| numbers_at(rows.values, wedge as usize * rows.width + first));
-    let (b, c) = (less(&b, &a), less(&c, &a));
-    let GradientOperator { bx, by, bz, cx, cy, cz, root } = row;
-    Gradients { root, along: [sum_of(bx, &b, cx, &c), sum_of(by, &b, cy, &c), sum_of(bz, &b, cz, &c)] }
-}
-
-#[inline(always)]
-fn less(numbers: &Lanes, base: &Lanes) -> Lanes {
-    let mut difference = [0.0; NUMBERS];
-    for j in 0..NUMBERS {
-        difference[j] = sub(numbers[j], base[j]);
-    }
-    difference
-}
-
-#[inline(always)]
-fn sum_of(along_b: f32, b: &Lanes, along_c: f32, c: &Lanes) -> Lanes {
-    let mut sum = [0.0; NUMBERS];
-    for j in 0..NUMBERS {
-        sum[j] = flush(add(mul(along_b, b[j]), mul(along_c, c[j])), LEAST_FACTOR);
-    }
-    sum
-}
-
-#[inline(always)]
-fn add_scaled(sum: &mut Lanes, g: &Lanes, scale: f32) {
-    for j in 0..NUMBERS {
-        sum[j] = add(sum[j], mul(g[j], scale));
-    }
-}
-
-#[inline(always)]
-fn mean_of(sum: &Lanes, inverse: f32) -> Lanes {
-    let mut mean = [0.0; NUMBERS];
-    for j in 0..NUMBERS {
-        mean[j] = flush(mul(sum[j], inverse), LEAST_FACTOR);
-    }
-    mean
-}
-
-#[inline(always)]
-fn off_mean(g: &Lanes, mean: &Lanes, root: f32) -> Lanes {
-    let mut off = [0.0; NUMBERS];
-    for j in 0..NUMBERS {
-        off[j] = flush(sub(g[j], mul(mean[j], root)), LEAST_FACTOR);
-    }
-    off
-}
-
-#[inline(always)]
-fn add_products(sum: &mut Lanes, a: &Lanes, b: &Lanes) {
-    for j in 0..NUMBERS {
-        sum[j] = add(sum[j], mul(a[j], b[j]));
-    }
+/// What spreads are found with, on the host.
+#[derive(Default)]
+struct Scratch {
+    table: GradientTable,
+    /// The faces of a wedge, and their gradients.
+    own: Vec<u32>,
+    gradients: Vec<Gradients>,
 }
 
 /// Adds the spread over the faces of a wedge, which is none over one. What a number adds is summed in a lane of its own,
 /// before what the next does. `gradients` is overwritten.
 #[inline(always)]
-fn add_wedge(mut spread: Sym3, faces: &[u32], rows: Rows<'_>, gradients: &mut Vec<Gradients>) -> Sym3 {
+fn add_wedge<S: Simd>(
+    simd: S,
+    mut spread: Sym3,
+    faces: &[u32],
+    rows: Rows<'_>,
+    table: &GradientTable,
+    gradients: &mut Vec<Gradients>,
+) -> Sym3 {
     if faces.len() < 2 {
         return spread;
     }
+    gradients.resize(gradients.len().max(faces.len()), Gradients::default());
+    let gradients = &mut gradients[..faces.len()];
+    let zero = f32x8::splat(simd, 0.0);
     for first in (0..rows.costed).step_by(NUMBERS) {
-        // Filled by a loop: a closure given to `extend` would not be compiled for the caller's instruction set.
-        gradients.resize(gradients.len().max(faces.len()), Gradients::default());
-        let gradients = &mut gradients[..faces.len()];
-        let mut weight = 0.0;
-        let [mut x_sum, mut y_sum, mut z_sum] = [[0.0; NUMBERS]; 3];
+        let (mut weight, mut x_sum, mut y_sum, mut z_sum) = (0.0, zero, zero, zero);
         for (own, &f) in gradients.iter_mut().zip(faces) {
-            *own = gradients_of(f, first, rows);
-            let Gradients { root, along: [x, y, z] } = &*own;
-            weight = add(weight, mul(*root, *root));
-            add_scaled(&mut x_sum, x, *root);
-            add_scaled(&mut y_sum, y, *root);
-            add_scaled(&mut z_sum, z, *root);
+            let g = table.get(simd, f, first, rows);
+            *own = g.store();
+            weight = add(weight, mul(g.root, g.root));
+            x_sum += g.x * g.root;
+            y_sum += g.y * g.root;
+            z_sum += g.z * g.root;
         }
         let inverse = if weight > NO_AREA { divide(1.0, weight) } else { 0.0 };
-        // A closure given to `map` would be compiled apart, without the instructions that this is compiled for.
-        let (x_mean, y_mean, z_mean) = (mean_of(&x_sum, inverse), mean_of(&y_sum, inverse), mean_of(&z_sum, inverse));
-        let [mut xx, mut xy, mut xz, mut yy, mut yz, mut zz] = [[0.0; NUMBERS]; 6];
-        for Gradients { root, along: [x, y, z] } in &*gradients {
-            let (x, y, z) = (off_mean(x, &x_mean, *root), off_mean(y, &y_mean, *root), off_mean(z, &z_mean, *root));
-            add_products(&mut xx, &x, &x);
-            add_products(&mut xy, &x, &y);
-            add_products(&mut xz, &x, &z);
-            add_products(&mut yy, &y, &y);
-            add_products(&mut yz, &y, &z);
-            add_products(&mut zz, &z, &z);
+        // Written out: a closure given to `map` would be compiled for any processor.
+        let x_mean = flush(simd, x_sum * inverse);
+        let y_mean = flush(simd, y_sum * inverse);
+        let z_mean = flush(simd, z_sum * inverse);
+        let (mut xx, mut xy, mut xz, mut yy, mut yz, mut zz) = (zero, zero, zero, zero, zero, zero);
+        for own in &*gradients {
+            let g = own.load(simd);
+            let x = flush(simd, g.x - x_mean * g.root);
+            let y = flush(simd, g.y - y_mean * g.root);
+            let z = flush(simd, g.z - z_mean * g.root);
+            (xx, xy, xz) = (xx + x * x, xy + x * y, xz + x * z);
+            (yy, yz, zz) = (yy + y * y, yz + y * z, zz + z * z);
         }
+        let (xx, xy, xz): (Numbers<f32>, Numbers<f32>, Numbers<f32>) = (xx.into(), xy.into(), xz.into());
+        let (yy, yz, zz): (Numbers<f32>, Numbers<f32>, Numbers<f32>) = (yy.into(), yz.into(), zz.into());
         for j in 0..NUMBERS.min(rows.costed - first) {
             spread.xx = add(spread.xx, xx[j]);
             spread.xy = add(spread.xy, xy[j]);
@@ -215,17 +144,27 @@ fn with_spread(sum: VolumeSum, spread: Sym3) -> VolumeSum {
     VolumeSum { xx, xy, xz, yy, yz, zz, ..sum }
 }
 
-/// Adds to the sums of the vertices from `first` on. `wedge_starts` has the first wedge of each vertex, and the end.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw", "x86_64+avx2"))]
-fn add_spreads(first: usize, rings: Rings<'_>, wedge_starts: &[u32], rows: Rows<'_>, sums: &mut [VolumeSum]) {
-    let (mut own, mut gradients) = (Vec::new(), Vec::new());
-    for (vertex, sum) in (first..).zip(sums) {
+/// Adds to the sums of the vertices from `first` on.
+#[inline(always)]
+fn add_spreads<S: Simd>(
+    simd: S,
+    first: usize,
+    rings: Rings<'_>,
+    rows: Rows<'_>,
+    scratch: &mut Scratch,
+    sums: &mut [VolumeSum],
+) {
+    let Scratch { table, own, gradients } = scratch;
+    let vertices = first..first + sums.len();
+    let face_count = rows.corners.len().min(rows.operators.len());
+    table.fill(simd, faces_near(vertices.clone(), rings.starts, rings.faces, face_count), rows);
+    for (vertex, sum) in vertices.zip(sums) {
         let ring = &rings.faces[rings.starts[vertex] as usize..rings.starts[vertex + 1] as usize];
         let ring = if ring.len() > HUB_FACES as usize { &[] } else { ring };
-        let wedges = wedge_starts[vertex]..wedge_starts[vertex + 1];
+        let wedges = rings.wedge_starts[vertex]..rings.wedge_starts[vertex + 1];
         let mut spread = Sym3::default();
         if wedges.len() == 1 {
-            spread = add_wedge(spread, ring, rows, &mut gradients);
+            spread = add_wedge(simd, spread, ring, rows, table, gradients);
         } else if wedges.len() < ring.len() {
             // Between rounds each has a face (`contract::wedges`), so that here some have more than one.
             for wedge in wedges {
@@ -236,7 +175,7 @@ fn add_spreads(first: usize, rings: Rings<'_>, wedge_starts: &[u32], rows: Rows<
                     own[count] = f;
                     count += usize::from(has_wedge(rows.corners[f as usize], wedge));
                 }
-                spread = add_wedge(spread, &own[..count], rows, &mut gradients);
+                spread = add_wedge(simd, spread, &own[..count], rows, table, gradients);
             }
         }
         *sum = with_spread(*sum, spread);
@@ -281,7 +220,11 @@ impl Kernel for AttributeSpreads<'_> {
     }
 
     fn run_cpu(&mut self) {
-        let rings = Rings { starts: self.ring_starts.host(), faces: self.ring_faces.host() };
+        let rings = Rings {
+            starts: self.ring_starts.host(),
+            faces: self.ring_faces.host(),
+            wedge_starts: self.wedge_starts.host(),
+        };
         let rows = Rows {
             operators: self.operators.host(),
             corners: self.corners.host(),
@@ -289,12 +232,10 @@ impl Kernel for AttributeSpreads<'_> {
             width: self.width as usize,
             costed: self.costed as usize,
         };
-        let wedge_starts = self.wedge_starts.host();
+        let level = Level::new();
         let sums = self.sums.host_mut()[..self.vertex_count as usize].par_chunks_mut(VERTICES_EACH).enumerate();
-        sums.for_each(|(chunk, sums)| {
-            let vertices = chunk * VERTICES_EACH..chunk * VERTICES_EACH + sums.len();
-            rows.warm_up(vertices.clone(), rings, wedge_starts);
-            add_spreads(vertices.start, rings, wedge_starts, rows, sums);
+        sums.for_each_init(Scratch::default, |scratch, (chunk, sums)| {
+            dispatch!(level, simd => add_spreads(simd, chunk * VERTICES_EACH, rings, rows, scratch, sums));
         });
     }
 }
@@ -303,6 +244,15 @@ impl Kernel for AttributeSpreads<'_> {
 mod tests {
     use super::*;
 
+    /// The spread over faces, the first of which are in the table.
+    fn spread_of(faces: &[u32], rows: Rows<'_>) -> Sym3 {
+        let (mut table, mut gradients) = (GradientTable::default(), Vec::new());
+        dispatch!(Level::new(), simd => {
+            table.fill(simd, 0..1, rows);
+            add_wedge(simd, Sym3::default(), faces, rows, &table, &mut gradients)
+        })
+    }
+
     /// One number that is bent along x: its gradients are (±2, 1, 0) on faces of |n| 4 and 1.
     #[test]
     fn gradients_spread_about_their_mean() {
@@ -310,7 +260,7 @@ mod tests {
         let operators = [operator(2.0, 2.0), operator(1.0, -2.0)];
         let corners = [Face { a: 0, b: 1, c: 2 }; 2];
         let rows = Rows { operators: &operators, corners: &corners, values: &[3.0, 4.0, 4.0], width: 1, costed: 1 };
-        let spread_of = |faces: &[u32]| add_wedge(Sym3::default(), faces, rows, &mut Vec::new());
+        let spread_of = |faces: &[u32]| spread_of(faces, rows);
         // The mean is (6/5, 1, 0).
         let spread = spread_of(&[0, 1]);
         assert!((spread.xx - (4.0 * 0.64 + 10.24)).abs() < 1e-5 && spread.yy < 1e-12, "{spread:?}");
@@ -329,7 +279,7 @@ mod tests {
         // Differences of 0, 1, 2 … between both wedges.
         let values: Vec<f32> = (0..2).flat_map(|wedge| (0..width).map(move |j| (wedge * j) as f32)).collect();
         let rows = Rows { operators: &operators, corners: &corners, values: &values, width, costed };
-        let spread = add_wedge(Sym3::default(), &[0, 1], rows, &mut Vec::new());
+        let spread = spread_of(&[0, 1], rows);
         let squares: usize = (0..costed).map(|j| 2 * j * j).sum();
         assert_eq!(spread, Sym3 { xx: squares as f32, ..Sym3::default() });
     }

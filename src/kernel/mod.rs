@@ -43,6 +43,7 @@ pub mod format_frame;
 pub mod gather_candidates;
 pub mod gather_pairs;
 pub mod gradient_operators;
+pub mod gradient_table;
 pub mod label_moves;
 pub mod light_changes;
 pub mod live_vertices;
