@@ -46,20 +46,24 @@ impl NewFaces {
         self.normals = normals.store();
     }
 
-    /// Which of them have the corners of another on both sides of their plane, and their own on both of its, a bit for each lane.
+    /// Which of some lanes have their corners on both sides of another's plane, and its own on both of theirs.
     #[inline(always)]
-    fn between<S: Simd>(&self, simd: S, other: &OtherFace<S>) -> u8 {
+    fn between<S: Simd>(&self, simd: S, lanes: u8, other: &OtherFace<S>) -> u8 {
         let zero = f64x4::splat(simd, 0.0);
-        let (normals, within): (_, f64x4<S>) = (self.normals.load(simd), self.within.simd_into(simd));
         let [a, b, c] = other.corners;
-        let (at_a, at_b, at_c) = (normals.dot(a), normals.dot(b), normals.dot(c));
-        let has_other = at_a.min(at_b).min(at_c).simd_lt(zero - within) & at_a.max(at_b).max(at_c).simd_gt(within);
         let at_vertex = zero - other.normal.dot(a);
         let at_first = other.normal.dot(self.points[0].load(simd) - a);
         let at_second = other.normal.dot(self.points[1].load(simd) - a);
         let (least, greatest) = (at_vertex.min(at_first).min(at_second), at_vertex.max(at_first).max(at_second));
-        let is_had = least.simd_lt(zero - other.within) & greatest.simd_gt(other.within);
-        (has_other & is_had).to_bitmask() as u8
+        let are_had = least.simd_lt(zero - other.within) & greatest.simd_gt(other.within);
+        let lanes = lanes & are_had.to_bitmask() as u8;
+        if lanes == 0 {
+            return 0;
+        }
+        let (normals, within): (_, f64x4<S>) = (self.normals.load(simd), self.within.simd_into(simd));
+        let (at_a, at_b, at_c) = (normals.dot(a), normals.dot(b), normals.dot(c));
+        let have_other = at_a.min(at_b).min(at_c).simd_lt(zero - within) & at_a.max(at_b).max(at_c).simd_gt(within);
+        lanes & have_other.to_bitmask() as u8
     }
 
     /// The corners of a face about the new vertex.
@@ -94,10 +98,7 @@ pub struct Crossings {
     tree: WideTree,
     /// Faces whose boxes meet that of a pair's star.
     near: Vec<u32>,
-    /// Of the pair that was placed last: where its vertex is, and the faces that it leaves, in a box each and all in one.
-    at: Vec3,
-    new_bounds: Vec<Bounds>,
-    all_bounds: Bounds,
+    /// The faces that a pair leaves, side by side.
     by_eight: Vec<WideBounds>,
     by_four: Vec<NewFaces>,
     /// Which stars vertices were last on the rim of, by their numbers, and how many there were.
@@ -111,9 +112,6 @@ impl Default for Crossings {
             level: Level::new(),
             tree: WideTree::default(),
             near: Vec::new(),
-            at: Vec3::ZERO,
-            new_bounds: Vec::new(),
-            all_bounds: Bounds::NONE,
             by_eight: Vec::new(),
             by_four: Vec::new(),
             rims: Vec::new(),
@@ -132,37 +130,46 @@ impl Crossings {
         self.stars = 0;
     }
 
-    /// Places the vertex of a pair: what is asked, and followed, is about it.
-    pub fn place(&mut self, patch: &Patch<'_>, star: &Star, at: Vec3) {
-        self.new_bounds.clear();
-        self.stars += 1;
-        (self.at, self.all_bounds) = (at, Bounds::NONE);
-        for face in &star.faces()[..star.survivors()] {
-            let [p1, p2] = positions(face.others, patch);
-            let bounds = Bounds::of([at, p1, p2]);
-            self.all_bounds = self.all_bounds.union(bounds);
-            self.new_bounds.push(bounds);
-            for v in face.others {
-                self.rims[patch.local(v)] = self.stars;
-                if let Some(absorbed) = patch.absorbed(v) {
-                    self.rims[patch.local(absorbed)] = self.stars;
-                }
-            }
-        }
-    }
-
-    /// Whether a face of the star of the placed pair would pass through another, where none of the star touches or crosses
-    /// another now.
+    /// Whether a face of the star of a pair whose vertex comes to be `at` a place would pass through another, where none of the star
+    /// touches or crosses another now.
     ///
     /// Faces on the rim of a star that is not bent are taken to lie beside it.
-    pub fn would_cross(&mut self, patch: &Patch<'_>, star: &Star, pair: [u32; 2]) -> bool {
+    pub fn would_cross(&mut self, patch: &Patch<'_>, star: &Star, pair: [u32; 2], at: Vec3) -> bool {
         let mean: DVec3 = (0..star.faces().len()).map(|number| star.quads.normal(number)).sum();
         let is_bent = is_bent(star, (mean != DVec3::ZERO).then_some(mean));
         if !is_bent && patch.len() >= FEW {
             return false;
         }
-        let Self { level, tree, near, rims, stars, all_bounds, .. } = self;
-        dispatch!(*level, simd => tree.list_meeting(simd, all_bounds, near));
+        self.list_near(patch, star, at);
+        self.leave_out_own(patch, star, pair, !is_bent);
+        if self.near.is_empty() || self.near.len() > MOST_NEAR {
+            return false;
+        }
+        self.unfold_new(patch, star, at);
+        let crossed = dispatch!(self.level, simd => self.find_crossed(simd, patch, at));
+        crossed.is_some_and(|crossed| !self.meets_now(patch, star, pair, crossed))
+    }
+
+    /// Lists the faces near those that a pair leaves.
+    fn list_near(&mut self, patch: &Patch<'_>, star: &Star, at: Vec3) {
+        let Self { level, tree, near, .. } = self;
+        let corners = star.faces()[..star.survivors()].iter().flat_map(|face| positions(face.others, patch));
+        let around = Bounds::of(corners.chain([at]));
+        dispatch!(*level, simd => tree.list_meeting(simd, &around, near));
+    }
+
+    /// Leaves out a pair's own faces, and those on the rim of its star where these lie beside it.
+    fn leave_out_own(&mut self, patch: &Patch<'_>, star: &Star, pair: [u32; 2], lie_beside: bool) {
+        let Self { near, rims, stars, .. } = self;
+        if lie_beside {
+            *stars += 1;
+            for v in star.faces()[..star.survivors()].iter().flat_map(|face| face.others) {
+                rims[patch.local(v)] = *stars;
+                if let Some(absorbed) = patch.absorbed(v) {
+                    rims[patch.local(absorbed)] = *stars;
+                }
+            }
+        }
         let faces = patch.connectivity.faces;
         // Ends have the names that they had as the round began, and what vanished into a corner of the rim is on it, too.
         near.retain(|&f| {
@@ -170,20 +177,14 @@ impl Crossings {
             let is_end = |v: u32| (v == pair[0]) | (v == pair[1]);
             let is_on_rim = |v: u32| rims[patch.local(v)] == *stars;
             let is_own = is_end(a) | is_end(b) | is_end(c);
-            !(is_own || !is_bent && (is_on_rim(a) | is_on_rim(b) | is_on_rim(c)))
+            !(is_own || lie_beside && (is_on_rim(a) | is_on_rim(b) | is_on_rim(c)))
         });
-        if near.is_empty() || near.len() > MOST_NEAR {
-            return false;
-        }
-        self.unfold_new(patch, star);
-        let crossed = dispatch!(self.level, simd => self.find_crossed(simd, patch));
-        crossed.is_some_and(|crossed| !self.meets_now(patch, star, pair, crossed))
     }
 
     /// One of the faces near a pair that one of its new faces passes through.
     #[inline(always)]
-    fn find_crossed<S: Simd>(&mut self, simd: S, patch: &Patch<'_>) -> Option<u32> {
-        let Self { tree, near, by_eight, by_four, at, .. } = self;
+    fn find_crossed<S: Simd>(&mut self, simd: S, patch: &Patch<'_>, at: Vec3) -> Option<u32> {
+        let Self { tree, near, by_eight, by_four, .. } = self;
         let from = at.as_dvec3();
         // Loops: closures are compiled for any processor.
         for four in by_four.iter_mut() {
@@ -206,7 +207,7 @@ impl Crossings {
                 for (half, new) in four.iter().enumerate() {
                     let mut lanes = (met >> (half * WIDE)) & ((1 << WIDE) - 1);
                     if lanes != 0 {
-                        lanes &= new.between(simd, wide);
+                        lanes = new.between(simd, lanes, wide);
                     }
                     while lanes != 0 {
                         if cross(new.corners(lanes.trailing_zeros() as usize), *corners, TOUCHING) {
@@ -245,26 +246,27 @@ impl Crossings {
     }
 
     /// Lays the faces that a pair leaves side by side.
-    fn unfold_new(&mut self, patch: &Patch<'_>, star: &Star) {
-        let Self { new_bounds, by_eight, by_four, at, .. } = self;
-        let (count, from) = (new_bounds.len(), at.as_dvec3());
+    fn unfold_new(&mut self, patch: &Patch<'_>, star: &Star, at: Vec3) {
+        let Self { by_eight, by_four, .. } = self;
+        let (count, from) = (star.survivors(), at.as_dvec3());
         by_eight.clear();
         by_eight.resize(count.div_ceil(EIGHT), WideBounds::NONE);
         by_four.clear();
         by_four.resize(count.div_ceil(WIDE), NewFaces::default());
-        for (number, bounds) in new_bounds.iter().enumerate() {
-            by_eight[number / EIGHT].set(number % EIGHT, *bounds);
-            let points = positions(star.face(number).others, patch);
+        for (number, face) in star.faces()[..count].iter().enumerate() {
+            let points = positions(face.others, patch);
+            by_eight[number / EIGHT].set(number % EIGHT, Bounds::of([at, points[0], points[1]]));
             for (rows, p) in by_four[number / WIDE].points.iter_mut().zip(points) {
                 rows.set(number % WIDE, p.as_dvec3() - from);
             }
         }
     }
 
-    /// Follows the contraction of the pair that was placed last.
-    pub fn follow(&mut self, star: &Star) {
-        for (number, &bounds) in self.new_bounds.iter().enumerate() {
-            self.tree.replace(star.face(number).face as usize, bounds);
+    /// Follows the contraction of a pair whose vertex came to be `at` a place.
+    pub fn follow(&mut self, patch: &Patch<'_>, star: &Star, at: Vec3) {
+        for face in &star.faces()[..star.survivors()] {
+            let [p1, p2] = positions(face.others, patch);
+            self.tree.replace(face.face as usize, Bounds::of([at, p1, p2]));
         }
         for face in star.shared() {
             self.tree.replace(face.face as usize, Bounds::NONE);
@@ -361,12 +363,6 @@ mod tests {
         flats
     }
 
-    /// Whether the vertex of a pair `at` a place would have faces cross.
-    fn crosses(crossings: &mut Crossings, patch: &Patch<'_>, pair: [u32; 2], star: &Star, at: Vec3) -> bool {
-        crossings.place(patch, star, at);
-        crossings.would_cross(patch, star, pair)
-    }
-
     #[test]
     fn a_star_that_reaches_through_a_sheet_crosses_it_and_one_in_front_of_it_does_not() {
         on_patch(&sheets(SIDE, false), |patch, crossings, length| {
@@ -376,7 +372,7 @@ mod tests {
                     for toward in [false, true] {
                         let up = if *is_upper == toward { -share } else { share };
                         let at = (*middle + DVec3::Z * up * GAP * length).as_vec3();
-                        let found = crosses(crossings, &patch, *pair, star, at);
+                        let found = crossings.would_cross(&patch, star, *pair, at);
                         assert_eq!(found, reaches && toward, "{share} {toward}");
                         asked[usize::from(found)] += 1;
                     }
@@ -389,7 +385,7 @@ mod tests {
             assert!(patch.len() >= FEW);
             let flats = flats(&patch);
             let Flat { pair, star, middle, .. } = flats.iter().find(|flat| !flat.is_upper).expect("a star");
-            assert!(!crosses(crossings, &patch, *pair, star, (*middle + DVec3::Z * 3.0 * GAP * length).as_vec3()));
+            assert!(!crossings.would_cross(&patch, star, *pair, (*middle + DVec3::Z * 3.0 * GAP * length).as_vec3()));
         });
     }
 
@@ -425,7 +421,7 @@ mod tests {
                         let all: Vec<_> = others.iter().filter(crossed).collect();
                         let asked = all.iter().filter(|face| is_bent || !has_rim(face)).count();
                         let expected = asked > 0 && !meets_any(&patch, &star, pair, &others);
-                        assert_eq!(crosses(crossings, &patch, pair, &star, x), expected);
+                        assert_eq!(crossings.would_cross(&patch, &star, pair, x), expected);
                         let counts = if is_bent { &mut bent } else { &mut flat };
                         counts[usize::from(expected)] += 1;
                         on_rim += u32::from(is_bent && expected && all.iter().all(|face| has_rim(face)));
@@ -463,7 +459,7 @@ mod tests {
                 let at = (*middle + DVec3::Z * 2.0 * GAP * length).as_vec3();
                 let along = || star.faces().iter().flat_map(|face| face.others).map(|v| positions(v).x);
                 let has_wall = along().any(|x| x < wall) && along().any(|x| x > wall);
-                assert_eq!(crosses(crossings, &patch, *pair, star, at), !has_wall);
+                assert_eq!(crossings.would_cross(&patch, star, *pair, at), !has_wall);
                 if has_wall { met += 1 } else { free += 1 }
             }
             assert!(met > 0 && free > 0, "{met}, {free}");
@@ -483,14 +479,14 @@ mod tests {
             let facing = flats.iter().find(is_facing).expect("a pair above");
             let at = |share: f64| (*middle + DVec3::Z * share * GAP * length).as_vec3();
             let facing_crosses = |crossings: &mut Crossings, patch: &Patch<'_>, share: f64| {
-                crosses(crossings, patch, facing.pair, &facing.star, at(share))
+                crossings.would_cross(patch, &facing.star, facing.pair, at(share))
             };
             // One goes up to just below the sheet above, whose pair goes halfway down: after it that crosses.
             assert!(!facing_crosses(crossings, &patch, 0.5));
-            assert!(!crosses(crossings, &patch, *pair, star, at(0.9)));
+            assert!(!crossings.would_cross(&patch, star, *pair, at(0.9)));
             let accumulated = Accumulated::Drift(0.0);
             patch.contract(*pair, &Placed { x: at(0.9), t: 0.5, accumulated, flags: 0 });
-            crossings.follow(star);
+            crossings.follow(&patch, star, at(0.9));
             assert!(facing_crosses(crossings, &patch, 0.5) && !facing_crosses(crossings, &patch, 1.5));
             // Also for a commit that begins now.
             crossings.start(&patch);

@@ -228,7 +228,7 @@ impl<'a> Work<'a> {
                 blend.write(&mut self.patch, sides, &[u, w], accepted.end);
                 self.contract([u, w], &accepted.placed);
                 if let Some(crossings) = &mut self.crossings {
-                    crossings.follow(&self.examiner.star);
+                    crossings.follow(&self.patch, &self.examiner.star, accepted.placed.x);
                 }
                 let committed = &mut self.committed;
                 committed.faces_removed += accepted.faces_removed;
@@ -246,8 +246,7 @@ impl<'a> Work<'a> {
     fn would_cross(&mut self, candidate: Candidate, pair: [u32; 2], verdict: &Verdict) -> bool {
         let (Some(crossings), Verdict::Accepted(accepted)) = (&mut self.crossings, verdict) else { return false };
         let Self { patch, examiner: Examiner { star, .. }, paid, .. } = self;
-        crossings.place(patch, star, accepted.placed.x);
-        !paid.contains_key(&candidate.half_edge) && crossings.would_cross(patch, star, pair)
+        !paid.contains_key(&candidate.half_edge) && crossings.would_cross(patch, star, pair, accepted.placed.x)
     }
 
     /// Has a pair whose faces would come to pass through others come as late as if it cost far more, which may be in another round;

@@ -35,6 +35,12 @@ impl Bounds {
         self.low.cmple(other.high).all() && self.high.cmpge(other.low).all()
     }
 
+    /// Whether another is within it, as nothing is in any.
+    #[inline]
+    pub fn holds(&self, other: &Self) -> bool {
+        self.low.cmple(other.low).all() && self.high.cmpge(other.high).all()
+    }
+
     /// Half of the area of the sides; zero for none.
     pub(super) fn half_area(self) -> f32 {
         let d = (self.high - self.low).max(Vec3::ZERO);

@@ -4,7 +4,7 @@
 #![expect(clippy::inline_always, reason = "compiled for the instruction set of its caller")]
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8};
+use fearless_simd::{Simd, f32x8, mask32x8};
 
 use super::bounds::Bounds;
 use crate::math::Vec3;
@@ -46,14 +46,19 @@ impl WideBounds {
     /// Which of the boxes meet another, a bit for each lane.
     #[inline(always)]
     pub fn meeting<S: Simd>(&self, simd: S, bounds: &Bounds) -> u8 {
-        let mut lanes = 0xff;
-        for axis in 0..3 {
-            let (low, high): (f32x8<S>, f32x8<S>) = (self.low[axis].simd_into(simd), self.high[axis].simd_into(simd));
-            let begins = low.simd_le(f32x8::splat(simd, bounds.high[axis]));
-            let ends = high.simd_ge(f32x8::splat(simd, bounds.low[axis]));
-            lanes &= (begins & ends).to_bitmask() as u8;
-        }
-        lanes
+        // A closure would be compiled for any processor.
+        let x = self.meeting_along(simd, 0, bounds);
+        let y = self.meeting_along(simd, 1, bounds);
+        let z = self.meeting_along(simd, 2, bounds);
+        (x & y & z).to_bitmask() as u8
+    }
+
+    /// Which of them do along an axis.
+    #[inline(always)]
+    fn meeting_along<S: Simd>(&self, simd: S, axis: usize, bounds: &Bounds) -> mask32x8<S> {
+        let (low, high): (f32x8<S>, f32x8<S>) = (self.low[axis].simd_into(simd), self.high[axis].simd_into(simd));
+        let begins = low.simd_le(f32x8::splat(simd, bounds.high[axis]));
+        begins & high.simd_ge(f32x8::splat(simd, bounds.low[axis]))
     }
 }
 
@@ -80,16 +85,16 @@ impl WideTree {
 
     /// Replaces the box of a row; those above only grow.
     pub fn replace(&mut self, row: usize, bounds: Bounds) {
-        self.levels[0][row / EIGHT].set(row % EIGHT, bounds);
-        let mut place = row / EIGHT;
+        let mut place = row;
+        self.levels[0][place / EIGHT].set(place % EIGHT, bounds);
         for level in &mut self.levels[1..] {
+            place /= EIGHT;
             let (node, lane) = (&mut level[place / EIGHT], place % EIGHT);
-            let (before, grown) = (node.get(lane), node.get(lane).union(bounds));
-            if grown == before {
+            let before = node.get(lane);
+            if before.holds(&bounds) {
                 break;
             }
-            node.set(lane, grown);
-            place /= EIGHT;
+            node.set(lane, before.union(bounds));
         }
     }
 
