@@ -167,8 +167,13 @@ impl<'a> Store<'a> {
         self.spend(&accessor.json, accessor.count.saturating_mul(width))?;
         let mut numbers = vec![0.0; accessor.count * width];
         if let Some(bytes) = accessor.bytes {
-            for (element, row) in numbers.chunks_exact_mut(width).enumerate() {
-                accessor.decode(&bytes[element * accessor.stride..], row);
+            let rows = numbers.chunks_exact_mut(width).zip(accessor.elements(bytes));
+            match width {
+                _ if !accessor.has_vectors_of_floats() => rows.for_each(|(row, bytes)| accessor.decode(bytes, row)),
+                2 => rows.for_each(|(row, bytes)| copy_floats::<2>(bytes, row)),
+                3 => rows.for_each(|(row, bytes)| copy_floats::<3>(bytes, row)),
+                4 => rows.for_each(|(row, bytes)| copy_floats::<4>(bytes, row)),
+                _ => rows.for_each(|(row, bytes)| copy_floats::<1>(bytes, row)),
             }
         }
         if let Some(sparse) = &accessor.sparse {
@@ -188,8 +193,12 @@ impl<'a> Store<'a> {
         self.spend(&accessor.json, accessor.count)?;
         let mut indices = vec![0; accessor.count];
         if let Some(bytes) = accessor.bytes {
-            for (element, index) in indices.iter_mut().enumerate() {
-                *index = number.decode_index(&bytes[element * accessor.stride..]).unwrap_or_default();
+            let places = indices.iter_mut().zip(accessor.elements(bytes));
+            match number {
+                // Told apart once, not for each of them: nearly all files have these.
+                Number::U16 => places.for_each(|(index, bytes)| *index = Number::U16.decode_index(bytes).unwrap_or(0)),
+                Number::U32 => places.for_each(|(index, bytes)| *index = Number::U32.decode_index(bytes).unwrap_or(0)),
+                _ => places.for_each(|(index, bytes)| *index = number.decode_index(bytes).unwrap_or(0)),
             }
         }
         if let Some(sparse) = &accessor.sparse {
@@ -210,6 +219,17 @@ impl Accessor<'_> {
     /// Whether an element is a vector or a scalar.
     pub(super) fn is_vector(&self) -> bool {
         self.columns == 1
+    }
+
+    /// The bytes from each element on, which overlap where a stride is too short.
+    fn elements<'a>(&self, bytes: &'a [u8]) -> impl Iterator<Item = &'a [u8]> + use<'a> {
+        let stride = self.stride;
+        (0..self.count).map(move |element| &bytes[element * stride..])
+    }
+
+    /// Whether elements are what nearly all are.
+    fn has_vectors_of_floats(&self) -> bool {
+        self.is_vector() && self.number == Number::F32 && !self.is_normalized
     }
 
     /// Bytes from a column to the next: they start at multiples of 4.
@@ -245,4 +265,11 @@ impl Accessor<'_> {
         let message = format!("{what} of {} numbers, expected {}", self.width(), listed.join(" or "));
         Err::<(), Error>(self.json.error(message))
     }
+}
+
+/// Copies the numbers at the start of `bytes`.
+fn copy_floats<const WIDTH: usize>(bytes: &[u8], row: &mut [f32]) {
+    let numbers = bytes.as_chunks::<4>().0.first_chunk::<WIDTH>();
+    let numbers = numbers.map_or([0.0; WIDTH], |numbers| numbers.map(f32::from_le_bytes));
+    row.copy_from_slice(&numbers);
 }
