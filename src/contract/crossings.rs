@@ -22,7 +22,8 @@ use super::star::Star;
 const TOUCHING: f64 = 1e-6;
 /// Vertices below which all stars are asked, not those alone that are bent: what passes through a flat one is a wall thinner than a step
 /// off the surface. With half as many, two spheres, one within the other by 1/200 of the radius, have 884 of 1,638 faces that
-/// intersect, with these none; asking all of them from the first costs 4 % more time.
+/// intersect, with these none; asking all of them in what was small from the first costs 4 % more time. What was large is watched from
+/// about there on.
 const FEW: usize = 1 << 11;
 /// Faces near a pair beyond which they are a tangle, in which all pass through others: there are some thirty.
 const MOST_NEAR: usize = 256;
@@ -46,7 +47,7 @@ impl NewFaces {
         self.normals = normals.store();
     }
 
-    /// Which of some lanes have their corners on both sides of another's plane, and its own on both of theirs.
+    /// Which of `lanes` reach to both sides of the other's plane, and have it on both sides of theirs. Its plane first: that leaves few.
     #[inline(always)]
     fn between<S: Simd>(&self, simd: S, lanes: u8, other: &OtherFace<S>) -> u8 {
         let zero = f64x4::splat(simd, 0.0);
@@ -55,15 +56,15 @@ impl NewFaces {
         let at_first = other.normal.dot(self.points[0].load(simd) - a);
         let at_second = other.normal.dot(self.points[1].load(simd) - a);
         let (least, greatest) = (at_vertex.min(at_first).min(at_second), at_vertex.max(at_first).max(at_second));
-        let are_had = least.simd_lt(zero - other.within) & greatest.simd_gt(other.within);
-        let lanes = lanes & are_had.to_bitmask() as u8;
-        if lanes == 0 {
+        let on_both = least.simd_lt(zero - other.within) & greatest.simd_gt(other.within);
+        let through_other = lanes & on_both.to_bitmask() as u8;
+        if through_other == 0 {
             return 0;
         }
         let (normals, within): (_, f64x4<S>) = (self.normals.load(simd), self.within.simd_into(simd));
         let (at_a, at_b, at_c) = (normals.dot(a), normals.dot(b), normals.dot(c));
-        let have_other = at_a.min(at_b).min(at_c).simd_lt(zero - within) & at_a.max(at_b).max(at_c).simd_gt(within);
-        lanes & have_other.to_bitmask() as u8
+        let on_both = at_a.min(at_b).min(at_c).simd_lt(zero - within) & at_a.max(at_b).max(at_c).simd_gt(within);
+        through_other & on_both.to_bitmask() as u8
     }
 
     /// The corners of a face about the new vertex.
@@ -101,7 +102,7 @@ pub struct Crossings {
     /// The faces that a pair leaves, side by side.
     by_eight: Vec<WideBounds>,
     by_four: Vec<NewFaces>,
-    /// Which stars vertices were last on the rim of, by their numbers, and how many there were.
+    /// Which stars that are not bent vertices were last on the rim of, by their numbers, and how many there were.
     rims: Vec<u32>,
     stars: u32,
 }
@@ -130,8 +131,8 @@ impl Crossings {
         self.stars = 0;
     }
 
-    /// Whether a face of the star of a pair whose vertex comes to be `at` a place would pass through another, where none of the star
-    /// touches or crosses another now.
+    /// Whether a face of the star of a pair whose vertex goes to `at` would pass through another, where none of the star touches or
+    /// crosses another now.
     ///
     /// Faces on the rim of a star that is not bent are taken to lie beside it.
     pub fn would_cross(&mut self, patch: &Patch<'_>, star: &Star, pair: [u32; 2], at: Vec3) -> bool {
@@ -262,7 +263,7 @@ impl Crossings {
         }
     }
 
-    /// Follows the contraction of a pair whose vertex came to be `at` a place.
+    /// Follows the contraction of a pair whose vertex went to `at`.
     pub fn follow(&mut self, patch: &Patch<'_>, star: &Star, at: Vec3) {
         for face in &star.faces()[..star.survivors()] {
             let [p1, p2] = positions(face.others, patch);

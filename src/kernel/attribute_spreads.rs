@@ -61,7 +61,7 @@ params! {
     }
 }
 
-/// Vertices of a task on the host: the gradients of the faces near them fit a core's second cache.
+/// Vertices of a task on the host: the gradients of the faces near them, 256 KiB for every eight numbers, fit a core's second cache.
 const VERTICES_EACH: usize = 1 << 10;
 
 /// The faces around vertices, on the host.
@@ -74,23 +74,33 @@ struct Rings<'a> {
 }
 
 /// What spreads are found with, on the host.
-#[derive(Default)]
-struct Scratch {
-    table: GradientTable,
+struct Scratch<'a> {
+    table: GradientTable<'a>,
     /// The faces of a wedge, and their gradients.
     own: Vec<u32>,
     gradients: Vec<Gradients>,
 }
 
+#[inline(always)]
+fn mean_of<S: Simd>(simd: S, sum: f32x8<S>, inverse: f32) -> f32x8<S> {
+    flush(simd, sum * inverse)
+}
+
+#[inline(always)]
+fn off_mean<S: Simd>(simd: S, g: f32x8<S>, mean: f32x8<S>, root: f32) -> f32x8<S> {
+    flush(simd, g - mean * root)
+}
+
 /// Adds the spread over the faces of a wedge, which is none over one. What a number adds is summed in a lane of its own,
 /// before what the next does. `gradients` is overwritten.
+///
+/// Written out along the axes: a closure given to `map` would be compiled for any processor.
 #[inline(always)]
 fn add_wedge<S: Simd>(
     simd: S,
     mut spread: Sym3,
     faces: &[u32],
-    rows: Rows<'_>,
-    table: &GradientTable,
+    table: &GradientTable<'_>,
     gradients: &mut Vec<Gradients>,
 ) -> Sym3 {
     if faces.len() < 2 {
@@ -98,11 +108,11 @@ fn add_wedge<S: Simd>(
     }
     gradients.resize(gradients.len().max(faces.len()), Gradients::default());
     let gradients = &mut gradients[..faces.len()];
-    let zero = f32x8::splat(simd, 0.0);
-    for first in (0..rows.costed).step_by(NUMBERS) {
+    let ([_, costed], zero) = (table.counts(), f32x8::splat(simd, 0.0));
+    for first in (0..costed).step_by(NUMBERS) {
         let (mut weight, mut x_sum, mut y_sum, mut z_sum) = (0.0, zero, zero, zero);
         for (own, &f) in gradients.iter_mut().zip(faces) {
-            let g = table.get(simd, f, first, rows);
+            let g = table.get(simd, f, first);
             *own = g.store();
             weight = add(weight, mul(g.root, g.root));
             x_sum += g.x * g.root;
@@ -110,22 +120,25 @@ fn add_wedge<S: Simd>(
             z_sum += g.z * g.root;
         }
         let inverse = if weight > NO_AREA { divide(1.0, weight) } else { 0.0 };
-        // Written out: a closure given to `map` would be compiled for any processor.
-        let x_mean = flush(simd, x_sum * inverse);
-        let y_mean = flush(simd, y_sum * inverse);
-        let z_mean = flush(simd, z_sum * inverse);
+        let x_mean = mean_of(simd, x_sum, inverse);
+        let y_mean = mean_of(simd, y_sum, inverse);
+        let z_mean = mean_of(simd, z_sum, inverse);
         let (mut xx, mut xy, mut xz, mut yy, mut yz, mut zz) = (zero, zero, zero, zero, zero, zero);
         for own in &*gradients {
             let g = own.load(simd);
-            let x = flush(simd, g.x - x_mean * g.root);
-            let y = flush(simd, g.y - y_mean * g.root);
-            let z = flush(simd, g.z - z_mean * g.root);
-            (xx, xy, xz) = (xx + x * x, xy + x * y, xz + x * z);
-            (yy, yz, zz) = (yy + y * y, yz + y * z, zz + z * z);
+            let x = off_mean(simd, g.x, x_mean, g.root);
+            let y = off_mean(simd, g.y, y_mean, g.root);
+            let z = off_mean(simd, g.z, z_mean, g.root);
+            xx += x * x;
+            xy += x * y;
+            xz += x * z;
+            yy += y * y;
+            yz += y * z;
+            zz += z * z;
         }
         let (xx, xy, xz): (Numbers<f32>, Numbers<f32>, Numbers<f32>) = (xx.into(), xy.into(), xz.into());
         let (yy, yz, zz): (Numbers<f32>, Numbers<f32>, Numbers<f32>) = (yy.into(), yz.into(), zz.into());
-        for j in 0..NUMBERS.min(rows.costed - first) {
+        for j in 0..NUMBERS.min(costed - first) {
             spread.xx = add(spread.xx, xx[j]);
             spread.xy = add(spread.xy, xy[j]);
             spread.xz = add(spread.xz, xz[j]);
@@ -150,21 +163,18 @@ fn add_spreads<S: Simd>(
     simd: S,
     first: usize,
     rings: Rings<'_>,
-    rows: Rows<'_>,
-    scratch: &mut Scratch,
+    Scratch { table, own, gradients }: &mut Scratch<'_>,
     sums: &mut [VolumeSum],
 ) {
-    let Scratch { table, own, gradients } = scratch;
-    let vertices = first..first + sums.len();
-    let face_count = rows.corners.len().min(rows.operators.len());
-    table.fill(simd, faces_near(vertices.clone(), rings.starts, rings.faces, face_count), rows);
+    let (vertices, [face_count, _]) = (first..first + sums.len(), table.counts());
+    table.fill(simd, faces_near(vertices.clone(), rings.starts, rings.faces, face_count));
     for (vertex, sum) in vertices.zip(sums) {
         let ring = &rings.faces[rings.starts[vertex] as usize..rings.starts[vertex + 1] as usize];
         let ring = if ring.len() > HUB_FACES as usize { &[] } else { ring };
         let wedges = rings.wedge_starts[vertex]..rings.wedge_starts[vertex + 1];
         let mut spread = Sym3::default();
         if wedges.len() == 1 {
-            spread = add_wedge(simd, spread, ring, rows, table, gradients);
+            spread = add_wedge(simd, spread, ring, table, gradients);
         } else if wedges.len() < ring.len() {
             // Between rounds each has a face (`contract::wedges`), so that here some have more than one.
             for wedge in wedges {
@@ -173,19 +183,13 @@ fn add_spreads<S: Simd>(
                 let mut count = 0;
                 for &f in ring {
                     own[count] = f;
-                    count += usize::from(has_wedge(rows.corners[f as usize], wedge));
+                    count += usize::from(table.has_wedge(f, wedge));
                 }
-                spread = add_wedge(simd, spread, &own[..count], rows, table, gradients);
+                spread = add_wedge(simd, spread, &own[..count], table, gradients);
             }
         }
         *sum = with_spread(*sum, spread);
     }
-}
-
-/// Whether a face is one of a wedge's.
-#[inline(always)]
-fn has_wedge(Face { a, b, c }: Face, wedge: u32) -> bool {
-    (a == wedge) | (b == wedge) | (c == wedge)
 }
 
 impl Kernel for AttributeSpreads<'_> {
@@ -233,9 +237,10 @@ impl Kernel for AttributeSpreads<'_> {
             costed: self.costed as usize,
         };
         let level = Level::new();
+        let scratch = || Scratch { table: GradientTable::new(rows), own: Vec::new(), gradients: Vec::new() };
         let sums = self.sums.host_mut()[..self.vertex_count as usize].par_chunks_mut(VERTICES_EACH).enumerate();
-        sums.for_each_init(Scratch::default, |scratch, (chunk, sums)| {
-            dispatch!(level, simd => add_spreads(simd, chunk * VERTICES_EACH, rings, rows, scratch, sums));
+        sums.for_each_init(scratch, |scratch, (chunk, sums)| {
+            dispatch!(level, simd => add_spreads(simd, chunk * VERTICES_EACH, rings, scratch, sums));
         });
     }
 }
@@ -244,12 +249,12 @@ impl Kernel for AttributeSpreads<'_> {
 mod tests {
     use super::*;
 
-    /// The spread over faces, the first of which are in the table.
+    /// The spread over faces, the first of which is in the table.
     fn spread_of(faces: &[u32], rows: Rows<'_>) -> Sym3 {
-        let (mut table, mut gradients) = (GradientTable::default(), Vec::new());
+        let (mut table, mut gradients) = (GradientTable::new(rows), Vec::new());
         dispatch!(Level::new(), simd => {
-            table.fill(simd, 0..1, rows);
-            add_wedge(simd, Sym3::default(), faces, rows, &table, &mut gradients)
+            table.fill(simd, 0..1);
+            add_wedge(simd, Sym3::default(), faces, &table, &mut gradients)
         })
     }
 

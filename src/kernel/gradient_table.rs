@@ -10,7 +10,7 @@ use fearless_simd::{Simd, f32x8};
 
 use super::rows::{Face, GradientOperator};
 use crate::math::exact::LEAST_FACTOR;
-use crate::math::lanes::{NUMBERS, Numbers, numbers_at};
+use crate::math::lanes::{self, NUMBERS, Numbers};
 
 /// What gradients are found from.
 #[derive(Debug, Clone, Copy)]
@@ -58,20 +58,6 @@ pub struct WideGradients<S: Simd> {
 }
 
 impl<S: Simd> WideGradients<S> {
-    /// Of the numbers of a face from `first` on.
-    #[inline(always)]
-    fn of(simd: S, f: usize, first: usize, rows: Rows<'_>) -> Self {
-        let GradientOperator { bx, by, bz, cx, cy, cz, root } = rows.operators[f];
-        let Face { a, b, c } = rows.corners[f];
-        let a = numbers_of(simd, a, first, rows);
-        let b = numbers_of(simd, b, first, rows) - a;
-        let c = numbers_of(simd, c, first, rows) - a;
-        let x = flush(simd, b * bx + c * cx);
-        let y = flush(simd, b * by + c * cy);
-        let z = flush(simd, b * bz + c * cz);
-        Self { x, y, z, root }
-    }
-
     /// In memory.
     #[inline(always)]
     pub fn store(self) -> Gradients {
@@ -79,10 +65,26 @@ impl<S: Simd> WideGradients<S> {
     }
 }
 
+/// Of the numbers of a face from `first` on.
+#[inline(always)]
+fn gradients_of<S: Simd>(simd: S, f: usize, first: usize, rows: Rows<'_>) -> WideGradients<S> {
+    let row = rows.operators[f];
+    let corners = rows.corners[f];
+    let a = numbers_at(simd, corners.a, first, rows);
+    let b = numbers_at(simd, corners.b, first, rows) - a;
+    let c = numbers_at(simd, corners.c, first, rows) - a;
+    WideGradients {
+        x: flush(simd, b * row.bx + c * row.cx),
+        y: flush(simd, b * row.by + c * row.cy),
+        z: flush(simd, b * row.bz + c * row.cz),
+        root: row.root,
+    }
+}
+
 /// Numbers of a wedge, from `first` on.
 #[inline(always)]
-fn numbers_of<S: Simd>(simd: S, wedge: u32, first: usize, rows: Rows<'_>) -> f32x8<S> {
-    numbers_at::<NUMBERS>(rows.values, wedge as usize * rows.width + first).simd_into(simd)
+fn numbers_at<S: Simd>(simd: S, wedge: u32, first: usize, rows: Rows<'_>) -> f32x8<S> {
+    lanes::numbers_at::<NUMBERS>(rows.values, wedge as usize * rows.width + first).simd_into(simd)
 }
 
 /// As [`crate::math::exact::flush`] does at [`LEAST_FACTOR`].
@@ -93,23 +95,41 @@ pub fn flush<S: Simd>(simd: S, numbers: f32x8<S>) -> f32x8<S> {
 }
 
 /// The gradients of consecutive faces.
-#[derive(Debug, Default)]
-pub struct GradientTable {
+#[derive(Debug)]
+pub struct GradientTable<'a> {
+    rows: Rows<'a>,
     faces: Range<usize>,
     /// [`NUMBERS`] of each face at a time, those of all faces before the next.
     gradients: Vec<Gradients>,
 }
 
-impl GradientTable {
+impl<'a> GradientTable<'a> {
+    /// Of no faces yet.
+    pub fn new(rows: Rows<'a>) -> Self {
+        Self { rows, faces: 0..0, gradients: Vec::new() }
+    }
+
+    /// How many faces there are, and numbers that decide.
+    pub fn counts(&self) -> [usize; 2] {
+        [self.rows.corners.len().min(self.rows.operators.len()), self.rows.costed]
+    }
+
+    /// Whether a face is one of a wedge's.
+    #[inline(always)]
+    pub fn has_wedge(&self, f: u32, wedge: u32) -> bool {
+        let Face { a, b, c } = self.rows.corners[f as usize];
+        (a == wedge) | (b == wedge) | (c == wedge)
+    }
+
     /// Finds those of these faces, in place of others.
     #[inline(always)]
-    pub fn fill<S: Simd>(&mut self, simd: S, faces: Range<usize>, rows: Rows<'_>) {
-        let (count, blocks) = (faces.len(), rows.costed.div_ceil(NUMBERS));
+    pub fn fill<S: Simd>(&mut self, simd: S, faces: Range<usize>) {
+        let (count, blocks) = (faces.len(), self.rows.costed.div_ceil(NUMBERS));
         self.gradients.resize(self.gradients.len().max(count * blocks), Gradients::default());
         for block in 0..blocks {
             let gradients = &mut self.gradients[block * count..][..count];
             for (f, gradients) in faces.clone().zip(gradients) {
-                *gradients = WideGradients::of(simd, f, block * NUMBERS, rows).store();
+                *gradients = gradients_of(simd, f, block * NUMBERS, self.rows).store();
             }
         }
         self.faces = faces;
@@ -117,13 +137,13 @@ impl GradientTable {
 
     /// Those of the numbers of a face from `first` on, a multiple of [`NUMBERS`], whether it is one of the table's or not.
     #[inline(always)]
-    pub fn get<S: Simd>(&self, simd: S, f: u32, first: usize, rows: Rows<'_>) -> WideGradients<S> {
+    pub fn get<S: Simd>(&self, simd: S, f: u32, first: usize) -> WideGradients<S> {
         let (f, count) = (f as usize, self.faces.len());
         let place = f.wrapping_sub(self.faces.start);
-        match self.gradients.get(first / NUMBERS * count + place).filter(|_| place < count) {
-            Some(gradients) => gradients.load(simd),
-            None => WideGradients::of(simd, f, first, rows),
+        if place < count {
+            return self.gradients[first / NUMBERS * count + place].load(simd);
         }
+        gradients_of(simd, f, first, self.rows)
     }
 }
 
@@ -133,25 +153,35 @@ mod tests {
 
     use super::*;
 
+    const WIDTH: usize = 12;
+    const COSTED: usize = 11;
+    const FACES: usize = 7;
+
     #[test]
-    fn faces_have_the_same_gradients_in_the_table_and_beside_it() {
-        let (width, costed, face_count) = (12, 11, 7);
-        let operators: Vec<GradientOperator> = (0..face_count)
-            .map(|f| GradientOperator { bx: f as f32, cy: 0.5 * f as f32, cz: -1.0, root: 2.0, ..Default::default() })
-            .collect();
-        let corners: Vec<Face> = (0..face_count as u32).map(|f| Face { a: f, b: f + 1, c: f + 2 }).collect();
-        let values: Vec<f32> = (0..(face_count + 2) * width).map(|i| ((i * i) % 31) as f32).collect();
-        let rows = Rows { operators: &operators, corners: &corners, values: &values, width, costed };
-        let numbers = |wedge: u32, j: usize| values[wedge as usize * width + j];
-        let mut table = GradientTable::default();
+    fn faces_have_their_gradients_in_the_table_and_beside_it() {
+        let operator = |f| GradientOperator { bx: f, cy: 0.5 * f, cz: -1.0, root: 2.0, ..Default::default() };
+        let operators: Vec<_> = (0..FACES).map(|f| operator(f as f32)).collect();
+        let corners: Vec<Face> = (0..FACES as u32).map(|f| Face { a: f, b: f + 1, c: f + 2 }).collect();
+        let values: Vec<f32> = (0..(FACES + 2) * WIDTH).map(|i| ((i * i) % 31) as f32).collect();
+        let rows = Rows { operators: &operators, corners: &corners, values: &values, width: WIDTH, costed: COSTED };
+        // Those of the table stay what they were: they are twice as steep as those found now.
+        let halves: Vec<f32> = values.iter().map(|x| 0.5 * x).collect();
+        let mut table = GradientTable::new(rows);
         // Also after more of them.
-        for faces in [0..face_count, 2..5, 4..4, 6..7] {
-            dispatch!(Level::new(), simd => table.fill(simd, faces.clone(), rows));
-            for (f, Face { a, b, c }) in corners.iter().enumerate() {
-                for j in 0..costed {
+        for faces in [0..FACES, 2..5, 4..4, 6..7] {
+            dispatch!(Level::new(), simd => table.fill(simd, faces.clone()));
+            let now = GradientTable {
+                rows: Rows { values: &halves, ..rows },
+                faces: table.faces.clone(),
+                gradients: table.gradients.clone(),
+            };
+            for (f, corners) in corners.iter().enumerate() {
+                let scale = if faces.contains(&f) { 1.0 } else { 0.5 };
+                let [a, b, c] = corners.corners().map(|wedge| &values[wedge as usize * WIDTH..]);
+                for j in 0..COSTED {
                     let first = j / NUMBERS * NUMBERS;
-                    let found = dispatch!(Level::new(), simd => table.get(simd, f as u32, first, rows).store());
-                    let (along_b, along_c) = (numbers(*b, j) - numbers(*a, j), numbers(*c, j) - numbers(*a, j));
+                    let found = dispatch!(Level::new(), simd => now.get(simd, f as u32, first).store());
+                    let (along_b, along_c) = (scale * (b[j] - a[j]), scale * (c[j] - a[j]));
                     let expected = [f as f32 * along_b, 0.5 * f as f32 * along_c, -along_c];
                     assert_eq!(found.along.map(|numbers| numbers[j - first]), expected, "{f}, {j}");
                     assert_eq!(found.root, 2.0);

@@ -2,7 +2,8 @@
 //!
 //! A twin's body is a pure function with the shader's name, local names and statements; `run_cpu` only indexes, loads,
 //! calls and stores, in parallel where the outputs can be split. Single-precision arithmetic goes through
-//! [`crate::math::exact`], so that twin and shader agree bit for bit.
+//! [`crate::math::exact`], or through vectors of as many numbers side by side (`attribute_spreads`), of which nothing is fused
+//! either, so that twin and shader agree bit for bit.
 
 pub mod angle_defects;
 pub mod attribute_spreads;

@@ -35,7 +35,7 @@ impl Bounds {
         self.low.cmple(other.high).all() && self.high.cmpge(other.low).all()
     }
 
-    /// Whether another is within it, as nothing is in any.
+    /// Whether another lies within it, as the box around nothing does.
     #[inline]
     pub fn holds(&self, other: &Self) -> bool {
         self.low.cmple(other.low).all() && self.high.cmpge(other.high).all()
@@ -50,5 +50,21 @@ impl Bounds {
     /// Twice the center.
     pub(super) fn doubled_center(self) -> Vec3 {
         self.low + self.high
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_holds_what_adds_nothing_to_it() {
+        let around = |low: f32, high: f32| Bounds::of([Vec3::splat(low), Vec3::new(high, 2.0, 3.0)]);
+        let unit = around(0.0, 1.0);
+        for other in [unit, around(0.5, 0.75), around(0.0, 1.5), around(-0.5, 1.0), Bounds::NONE] {
+            assert_eq!(unit.holds(&other), unit.union(other) == unit, "{other:?}");
+        }
+        assert!(unit.holds(&around(0.5, 0.75)) && !unit.holds(&around(0.5, 1.5)));
+        assert!(!Bounds::NONE.holds(&unit) && Bounds::NONE.holds(&Bounds::NONE));
     }
 }

@@ -168,12 +168,13 @@ impl<'a> Store<'a> {
         let mut numbers = vec![0.0; accessor.count * width];
         if let Some(bytes) = accessor.bytes {
             let rows = numbers.chunks_exact_mut(width).zip(accessor.elements(bytes));
-            match width {
-                _ if !accessor.has_vectors_of_floats() => rows.for_each(|(row, bytes)| accessor.decode(bytes, row)),
-                2 => rows.for_each(|(row, bytes)| copy_floats::<2>(bytes, row)),
-                3 => rows.for_each(|(row, bytes)| copy_floats::<3>(bytes, row)),
-                4 => rows.for_each(|(row, bytes)| copy_floats::<4>(bytes, row)),
-                _ => rows.for_each(|(row, bytes)| copy_floats::<1>(bytes, row)),
+            // Told apart once, not for each element.
+            match (accessor.is_floats(), width) {
+                (true, 1) => rows.for_each(|(row, bytes)| copy_floats::<1>(bytes, row)),
+                (true, 2) => rows.for_each(|(row, bytes)| copy_floats::<2>(bytes, row)),
+                (true, 3) => rows.for_each(|(row, bytes)| copy_floats::<3>(bytes, row)),
+                (true, 4) => rows.for_each(|(row, bytes)| copy_floats::<4>(bytes, row)),
+                _ => rows.for_each(|(row, bytes)| accessor.decode(bytes, row)),
             }
         }
         if let Some(sparse) = &accessor.sparse {
@@ -195,7 +196,6 @@ impl<'a> Store<'a> {
         if let Some(bytes) = accessor.bytes {
             let places = indices.iter_mut().zip(accessor.elements(bytes));
             match number {
-                // Told apart once, not for each of them: nearly all files have these.
                 Number::U16 => places.for_each(|(index, bytes)| *index = Number::U16.decode_index(bytes).unwrap_or(0)),
                 Number::U32 => places.for_each(|(index, bytes)| *index = Number::U32.decode_index(bytes).unwrap_or(0)),
                 _ => places.for_each(|(index, bytes)| *index = number.decode_index(bytes).unwrap_or(0)),
@@ -221,14 +221,14 @@ impl Accessor<'_> {
         self.columns == 1
     }
 
-    /// The bytes from each element on, which overlap where a stride is too short.
+    /// From each element's first byte to the end of the view.
     fn elements<'a>(&self, bytes: &'a [u8]) -> impl Iterator<Item = &'a [u8]> + use<'a> {
         let stride = self.stride;
         (0..self.count).map(move |element| &bytes[element * stride..])
     }
 
-    /// Whether elements are what nearly all are.
-    fn has_vectors_of_floats(&self) -> bool {
+    /// Whether elements are scalars or vectors of floats as they stand, as nearly all are.
+    fn is_floats(&self) -> bool {
         self.is_vector() && self.number == Number::F32 && !self.is_normalized
     }
 

@@ -89,7 +89,8 @@ impl Assembly {
         triangles.as_flattened().iter().for_each(|&corner| numbers[corner as usize] = Some(0));
         let used: Vec<u32> = (0..numbers.len() as u32).filter(|&vertex| numbers[vertex as usize].is_some()).collect();
         store.spend(&source.json, used.len().saturating_mul(self.width).saturating_add(10 * triangles.len()))?;
-        self.reserve(used.len());
+        // Other rows come from iterators that tell their number.
+        self.mesh.channels.iter_mut().for_each(|channel| channel.values.reserve(used.len() * channel.width));
         let first = self.mesh.positions.len() as u32;
         used.iter().zip(first..).for_each(|(&vertex, number)| numbers[vertex as usize] = Some(number));
         let placement = &source.part.placement;
@@ -151,15 +152,6 @@ impl Assembly {
         }
         self.fill();
         Ok(())
-    }
-
-    /// Makes room for so many more vertices; faces are appended as slices, which do so.
-    fn reserve(&mut self, vertices: usize) {
-        let Mesh { positions, normals, colors, channels, .. } = &mut self.mesh;
-        positions.reserve(vertices);
-        normals.iter_mut().for_each(|normals| normals.reserve(vertices));
-        colors.iter_mut().for_each(|colors| colors.reserve(vertices));
-        channels.iter_mut().for_each(|channel| channel.values.reserve(vertices * channel.width));
     }
 
     /// Puts four numbers a vertex to column `at` of the joints, for the vertices from `first`.
