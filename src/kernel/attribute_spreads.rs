@@ -18,6 +18,7 @@ use rayon::prelude::*;
 use super::gradient_table::{GradientTable, Gradients, Rows, flush};
 use super::pair_quadric::NO_AREA;
 use super::rows::{Face, GradientOperator, HUB_FACES, VolumeSum};
+use super::split::rows_each;
 use super::warm::faces_near;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, params};
 use crate::math::exact::{Sym3, add, divide, mul, sym_add, sym_scale};
@@ -61,8 +62,9 @@ params! {
     }
 }
 
-/// Vertices of a task on the host: the gradients of the faces near them, 256 KiB for every eight numbers, fit a core's second cache.
-const VERTICES_EACH: usize = 1 << 10;
+/// Vertices of a task on the host, at least and at most: the gradients of the faces near so many, 256 KiB for every eight numbers, fit a
+/// core's second cache.
+const VERTICES_EACH: [usize; 2] = [1 << 8, 1 << 10];
 
 /// The faces around vertices, on the host.
 #[derive(Clone, Copy)]
@@ -238,9 +240,11 @@ impl Kernel for AttributeSpreads<'_> {
         };
         let level = Level::new();
         let scratch = || Scratch { table: GradientTable::new(rows), own: Vec::new(), gradients: Vec::new() };
-        let sums = self.sums.host_mut()[..self.vertex_count as usize].par_chunks_mut(VERTICES_EACH).enumerate();
+        let vertices = ..self.vertex_count as usize;
+        let each = rows_each(vertices.end, VERTICES_EACH);
+        let sums = self.sums.host_mut()[vertices].par_chunks_mut(each).enumerate();
         sums.for_each_init(scratch, |scratch, (chunk, sums)| {
-            dispatch!(level, simd => add_spreads(simd, chunk * VERTICES_EACH, rings, scratch, sums));
+            dispatch!(level, simd => add_spreads(simd, chunk * each, rings, scratch, sums));
         });
     }
 }
