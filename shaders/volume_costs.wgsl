@@ -49,11 +49,23 @@ fn ends_key(ends: Ends, pair: Pair) -> u32 {
     return cost_key(volume_cost(ends, h, freedom));
 }
 
+// Whether a pair of ends with these flags runs across the surface from border to border: contracting it would pinch the surface, which
+// the link condition forbids. Behind a locked end a border may hide; where parts join nobody asks.
+fn is_across(first: u32, second: u32, across: u32) -> bool {
+    let joins_borders = ((first & BORDER) != 0u && (second & (BORDER | LOCKED)) != 0u)
+        || ((second & BORDER) != 0u && (first & (BORDER | LOCKED)) != 0u);
+    return across != NO_FACE && joins_borders && ((first | second) & JOINED) == 0u;
+}
+
 fn run(i: u32) {
     let edge = load_pairs(i);
     let corners = half_edge_corners(edge.half_edge);
     let u = corners.x;
     let w = corners.y;
+    if HAS_BORDER && is_across(load_positions(u).flags, load_positions(w).flags, edge.across) {
+        store_keys(i, NO_KEY);
+        return;
+    }
     let pair = pair_between(edge.half_edge / 3u, edge.across, u, w);
     var ends = ends_of(pair);
     if HAS_BORDER && ((pair.pu.flags | pair.pw.flags) & BORDER) != 0u {

@@ -436,11 +436,9 @@ impl<'a> Run<'a> {
 
     /// What the next round goes by after this one.
     fn adapt(&mut self, committed: &Committed) {
-        // Where attributes decide, a pair may cost more than the gate is told, whatever its neighbors do.
         let has_attributes = self.prepared.carried.wedges.as_ref().is_some_and(|wedges| wedges.layout.costed > 0);
-        let outdated = if has_attributes { committed.outdated } else { 0 };
         if let Some(round) = self.rounds.last() {
-            self.pace.adapt(round, outdated, self.tried);
+            self.pace.adapt(round, [committed.outdated, self.tried], has_attributes);
         }
     }
 

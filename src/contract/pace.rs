@@ -3,7 +3,7 @@
 use crate::simplify::RoundRecord;
 
 use super::Candidates;
-use super::gate::Refused;
+use super::gate::{LARGE_ROUND, Refused};
 use super::refusals::Refusals;
 
 /// A round that contracts less than this share of its candidates widens the gate of the next.
@@ -43,10 +43,16 @@ impl Pace {
         self.widening >= FULL
     }
 
-    /// After a round that contracted something of so many candidates that it tried, and where attributes decide refused so many more as
-    /// outdated: notes how many pairs the next is going to refuse, widens its gate where little was contracted, and narrows it again
-    /// where what it makes no room for would not fill the narrower one. Features are the cheapest, and refused, in every round.
-    pub fn adapt(&mut self, round: &RoundRecord, outdated: usize, tried: usize) {
+    /// After a round that contracted something of the candidates that it tried, and let some wait that were outdated: notes how many pairs
+    /// the next is going to refuse, widens its gate where little was contracted, and narrows it again where what it makes no room for would
+    /// not fill the narrower one. Features are the cheapest, and refused, in every round.
+    ///
+    /// What waits is mostly as cheap as it looks once its neighbors are done. Not where attributes decide, nor, in a large round, where more
+    /// waits than was contracted: of rims and tips planes tell too little in every round.
+    pub fn adapt(&mut self, round: &RoundRecord, [outdated, tried]: [usize; 2], has_attributes: bool) {
+        let is_most = round.faces as usize >= LARGE_ROUND && outdated as u64 > round.contracted;
+        let waits_again = has_attributes || is_most;
+        let outdated = if waits_again { outdated } else { 0 };
         let RoundRecord { faces, pairs, candidates, contracted, ref blocked, .. } = *round;
         let [faces, pairs, candidates, contracted] = [faces, pairs, candidates, contracted].map(|count| count as usize);
         self.refused = match self.of {
@@ -89,7 +95,7 @@ mod tests {
     fn after(pace: &mut Pace, contracted: u64, blocked: Blocked) -> f64 {
         let round =
             RoundRecord { faces: 1000, pairs: 1500, candidates: 200, contracted, blocked, ..RoundRecord::default() };
-        pace.adapt(&round, 0, 200);
+        pace.adapt(&round, [0, 200], false);
         pace.widening
     }
 
@@ -142,11 +148,24 @@ mod tests {
                 blocked,
                 ..RoundRecord::default()
             };
-            pace.adapt(&round, outdated, 200);
+            pace.adapt(&round, [outdated, 200], true);
             pace.widening
         };
         assert_eq!([9_999, 10_000].map(|faces| next(faces, 100, 0)), [16.0, 4.0]);
         assert_eq!([49, 50].map(|flip| next(9_999, flip, 60)), [4.0, 16.0]);
+    }
+
+    #[test]
+    fn what_waits_is_let_through_again_where_it_is_most() {
+        let expects = |faces: u64, outdated: usize, has_attributes: bool| {
+            let round = RoundRecord { faces, pairs: 15_000, contracted: 40, ..RoundRecord::default() };
+            let mut pace = widened(1.0);
+            pace.adapt(&round, [outdated, 200], has_attributes);
+            pace.refused.count()
+        };
+        assert_eq!([40, 41].map(|outdated| expects(10_000, outdated, false)), [0, 41]);
+        assert_eq!([9_999, 10_000].map(|faces| expects(faces, 41, false)), [0, 41]);
+        assert_eq!([0, 40].map(|outdated| expects(1_000, outdated, true)), [0, 40]);
     }
 
     #[test]

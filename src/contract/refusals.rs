@@ -4,6 +4,7 @@
 //! Under the same rules and error limit a verdict follows from the faces around the ends, and from what their corners carry. A
 //! vertex beside no contraction has the same faces, in the same order, in the next round.
 
+use crate::kernel::pair_quadric::NO_KEY;
 use crate::kernel::pairs::half_edge_ends;
 use crate::kernel::rows::{Candidate, Face};
 use crate::simplify::Blocked;
@@ -39,6 +40,8 @@ pub struct Refusals {
     kept: Vec<Refusal>,
     /// Those that were candidates of a commit.
     again: Vec<Refusal>,
+    /// How many candidates of a commit ran across the surface from border to border.
+    across: u64,
     /// Which vertices stand beside a contraction.
     changed: Vec<bool>,
 }
@@ -57,9 +60,12 @@ impl Refusals {
     }
 
     /// Takes them out of the candidates of a commit: all if these ascend by lower end, but for those past the half-edges, and
-    /// some if they do not.
+    /// some if they do not. Takes out what has no key, too: what runs from border to border, whatever happens beside it.
     pub fn leave_out(&mut self, candidates: &mut Vec<Candidate>, faces: &[Face]) {
         self.again.clear();
+        let all = candidates.len();
+        candidates.retain(|candidate| candidate.key != NO_KEY);
+        self.across = (all - candidates.len()) as u64;
         if self.kept.is_empty() {
             return;
         }
@@ -83,6 +89,7 @@ impl Refusals {
     /// Counts those that were left out last: as refused, though some would not have been examined.
     pub fn count_again(&self, blocked: &mut Blocked) {
         self.again.iter().for_each(|refusal| blocked.count(refusal.reason));
+        blocked.border += self.across;
     }
 
     /// After a round on this surface, which is not compacted yet: keeps those, of it and of before, that nothing happened
@@ -127,7 +134,9 @@ impl Refusals {
 mod tests {
     use super::super::Options;
     use super::super::carry::Carried;
+    use super::super::evaluate::{Evaluation, Round};
     use super::super::examine::{Examiner, Verdict};
+    use super::super::gate::Gate;
     use super::super::patch::Patch;
     use super::super::prepare::prepare;
     use super::super::rules::Rules;
@@ -232,5 +241,45 @@ mod tests {
         refusals.clear();
         refusals.leave_out(&mut candidates, &faces);
         assert_eq!((candidates.len(), refusals.again.len()), (4, 0));
+        // What runs from border to border is counted, whatever is known.
+        candidates.insert(1, Candidate { key: NO_KEY, half_edge: 3 });
+        candidates.push(Candidate { key: NO_KEY, half_edge: 6 });
+        refusals.leave_out(&mut candidates, &faces);
+        let mut blocked = Blocked::default();
+        refusals.count_again(&mut blocked);
+        assert_eq!((candidates, blocked.border), ([0, 4, 5, 6].map(candidate).to_vec(), 2));
+    }
+
+    /// The pairs without a key of strips, of a plane of which a corner is locked, and of a mesh of three borders: each is refused for
+    /// its border, and so is no other that none is known of.
+    #[test]
+    fn what_has_no_key_is_what_would_join_borders() {
+        let mut holed = shapes::plane(9, 9);
+        holed.faces.drain(100..102);
+        holed.faces.drain(50..54);
+        for (mesh, locked) in [(shapes::plane(1, 30), None), (shapes::plane(2, 2), Some(0)), (holed, None)] {
+            let locked = locked.map(|first| (0..mesh.positions.len()).map(|v| v == first).collect());
+            let options = Options { locked, ..Options::default() };
+            let mut prepared = prepare(&mesh, &options).expect("a valid mesh");
+            let device = Device::cpu(1).expect("a device");
+            let (start, mut candidates) = (prepared.take_start(), Vec::new());
+            let mut surface = Surface::new(&mut device.cpu_queue(), start, false).expect("room");
+            let weights = &mut prepared.carried.weights;
+            let mut evaluation = Evaluation::new(device.cpu_queue(), &surface, &options, true, None).expect("room");
+            let round = Round { joins: &[], gate: Gate::OPEN, weights, wedges: None };
+            let pairs = evaluation.run(&surface, round, &mut candidates).expect("room");
+            assert_eq!(pairs, candidates.len());
+            let mut examiner = Examiner::new(Rules::new(&options, false, f64::INFINITY), false, 0.0);
+            let mut joining = 0;
+            for &Candidate { key, half_edge } in &candidates {
+                let pair = half_edge_ends(half_edge, surface.faces.host());
+                let patch = Patch::whole(&mut surface, &mut prepared.carried);
+                let verdict = examiner.examine(&patch, pair, f32::INFINITY);
+                let is_refused = matches!(verdict, Verdict::Rejected(Rejection::Border));
+                assert_eq!(key == NO_KEY, is_refused, "{pair:?}: {verdict:?}");
+                joining += usize::from(is_refused);
+            }
+            assert!(joining > 0 && joining < pairs, "{joining} of {pairs}");
+        }
     }
 }

@@ -71,6 +71,7 @@ pub(crate) mod split;
 pub mod stars;
 pub mod triangle_costs;
 pub mod volume_costs;
+pub mod volume_rows;
 pub mod volume_sums;
 pub mod warm;
 pub mod weigh_keys;

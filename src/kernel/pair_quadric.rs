@@ -2,7 +2,7 @@
 //! `shaders/shared/pair_quadric.wgsl`.
 
 use super::pairs::NO_FACE;
-use super::rows::{BORDER, CORNER, HUB, LOCKED, SEAM};
+use super::rows::{BORDER, CORNER, HUB, JOINED, LOCKED, SEAM};
 use crate::backend::Constant;
 use crate::math::Vec3;
 use crate::math::exact::{
@@ -49,6 +49,7 @@ pub const CONSTANTS: &[(&str, Constant)] = &[
     ("NO_FACE", Constant::U32(NO_FACE)),
     ("HUB", Constant::U32(HUB)),
     ("BORDER", Constant::U32(BORDER)),
+    ("JOINED", Constant::U32(JOINED)),
     ("LOCKED", Constant::U32(LOCKED)),
     ("SEAM", Constant::U32(SEAM)),
     ("CORNER", Constant::U32(CORNER)),

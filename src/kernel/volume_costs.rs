@@ -7,8 +7,6 @@
 //! instead of a choice of independent constraints; a pair at a border drops the volume constraint and adds the border
 //! term of its ends.
 
-use std::ops::Range;
-
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
@@ -16,15 +14,14 @@ use super::pair_quadric::{
     CONSTANTS, Freedom, NO_WEIGHT, PairQuadric, cost_key, end_matrices, half_exponent, pair_cost, scale_down, scale_up,
     stays,
 };
-use super::pairs::{NO_FACE, half_edge_ends};
-use super::rows::{BORDER, BorderSum, Edge, Face, Normal, Position, VolumeSum};
+use super::pairs::NO_FACE;
+use super::rows::{BORDER, BorderSum, Edge, Face, JOINED, LOCKED, Normal, Position, VolumeSum};
 use super::split::CHUNK;
+use super::volume_rows::{VolumeBlock, VolumeRows};
 use super::volume_sums::border_term;
-use super::warm::warm_up;
 use crate::backend::{Access, Binding, Buffer, Constant, Kernel, Switch, params};
 use crate::math::Vec3;
 use crate::math::exact::{Sym3, add3, dot3, mul, outer, scale3, sub3, sym_add, sym_scale, trace};
-use crate::math::lanes::{self, Columns, LANES, Lane, QUAD, Quad};
 
 /// Border against surface: squared distances times |e|² against squared distances times twice the area. Half of it lets
 /// rims retreat (the maximum grows), twice costs 1 % of accuracy on open surfaces.
@@ -123,6 +120,15 @@ pub(super) fn ends_quadric(ends: Ends, scale: f32, h: Vec3) -> PairQuadric {
     q
 }
 
+/// Whether a pair of ends with these flags runs across the surface from border to border: contracting it would pinch the surface, which the
+/// link condition forbids. Behind a locked end a border may hide; where parts join nobody asks.
+#[inline(always)]
+pub(super) fn is_across([first, second]: [u32; 2], across: u32) -> bool {
+    let joins_borders = (first & BORDER != 0) & (second & (BORDER | LOCKED) != 0)
+        | (second & BORDER != 0) & (first & (BORDER | LOCKED) != 0);
+    (across != NO_FACE) & joins_borders & ((first | second) & JOINED == 0)
+}
+
 /// The cost of a pair from −h to h, solved at a scale where the trace is about 1.
 #[inline(always)]
 fn volume_cost(ends: Ends, h: Vec3, freedom: Freedom) -> f32 {
@@ -140,119 +146,56 @@ fn volume_cost(ends: Ends, h: Vec3, freedom: Freedom) -> f32 {
 /// What the key of a pair is computed from, off the border.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-pub struct Pair {
-    pu: Position,
-    pw: Position,
-    sum_u: VolumeSum,
-    sum_w: VolumeSum,
-    left: Normal,
-    right: Normal,
+pub(super) struct Pair {
+    pub(super) pu: Position,
+    pub(super) pw: Position,
+    pub(super) sum_u: VolumeSum,
+    pub(super) sum_w: VolumeSum,
+    pub(super) left: Normal,
+    pub(super) right: Normal,
 }
-
-/// 32-bit scalars of a [`Pair`].
-const PAIR_WORDS: usize = size_of::<Pair>() / 4;
-const SUM_WORDS: usize = size_of::<VolumeSum>() / 4;
-/// Beyond a border.
-static NO_NORMAL: Normal = Normal { x: 0.0, y: 0.0, z: 0.0, root: 0.0 };
 
 /// The same of a pair with an end on the border, and of the border.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-struct BorderPair {
-    pair: Pair,
-    first: BorderSum,
-    second: BorderSum,
+pub(super) struct BorderPair {
+    pub pair: Pair,
+    pub first: BorderSum,
+    pub second: BorderSum,
     /// [`NO_FACE`] where the pair lies along the border.
-    across: u32,
-}
-
-/// 32-bit scalars of a [`BorderPair`], and of a row of its border.
-const BORDER_PAIR_WORDS: usize = size_of::<BorderPair>() / 4;
-const BORDER_WORDS: usize = size_of::<BorderSum>() / 4;
-
-/// Scratch of [`VolumeRows::keys`].
-#[derive(Debug, Default)]
-pub struct VolumeBlock {
-    pairs: Columns<Pair, PAIR_WORDS>,
-    border_pairs: Columns<BorderPair, BORDER_PAIR_WORDS>,
-    /// Which pairs have an end on the border; longer than there are.
-    on_border: Vec<u32>,
+    pub across: u32,
 }
 
 impl Pair {
-    fn is_on_border(&self) -> bool {
+    /// Whether it has an end on the border.
+    pub(super) fn is_on_border(&self) -> bool {
         (self.pu.flags | self.pw.flags) & BORDER != 0
     }
+
+    /// Its key, off the border.
+    #[inline(always)]
+    pub(super) fn key(&self, params: Params) -> u32 {
+        ends_key(ends_of(self), self, params)
+    }
+
+    /// Its key without an edge.
+    pub(super) fn key_apart(&self, borders: [BorderSum; 2], params: Params) -> u32 {
+        if !self.is_on_border() {
+            return self.key(params);
+        }
+        let [first, second] = borders;
+        ends_key(with_border(ends_of(self), first, second, Sym3::default(), params.border_weight), self, params)
+    }
 }
 
-/// What pairs are costed from, on the host.
-#[derive(Debug, Clone, Copy)]
-pub struct VolumeRows<'a> {
-    positions: &'a [Position],
-    faces: &'a [Face],
-    normals: &'a [Normal],
-    sums: &'a [VolumeSum],
-    borders: &'a [BorderSum],
-    params: Params,
-}
-
-impl<'a> VolumeRows<'a> {
-    /// In these buffers of the host.
-    pub fn on_host(
-        positions: &'a Buffer<Position>,
-        faces: &'a Buffer<Face>,
-        normals: &'a Buffer<Normal>,
-        sums: &'a Buffer<VolumeSum>,
-        borders: &'a Buffer<BorderSum>,
-        params: Params,
-    ) -> Self {
-        let (positions, faces, normals) = (positions.host(), faces.host(), normals.host());
-        Self { positions, faces, normals, sums: sums.host(), borders: borders.host(), params }
-    }
-
-    /// Reads the rows of consecutive vertices once, and those of faces near them.
-    pub fn warm_up(&self, vertices: Range<usize>, faces: Range<usize>) {
-        warm_up(&self.positions[vertices.clone()]);
-        warm_up(&self.sums[vertices]);
-        warm_up(&self.faces[faces.clone()]);
-        warm_up(&self.normals[faces]);
-    }
-
-    /// The key of two vertices that no edge joins.
-    pub fn key_apart(&self, [u, w]: [u32; 2]) -> u32 {
-        let (pu, pw) = (self.positions[u as usize], self.positions[w as usize]);
-        let pair = Pair { pu, pw, sum_u: self.sums[u as usize], sum_w: self.sums[w as usize], ..Pair::default() };
-        if !pair.is_on_border() {
-            return pair.compute(self.params);
-        }
-        let (first, second) = (self.borders[u as usize], self.borders[w as usize]);
-        let ends = with_border(ends_of(&pair), first, second, Sym3::default(), self.params.border_weight);
-        ends_key(ends, &pair, self.params)
-    }
-
-    /// Writes the keys of `pairs`.
-    pub fn keys(&self, pairs: &[Edge], block: &mut VolumeBlock, keys: &mut [u32]) {
-        let VolumeBlock { pairs: block, border_pairs, on_border } = block;
-        let has_border = self.borders.len() > 1;
-        if has_border {
-            on_border.resize(on_border.len().max(pairs.len()), 0);
-        }
-        let mut count = 0;
-        for (first, keys) in (0..pairs.len()).step_by(LANES).zip(keys.chunks_mut(LANES)) {
-            lanes::compute(first, (self, pairs), self.params, block, keys);
-            if has_border {
-                for lane in 0..keys.len() {
-                    // Written whether it is one or not: a branch would be misjudged along every border.
-                    on_border[count] = (first + lane) as u32;
-                    count += usize::from(block.get(lane).is_on_border());
-                }
-            }
-        }
-        for numbers in on_border[..count].chunks(LANES) {
-            let mut own = [0; LANES];
-            lanes::compute(0, (self, pairs, numbers), self.params, border_pairs, &mut own[..numbers.len()]);
-            numbers.iter().zip(own).for_each(|(&number, key)| keys[number as usize] = key);
-        }
+impl BorderPair {
+    /// Its key, if it does not run [across](is_across).
+    #[inline(always)]
+    pub(super) fn key(&self, params: Params) -> u32 {
+        let Self { pair, first, second, across } = *self;
+        let term = border_term(sub3(pair.pw.xyz(), pair.pu.xyz()));
+        let mutual = if across == NO_FACE { term } else { Sym3::default() };
+        ends_key(with_border(ends_of(&pair), first, second, mutual, params.border_weight), &pair, params)
     }
 }
 
@@ -273,58 +216,6 @@ fn ends_key(ends: Ends, pair: &Pair, params: Params) -> u32 {
         regularization: params.regularization,
     };
     cost_key(volume_cost(ends, h, freedom))
-}
-
-impl Lane for Pair {
-    type Source<'a> = (&'a VolumeRows<'a>, &'a [Edge]);
-    type Params = Params;
-    type Output = u32;
-
-    #[inline(always)]
-    fn gather(indices: [usize; QUAD], (rows, pairs): Self::Source<'_>, lanes: &mut Quad<'_>) {
-        let VolumeRows { positions, normals, sums, .. } = *rows;
-        let pairs = indices.map(|index| &pairs[index]);
-        let ends = pairs.map(|pair| half_edge_ends(pair.half_edge, rows.faces).map(|end| end as usize));
-        let right = |pair: &Edge| if pair.across == NO_FACE { &NO_NORMAL } else { &normals[pair.across as usize] };
-        lanes.put::<_, 4>(ends.map(|[u, _]| &positions[u]));
-        lanes.put::<_, 4>(ends.map(|[_, w]| &positions[w]));
-        lanes.put::<_, SUM_WORDS>(ends.map(|[u, _]| &sums[u]));
-        lanes.put::<_, SUM_WORDS>(ends.map(|[_, w]| &sums[w]));
-        lanes.put::<_, 4>(pairs.map(|pair| &normals[pair.half_edge as usize / 3]));
-        lanes.put::<_, 4>(pairs.map(right));
-    }
-
-    /// The key of a pair off the border.
-    #[inline(always)]
-    fn compute(self, params: Params) -> u32 {
-        ends_key(ends_of(&self), &self, params)
-    }
-}
-
-impl Lane for BorderPair {
-    /// With the numbers of the pairs that have an end on the border.
-    type Source<'a> = (&'a VolumeRows<'a>, &'a [Edge], &'a [u32]);
-    type Params = Params;
-    type Output = u32;
-
-    #[inline(always)]
-    fn gather(indices: [usize; QUAD], (rows, pairs, numbers): Self::Source<'_>, lanes: &mut Quad<'_>) {
-        let indices = indices.map(|index| numbers[index] as usize);
-        Pair::gather(indices, (rows, pairs), lanes);
-        let pairs = indices.map(|index| &pairs[index]);
-        let ends = pairs.map(|pair| half_edge_ends(pair.half_edge, rows.faces).map(|end| end as usize));
-        lanes.put::<_, BORDER_WORDS>(ends.map(|[u, _]| &rows.borders[u]));
-        lanes.put::<_, BORDER_WORDS>(ends.map(|[_, w]| &rows.borders[w]));
-        lanes.put::<_, 1>(pairs.map(|pair| &pair.across));
-    }
-
-    #[inline(always)]
-    fn compute(self, params: Params) -> u32 {
-        let Self { pair, first, second, across } = self;
-        let term = border_term(sub3(pair.pw.xyz(), pair.pu.xyz()));
-        let mutual = if across == NO_FACE { term } else { Sym3::default() };
-        ends_key(with_border(ends_of(&pair), first, second, mutual, params.border_weight), &pair, params)
-    }
 }
 
 impl Kernel for VolumeCosts<'_> {
@@ -376,92 +267,5 @@ impl Kernel for VolumeCosts<'_> {
                 rows.keys(pairs, block, keys);
             },
         );
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The pair of the half-edge from `u` to `w` between the faces `f` and `g`: what [`Pair::gather`] puts into a lane.
-    fn pair_between(f: u32, g: u32, [u, w]: [u32; 2], rows: &VolumeRows<'_>) -> Pair {
-        Pair {
-            pu: rows.positions[u as usize],
-            pw: rows.positions[w as usize],
-            sum_u: rows.sums[u as usize],
-            sum_w: rows.sums[w as usize],
-            left: rows.normals[f as usize],
-            right: if g == NO_FACE { NO_NORMAL } else { rows.normals[g as usize] },
-        }
-    }
-
-    /// Magnitudes from underflow to the greatest that sums leave finite, of either sign.
-    fn hostile(i: u32) -> f32 {
-        let mixed = i.wrapping_mul(0x9e37_79b9) ^ (i << 7);
-        let magnitude = [0.0, 1e-40, 1e-30, 1e-19, 1e-9, 1e-3, 1.0, 1.7, 1e3, 1e9][(mixed >> 8) as usize % 10];
-        if mixed & 1 == 0 { magnitude } else { -magnitude }
-    }
-
-    #[test]
-    fn lanes_have_the_bits_of_scalar_calls() {
-        // Islands of two faces: one edge of each has a face across, the others have none.
-        let islands = 200_u32;
-        let position = |i| Position { x: hostile(3 * i), y: hostile(3 * i + 1), z: hostile(3 * i + 2), flags: i & 3 };
-        let positions: Vec<Position> = (0..4 * islands).map(position).collect();
-        let island = |i| [Face { a: 4 * i, b: 4 * i + 1, c: 4 * i + 2 }, Face { a: 4 * i, b: 4 * i + 2, c: 4 * i + 3 }];
-        let faces: Vec<Face> = (0..islands).flat_map(island).collect();
-        let normal = |i| Normal { x: hostile(i), y: hostile(7 * i), z: hostile(11 * i + 5), root: hostile(i).abs() };
-        let normals: Vec<Normal> = (0..2 * islands).map(normal).collect();
-        let sum = |i: u32| VolumeSum {
-            xx: hostile(i).abs(),
-            yy: 1.0,
-            zz: 0.5,
-            xy: 0.1,
-            nx: hostile(5 * i),
-            ..VolumeSum::default()
-        };
-        let sums: Vec<VolumeSum> = (0..4 * islands).map(sum).collect();
-        let across = |i: u32| if i % 3 == 2 { (i / 3) ^ 1 } else { NO_FACE };
-        let pairs: Vec<Edge> = (0..6 * islands).map(|i| Edge { half_edge: i, across: across(i) }).collect();
-        let mut block = VolumeBlock::default();
-        for placement in 0..4 {
-            let params = Params { placement, border_weight: 9.0, regularization: VOLUME_REGULARIZATION };
-            let (positions, faces, normals, sums) = (&positions[..], &faces[..], &normals[..], &sums[..]);
-            let rows = VolumeRows { positions, faces, normals, sums, borders: &[], params };
-            let source = (&rows, &pairs[..]);
-            for len in [1, 2, 3, 4, 5, 6, 7, LANES] {
-                for first in (0..pairs.len() - len).step_by(len) {
-                    let mut keys = vec![0; len];
-                    lanes::compute(first, source, params, &mut block.pairs, &mut keys);
-                    let scalar = |&Edge { half_edge, across }: &Edge| {
-                        pair_between(half_edge / 3, across, half_edge_ends(half_edge, faces), &rows).compute(params)
-                    };
-                    let scalar: Vec<u32> = pairs[first..first + len].iter().map(scalar).collect();
-                    assert_eq!(keys, scalar, "from pair {first} on");
-                }
-            }
-            // At a border, and away from it: as many as fill blocks of either, and a part of one.
-            let border =
-                |i: u32| BorderSum { xx: hostile(3 * i).abs(), xy: hostile(i), zz: 2.0, ..BorderSum::default() };
-            let borders: Vec<BorderSum> = (0..4 * islands).map(border).collect();
-            let rows = VolumeRows { borders: &borders, ..rows };
-            for len in [1, LANES, 1_000, pairs.len()] {
-                let mut keys = vec![0; len];
-                rows.keys(&pairs[..len], &mut block, &mut keys);
-                let mut on_border = 0;
-                for (&Edge { half_edge, across }, key) in pairs.iter().zip(keys) {
-                    let [u, w] = half_edge_ends(half_edge, faces);
-                    let pair = pair_between(half_edge / 3, across, [u, w], &rows);
-                    let (first, second) = (borders[u as usize], borders[w as usize]);
-                    on_border += usize::from(pair.is_on_border());
-                    let expected = match pair.is_on_border() {
-                        true => BorderPair { pair, first, second, across }.compute(params),
-                        false => pair.compute(params),
-                    };
-                    assert_eq!(key, expected, "{half_edge}");
-                }
-                assert!(len < LANES || (on_border > len / 4 && on_border < len), "{on_border} of {len}");
-            }
-        }
     }
 }

@@ -53,7 +53,7 @@ fn modules(signature: &Signature<'_>, pages: u32) -> Result<[naga::Module; 3], S
 }
 
 /// The files of `src/kernel` that are no kernel's twin, beside those of shared sources.
-const NO_TWINS: [&str; 4] = ["gradient_table", "mod", "split", "warm"];
+const NO_TWINS: [&str; 5] = ["gradient_table", "mod", "split", "volume_rows", "warm"];
 
 #[test]
 fn paired() {
