@@ -1,6 +1,9 @@
 // Multiplies the cost of every pair by the greater weight of its ends. Twin: src/kernel/weigh_keys.rs
 
 fn weighed_key(key: u32, first: f32, second: f32) -> u32 {
+    if key == NO_KEY {
+        return key;
+    }
     let cost = flush(min(bitcast<f32>(key), GREATEST_COST), LEAST);
     return bitcast<u32>(flush(mul(cost, flush(max(first, second), LEAST)), LEAST));
 }

@@ -19,7 +19,7 @@ use super::gate::Gate;
 use super::history::{History, became};
 use super::join::Joins;
 use super::levels::{Goal, Levels};
-use super::pace::Pace;
+use super::pace::{Pace, Tried};
 use super::prepare::Prepared;
 use super::quadrics::QuadricRecord;
 use super::quantize::{Storage, quantize};
@@ -438,7 +438,8 @@ impl<'a> Run<'a> {
     fn adapt(&mut self, committed: &Committed) {
         let has_attributes = self.prepared.carried.wedges.as_ref().is_some_and(|wedges| wedges.layout.costed > 0);
         if let Some(round) = self.rounds.last() {
-            self.pace.adapt(round, [committed.outdated, self.tried], has_attributes);
+            let tried = Tried { count: self.tried, outdated: committed.outdated, has_attributes };
+            self.pace.adapt(round, tried);
         }
     }
 

@@ -50,7 +50,7 @@ impl Blocked {
         }
     }
 
-    /// How many candidates were examined and refused.
+    /// How many candidates were refused: examined, known from before, or without a key.
     pub fn refused(&self) -> u64 {
         let Self { border, lock: _, seam, link, flip, aspect, texture, crossing, error } = self;
         border + seam + link + flip + aspect + texture + crossing + error

@@ -45,13 +45,13 @@ pub const LARGE_ROUND: usize = 10_000;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Refused {
     count: usize,
-    /// Those of seams alone, of all pairs of the round.
+    /// Those of seams alone, and what waits again, of all pairs of the round.
     share: f64,
 }
 
 impl Refused {
-    /// Of a round on so many faces that contracted so many of its pairs. Where attributes decide, so many candidates became
-    /// dear, which they may do whatever their neighbors do.
+    /// Of a round on so many faces that contracted so many of its pairs. So many candidates became dear, and will again, whatever their
+    /// neighbors do.
     pub fn new(blocked: &Blocked, outdated: usize, contracted: usize, [faces, pairs]: [usize; 2]) -> Self {
         let by_seams = (blocked.seam + blocked.texture) as usize + outdated;
         let refused = blocked.refused() as usize + outdated;

@@ -1,6 +1,6 @@
 //! What the rounds of a run tell the next one: what it contracts, how wide its gate is, and which pairs it is going to refuse.
 
-use crate::simplify::RoundRecord;
+use crate::simplify::{Blocked, RoundRecord};
 
 use super::Candidates;
 use super::gate::{LARGE_ROUND, Refused};
@@ -12,6 +12,17 @@ const MEAGER: f64 = 0.05;
 pub const WIDER: usize = 4;
 /// A gate this many times wider than usual lets every pair through.
 const FULL: f64 = 64.0;
+
+/// What became of the candidates of a round, beside what its record tells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tried {
+    /// How many a commit tried at most.
+    pub count: usize,
+    /// How many the last one let wait, for they became dear.
+    pub outdated: usize,
+    /// Whether attributes decide with the surface.
+    pub has_attributes: bool,
+}
 
 /// What the next round goes by.
 #[derive(Debug, Clone)]
@@ -43,18 +54,20 @@ impl Pace {
         self.widening >= FULL
     }
 
-    /// After a round that contracted something of the candidates that it tried, and let some wait that were outdated: notes how many pairs
-    /// the next is going to refuse, widens its gate where little was contracted, and narrows it again where what it makes no room for would
-    /// not fill the narrower one. Features are the cheapest, and refused, in every round.
+    /// After a round that contracted something: notes how many pairs the next is going to refuse, widens its gate where little was
+    /// contracted of what was tried, and narrows it again where what it makes no room for would not fill the narrower one. Features are the
+    /// cheapest, and refused, in every round.
     ///
     /// What waits is mostly as cheap as it looks once its neighbors are done. Not where attributes decide, nor, in a large round, where more
     /// waits than was contracted: of rims and tips planes tell too little in every round.
-    pub fn adapt(&mut self, round: &RoundRecord, [outdated, tried]: [usize; 2], has_attributes: bool) {
-        let is_most = round.faces as usize >= LARGE_ROUND && outdated as u64 > round.contracted;
-        let waits_again = has_attributes || is_most;
-        let outdated = if waits_again { outdated } else { 0 };
-        let RoundRecord { faces, pairs, candidates, contracted, ref blocked, .. } = *round;
+    pub fn adapt(&mut self, round: &RoundRecord, Tried { count: tried, outdated, has_attributes }: Tried) {
+        let RoundRecord { faces, pairs, candidates, contracted, .. } = *round;
         let [faces, pairs, candidates, contracted] = [faces, pairs, candidates, contracted].map(|count| count as usize);
+        let is_most = self.of == Candidates::Pairs && faces >= LARGE_ROUND && outdated > contracted;
+        let outdated = if has_attributes || is_most { outdated } else { 0 };
+        // What has no key is past all that cost something: no gate but one of all pairs lets it through.
+        let border = round.blocked.border.saturating_sub(self.known_refusals.without_key());
+        let blocked = &Blocked { border, ..round.blocked };
         self.refused = match self.of {
             Candidates::Pairs => Refused::new(blocked, outdated, contracted, [faces, pairs]),
             Candidates::Triangles => Refused::default(),
@@ -89,13 +102,19 @@ pub fn is_meager(contracted: usize, tried: usize) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simplify::Blocked;
+    use crate::kernel::pair_quadric::NO_KEY;
+    use crate::kernel::rows::Candidate;
+
+    /// All of 200 candidates.
+    fn tried(outdated: usize, has_attributes: bool) -> Tried {
+        Tried { count: 200, outdated, has_attributes }
+    }
 
     /// Adapts to a round on 1,000 faces that tried all of its 200 candidates; returns how wide the next gate is.
     fn after(pace: &mut Pace, contracted: u64, blocked: Blocked) -> f64 {
         let round =
             RoundRecord { faces: 1000, pairs: 1500, candidates: 200, contracted, blocked, ..RoundRecord::default() };
-        pace.adapt(&round, [0, 200], false);
+        pace.adapt(&round, tried(0, false));
         pace.widening
     }
 
@@ -148,7 +167,7 @@ mod tests {
                 blocked,
                 ..RoundRecord::default()
             };
-            pace.adapt(&round, [outdated, 200], true);
+            pace.adapt(&round, tried(outdated, true));
             pace.widening
         };
         assert_eq!([9_999, 10_000].map(|faces| next(faces, 100, 0)), [16.0, 4.0]);
@@ -157,15 +176,38 @@ mod tests {
 
     #[test]
     fn what_waits_is_let_through_again_where_it_is_most() {
-        let expects = |faces: u64, outdated: usize, has_attributes: bool| {
+        let expects_of = |of: Candidates, faces: u64, outdated: usize, has_attributes: bool| {
             let round = RoundRecord { faces, pairs: 15_000, contracted: 40, ..RoundRecord::default() };
-            let mut pace = widened(1.0);
-            pace.adapt(&round, [outdated, 200], has_attributes);
+            let mut pace = Pace::new(of);
+            pace.adapt(&round, tried(outdated, has_attributes));
             pace.refused.count()
         };
+        let expects = |faces, outdated, has_attributes| expects_of(Candidates::Pairs, faces, outdated, has_attributes);
         assert_eq!([40, 41].map(|outdated| expects(10_000, outdated, false)), [0, 41]);
         assert_eq!([9_999, 10_000].map(|faces| expects(faces, 41, false)), [0, 41]);
         assert_eq!([0, 40].map(|outdated| expects(1_000, outdated, true)), [0, 40]);
+        assert_eq!(expects_of(Candidates::Triangles, 10_000, 41, false), 0);
+    }
+
+    /// Of 200 candidates that were refused for their border some had no key.
+    #[test]
+    fn there_is_no_room_for_what_has_no_key() {
+        let expects = |without_key: u32| {
+            let refused = (0..without_key).map(|i| Candidate { key: NO_KEY, half_edge: i });
+            let round = RoundRecord {
+                faces: 10_000,
+                pairs: 15_000,
+                candidates: 200,
+                contracted: 40,
+                blocked: Blocked { border: 100, ..Blocked::default() },
+                ..RoundRecord::default()
+            };
+            let mut pace = Pace::new(Candidates::Pairs);
+            pace.known_refusals.leave_out(&mut refused.collect(), &[]);
+            pace.adapt(&round, tried(0, false));
+            pace.refused.count()
+        };
+        assert_eq!([0, 60, 100].map(expects), [100, 40, 0]);
     }
 
     #[test]

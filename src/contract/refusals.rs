@@ -40,8 +40,8 @@ pub struct Refusals {
     kept: Vec<Refusal>,
     /// Those that were candidates of a commit.
     again: Vec<Refusal>,
-    /// How many candidates of a commit ran across the surface from border to border.
-    across: u64,
+    /// How many candidates of a commit had no key.
+    without_key: u64,
     /// Which vertices stand beside a contraction.
     changed: Vec<bool>,
 }
@@ -65,7 +65,7 @@ impl Refusals {
         self.again.clear();
         let all = candidates.len();
         candidates.retain(|candidate| candidate.key != NO_KEY);
-        self.across = (all - candidates.len()) as u64;
+        self.without_key = (all - candidates.len()) as u64;
         if self.kept.is_empty() {
             return;
         }
@@ -89,7 +89,12 @@ impl Refusals {
     /// Counts those that were left out last: as refused, though some would not have been examined.
     pub fn count_again(&self, blocked: &mut Blocked) {
         self.again.iter().for_each(|refusal| blocked.count(refusal.reason));
-        blocked.border += self.across;
+        blocked.border += self.without_key;
+    }
+
+    /// How many of those that were left out last had no key.
+    pub fn without_key(&self) -> u64 {
+        self.without_key
     }
 
     /// After a round on this surface, which is not compacted yet: keeps those, of it and of before, that nothing happened
@@ -250,8 +255,8 @@ mod tests {
         assert_eq!((candidates, blocked.border), ([0, 4, 5, 6].map(candidate).to_vec(), 2));
     }
 
-    /// The pairs without a key of strips, of a plane of which a corner is locked, and of a mesh of three borders: each is refused for
-    /// its border, and so is no other that none is known of.
+    /// The pairs without a key of a strip, of a plane of which a corner is locked, and of one with two holes: each is refused for its
+    /// border, and no other pair is.
     #[test]
     fn what_has_no_key_is_what_would_join_borders() {
         let mut holed = shapes::plane(9, 9);

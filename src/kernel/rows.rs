@@ -12,7 +12,7 @@ pub const BORDER: u32 = 1;
 pub const LOCKED: u32 = 2;
 /// A vertex has more than [`HUB_FACES`] faces and takes part in no contraction.
 pub const HUB: u32 = 4;
-/// Parts met in a vertex: pairs there may change the topology. Only the host looks at it.
+/// Parts met in a vertex: pairs there may change the topology.
 pub const JOINED: u32 = 8;
 /// A vertex is on a seam of the attributes: it may only move along the seam. Where it may not even do that, it is locked.
 pub const SEAM: u32 = 16;

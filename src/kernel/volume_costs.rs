@@ -51,7 +51,7 @@ pub struct VolumeCosts<'a> {
     pub border_weight: f32,
     /// Where placements may be: one of the constants of [`super::pair_quadric`].
     pub placement: u32,
-    /// Writes P keys: the costs' bits, which order as the costs do.
+    /// Writes P keys: the costs' bits, which order as the costs do, or [`NO_KEY`](super::pair_quadric::NO_KEY).
     pub keys: &'a mut Buffer<u32>,
 }
 
@@ -120,15 +120,6 @@ pub(super) fn ends_quadric(ends: Ends, scale: f32, h: Vec3) -> PairQuadric {
     q
 }
 
-/// Whether a pair of ends with these flags runs across the surface from border to border: contracting it would pinch the surface, which the
-/// link condition forbids. Behind a locked end a border may hide; where parts join nobody asks.
-#[inline(always)]
-pub(super) fn is_across([first, second]: [u32; 2], across: u32) -> bool {
-    let joins_borders = (first & BORDER != 0) & (second & (BORDER | LOCKED) != 0)
-        | (second & BORDER != 0) & (first & (BORDER | LOCKED) != 0);
-    (across != NO_FACE) & joins_borders & ((first | second) & JOINED == 0)
-}
-
 /// The cost of a pair from −h to h, solved at a scale where the trace is about 1.
 #[inline(always)]
 fn volume_cost(ends: Ends, h: Vec3, freedom: Freedom) -> f32 {
@@ -159,11 +150,11 @@ pub(super) struct Pair {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 pub(super) struct BorderPair {
-    pub pair: Pair,
-    pub first: BorderSum,
-    pub second: BorderSum,
+    pub(super) pair: Pair,
+    pub(super) first: BorderSum,
+    pub(super) second: BorderSum,
     /// [`NO_FACE`] where the pair lies along the border.
-    pub across: u32,
+    pub(super) across: u32,
 }
 
 impl Pair {
@@ -178,12 +169,8 @@ impl Pair {
         ends_key(ends_of(self), self, params)
     }
 
-    /// Its key without an edge.
-    pub(super) fn key_apart(&self, borders: [BorderSum; 2], params: Params) -> u32 {
-        if !self.is_on_border() {
-            return self.key(params);
-        }
-        let [first, second] = borders;
+    /// Its key with an end on the border and without an edge.
+    pub(super) fn key_apart(&self, [first, second]: [BorderSum; 2], params: Params) -> u32 {
         ends_key(with_border(ends_of(self), first, second, Sym3::default(), params.border_weight), self, params)
     }
 }
@@ -216,6 +203,15 @@ fn ends_key(ends: Ends, pair: &Pair, params: Params) -> u32 {
         regularization: params.regularization,
     };
     cost_key(volume_cost(ends, h, freedom))
+}
+
+/// Whether a pair of ends with these flags runs across the surface from border to border: contracting it would pinch the surface, which the
+/// link condition forbids. Behind a locked end a border may hide; where parts met the condition may not be asked.
+#[inline(always)]
+pub(super) fn is_across(first: u32, second: u32, across: u32) -> bool {
+    let joins_borders = ((first & BORDER != 0) & (second & (BORDER | LOCKED) != 0))
+        | ((second & BORDER != 0) & (first & (BORDER | LOCKED) != 0));
+    (across != NO_FACE) & joins_borders & ((first | second) & JOINED == 0)
 }
 
 impl Kernel for VolumeCosts<'_> {
@@ -267,5 +263,33 @@ impl Kernel for VolumeCosts<'_> {
                 rows.keys(pairs, block, keys);
             },
         );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_runs_from_border_to_border_is_told_by_flags_and_faces() {
+        let (b, l, j) = (BORDER, LOCKED, JOINED);
+        for (flags, is) in [
+            ([0, 0], false),
+            ([b, 0], false),
+            ([l, 0], false),
+            ([l, l], false),
+            ([b, b], true),
+            ([b, l], true),
+            ([l, b], true),
+            ([b | l, b], true),
+            ([b | j, b], false),
+            ([b, l | j], false),
+        ] {
+            assert_eq!(
+                [is_across(flags[0], flags[1], 7), is_across(flags[0], flags[1], NO_FACE)],
+                [is, false],
+                "{flags:?}"
+            );
+        }
     }
 }

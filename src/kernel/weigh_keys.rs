@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::pair_quadric::NO_KEY;
 use super::pairs::half_edge_ends;
 use super::rows::{Edge, Face};
 use super::split::CHUNK;
@@ -25,9 +26,12 @@ pub struct WeighKeys<'a> {
     pub keys: &'a mut Buffer<u32>,
 }
 
-/// The key of a pair whose ends have these weights.
+/// The key of a pair whose ends have these weights; what has none gets none.
 #[inline(always)]
 pub fn weighed_key(key: u32, first: f32, second: f32) -> u32 {
+    if key == NO_KEY {
+        return key;
+    }
     let cost = flush(f32::from_bits(key).min(GREATEST_COST), LEAST);
     flush(mul(cost, flush(first.max(second), LEAST)), LEAST).to_bits()
 }
@@ -46,7 +50,8 @@ impl Kernel for WeighKeys<'_> {
     const SHARED: &'static [&'static str] = &[include_str!("../../shaders/shared/half_edges.wgsl")];
     type Params = ();
     const PARAMS: &'static [(&'static str, &'static str)] = &[];
-    const CONSTANTS: &'static [(&'static str, Constant)] = &[("GREATEST_COST", Constant::F32(GREATEST_COST))];
+    const CONSTANTS: &'static [(&'static str, Constant)] =
+        &[("GREATEST_COST", Constant::F32(GREATEST_COST)), ("NO_KEY", Constant::U32(NO_KEY))];
 
     fn params(&self) {}
 

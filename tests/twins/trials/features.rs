@@ -8,6 +8,7 @@ use coarsen::kernel::border_curvatures::BorderCurvatures;
 use coarsen::kernel::curvatures::Curvatures;
 use coarsen::kernel::face_corners::FaceCorners;
 use coarsen::kernel::feature_weights::{FeatureWeights, Params};
+use coarsen::kernel::pair_quadric::NO_KEY;
 use coarsen::kernel::rows::{Corners, Face, Position};
 use coarsen::kernel::weigh_keys::WeighKeys;
 use coarsen::kernel::weigh_quadrics::WeighQuadrics;
@@ -219,10 +220,11 @@ fn weigh_keys(queue: &mut Queue, perturbed: bool, seen: &mut Seen) -> Result<()>
     for (round, perturbed) in rounds(perturbed) {
         seen.input(round.name);
         let mut random = Random::new();
-        // Any cost, those that may be flushed too: no sign, no infinity.
+        // Any cost, those that may be flushed too: no sign, no infinity but that of what has no key.
         let mut rows: Vec<u32> =
             round.pairs.iter().map(|_| random.below(0x7f80) << 16 | random.below(1 << 16)).collect();
         rows.iter_mut().for_each(|row| *row ^= u32::from(perturbed) << 12);
+        rows.iter_mut().step_by(7).for_each(|row| *row = NO_KEY);
         let keys = &mut queue.buffer_from(rows)?;
         let faces = &queue.buffer_from(round.faces.clone())?;
         let pairs = &queue.buffer_from(round.pairs.clone())?;

@@ -10,7 +10,8 @@ use coarsen::kernel::face_normals::FaceNormals;
 use coarsen::kernel::pairs::{Special, pairs_at};
 use coarsen::kernel::plane_sums::PlaneSums;
 use coarsen::kernel::rows::{
-    BORDER, BorderSum, Contraction, Edge, Face, HUB, LOCKED, Normal, PlaneQuadric, Position, VolumeSum, with_hub,
+    BORDER, BorderSum, Contraction, Edge, Face, HUB, JOINED, LOCKED, Normal, PlaneQuadric, Position, VolumeSum,
+    with_hub,
 };
 use coarsen::kernel::stars::Stars;
 use coarsen::kernel::volume_sums::VolumeSums;
@@ -274,14 +275,17 @@ impl Round {
     }
 }
 
-/// The border and what is not manifold by their edges; one vertex in sixteen is locked as well.
+/// The border and what is not manifold by their edges; one vertex in sixteen is locked as well, and parts met at one of the border in four.
 fn with_flags(positions: &[[f32; 3]], faces: &[[u32; 3]], rings: &Rings) -> Vec<Position> {
     let complex = complex_vertices(faces, rings);
     let (mut random, mut uses) = (Random::new(), Vec::new());
     let row = |(vertex, &[x, y, z]): (u32, &[f32; 3])| {
         let on_border = rings.edges_at(faces, vertex, &mut uses).any(|uses| uses.len() == 1);
         let locked = complex[vertex as usize] || random.below(16) == 0;
-        let flags = if on_border { BORDER } else { 0 } | if locked { LOCKED } else { 0 };
+        let joined = on_border && random.below(4) == 0;
+        let flags = [(on_border, BORDER), (locked, LOCKED), (joined, JOINED)]
+            .into_iter()
+            .fold(0, |all, (is_set, flag)| if is_set { all | flag } else { all });
         Position { x, y, z, flags: with_hub(flags, rings.ring(vertex).len() as u32) }
     };
     (0..).zip(positions).map(row).collect()
