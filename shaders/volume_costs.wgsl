@@ -50,7 +50,7 @@ fn ends_key(ends: Ends, pair: Pair) -> u32 {
 }
 
 // Whether a pair of ends with these flags runs across the surface from border to border: contracting it would pinch the surface, which
-// the link condition forbids. Behind a locked end a border may hide; where parts join nobody asks.
+// the link condition forbids. Behind a locked end a border may hide; where parts met the condition may not be asked.
 fn is_across(first: u32, second: u32, across: u32) -> bool {
     let joins_borders = ((first & BORDER) != 0u && (second & (BORDER | LOCKED)) != 0u)
         || ((second & BORDER) != 0u && (first & (BORDER | LOCKED)) != 0u);
