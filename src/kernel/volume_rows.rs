@@ -23,8 +23,8 @@ const BORDER_WORDS: usize = size_of::<BorderSum>() / 4;
 /// Beyond a border.
 static NO_NORMAL: Normal = Normal { x: 0.0, y: 0.0, z: 0.0, root: 0.0 };
 
-/// Where more than one pair in so many was on the border, the next are sorted out before they are costed: sooner, those off it take longer
-/// than what is costed twice.
+/// Where more than one pair in so many was on the border, the next are sorted out before they are costed. Of scans and CAD parts one in
+/// twenty is, of strips and leaves most; no other share was tried.
 const MANY: usize = 4;
 
 /// Scratch of [`VolumeRows::keys`].
