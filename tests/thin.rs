@@ -204,6 +204,38 @@ fn strips_are_no_reason_to_stay() {
 }
 
 /// Of a washer a third of the pairs are cheap: no other is contracted for want of those.
+/// `count`² blades of two by eight triangles, which bend and come to a point, each turned another way.
+fn blades(count: u32) -> Mesh {
+    let mut all = Mesh::default();
+    for blade in 0..count * count {
+        let at = DVec3::new(f64::from(blade % count), f64::from(blade / count), 0.0);
+        let (sin, cos) = (f64::from(blade) * 2.4).sin_cos();
+        let first = all.positions.len() as u32;
+        for step in 0..8 {
+            let up = f64::from(step) / 8.0;
+            let out = DVec3::new(cos, sin, 0.0) * (0.3 * up * up);
+            let half = DVec3::new(-sin, cos, 0.0) * (0.05 * (1.0 - up));
+            all.positions.extend([at + out + DVec3::Z * up - half, at + out + DVec3::Z * up + half]);
+        }
+        all.positions.push(at + DVec3::new(cos, sin, 0.0) * 0.3 + DVec3::Z);
+        for [a, b, c, d] in (0..7).map(|step| [0, 1, 2, 3].map(|v| first + 2 * step + v)) {
+            all.faces.extend([[a, b, c], [c, b, d]]);
+        }
+        all.faces.push([first + 14, first + 15, first + 16]);
+    }
+    all
+}
+
+#[test]
+fn tips_of_blades_stay() {
+    let blades = blades(20);
+    let outcome = contract(&blades, &Options::default(), Budget::faces(600));
+    assert_eq!(outcome.mesh.faces.len(), 600);
+    let found = deviation(&blades, &outcome.mesh, 20_000);
+    // 0.001; with the vertex where planes have it 0.0028.
+    assert!(found.rms <= 0.0015, "{}", found.rms);
+}
+
 #[test]
 fn nothing_dear_goes_where_few_pairs_are_cheap() {
     let washer = turned(&[[9.5, 0.0], [10.0, 0.0], [10.0, 0.2], [9.5, 0.2]], 5000, true);

@@ -8,6 +8,7 @@ use super::Placement;
 use super::advance::{Advance, Away, drawn_back, leaving_crease};
 use super::filter::{Rejection, shapes_hold};
 use super::placement::Quadric;
+use super::retreat::{BELIEVED, MEAN_SQ, believed_sq, retreat_sq};
 use super::rules::Rules;
 use super::sides::Sides;
 use super::star::Star;
@@ -15,6 +16,11 @@ use super::star::Star;
 /// How much less a vertex is drawn back than it should be, in turn, until faces hold. All or nothing left an airplane with a tip that
 /// was 1.2 times as far out.
 const LESS: [f64; 4] = [0.0, 0.25, 0.5, 0.75];
+
+/// Up to which share of what a pair costs whose rim retreats one costs that keeps an end of it where it is: half as far off. With half
+/// of the cost four meshes of few faces are up to 1.08 times as far off (RMS); away from borders, with a tenth to half, a tray and an
+/// engine with hardly more faces than their parts need are up to 2.4 times.
+const KEPT: f64 = 0.25;
 
 /// What a pair costs about its middle, on the current state.
 #[derive(Debug)]
@@ -42,6 +48,11 @@ impl Costs {
     fn placing(&self) -> &Quadric {
         self.attributed.as_ref().map_or(&self.geometry, |costs| &costs.placing)
     }
+
+    /// The mean squared distance of `x` from the planes of the pair's star, as its quadric tells.
+    pub fn off_planes_sq(&self, x: DVec3) -> f64 {
+        self.geometry.value(x).max(0.0) / self.geometry.weight()
+    }
 }
 
 /// Where the vertex of a pair goes.
@@ -53,6 +64,16 @@ pub struct Destination {
     pub end: Option<usize>,
     /// How far it goes from the old faces, where that is known already.
     pub out: Advance,
+}
+
+/// The end that a pair keeps.
+#[derive(Debug, Clone, Copy)]
+pub struct Kept {
+    pub place: Destination,
+    /// How far the other end comes to lie from the faces that are left.
+    pub retreat: f64,
+    /// What all of that costs, in the units of a quadric.
+    pub cost: f64,
 }
 
 /// A pair whose vertex is to be placed.
@@ -182,6 +203,23 @@ impl Choice<'_> {
         Some(Destination { out: leaving_crease(self.star, self.pair, left), ..end })
     }
 
+    /// The cheaper end to keep, for a pair that costs as much with its vertex at `place`, for its rim would retreat: the tip of a strip
+    /// that tapers, along which planes and lines of the border hold nothing.
+    #[cold]
+    pub fn end_that_is_kept(&self, place: &Destination, cost: f64) -> Option<Kept> {
+        if place.end.is_some() || !self.is_free() {
+            return None;
+        }
+        let ends = self.ends_by_cost().into_iter().filter(|end| self.holds(end).is_ok()).map(|place| {
+            let x = self.at(&place).as_dvec3() - self.middle;
+            let limit_sq = believed_sq(self.star, self.costs.off_planes_sq(place.x), BELIEVED);
+            let retreat = retreat_sq(self.star, x, limit_sq).map_or(0.0, f64::sqrt);
+            let cost = (MEAN_SQ * retreat * retreat * self.costs.geometry.weight()).max(self.value(&place));
+            Kept { place, retreat, cost }
+        });
+        ends.filter(|kept| kept.cost < KEPT * cost).min_by(|a, b| a.cost.total_cmp(&b.cost))
+    }
+
     /// Whether faces keep their shapes with the vertex at a place.
     #[inline]
     fn holds(&self, place: &Destination) -> Result<(), Rejection> {
@@ -264,6 +302,57 @@ mod tests {
                 assert_eq!(choice.that_holds(place, None), Err(why));
             });
         }
+    }
+
+    /// A strip of so many steps that bends and comes to a point.
+    fn blade(steps: u32) -> Mesh {
+        let along = |step: u32| f64::from(step) / f64::from(steps);
+        let side =
+            |step: u32, side: f64| DVec3::new(side * (1.0 - along(step)), 20.0 * along(step), along(step).powi(2));
+        let mut mesh = Mesh::default();
+        mesh.positions.extend((0..steps).flat_map(|step| [side(step, -1.0), side(step, 1.0)]));
+        mesh.positions.push(side(steps, 0.0));
+        for [a, b, c, d] in (0..steps - 1).map(|step| [0, 1, 2, 3].map(|v| 2 * step + v)) {
+            mesh.faces.extend([[a, b, c], [c, b, d]]);
+        }
+        mesh.faces.push([2 * steps - 2, 2 * steps - 1, 2 * steps]);
+        mesh
+    }
+
+    #[test]
+    fn where_a_rim_retreats_the_end_that_costs_least_is_kept() {
+        let (mesh, mut kept_ends) = (blade(12), [0; 2]);
+        for are_locked in [[false; 2], [true, false]] {
+            for_each_choice(&mesh, are_locked, false, |choice, _| {
+                let place = choice.place(DVec3::ZERO);
+                let cost = |end: usize| {
+                    let end = choice.end(end);
+                    let limit_sq = believed_sq(choice.star, choice.costs.off_planes_sq(end.x), BELIEVED);
+                    let retreat_sq = retreat_sq(choice.star, end.x, limit_sq).unwrap_or(0.0);
+                    let cost = choice.value(&end).max(MEAN_SQ * retreat_sq * choice.costs.geometry.weight());
+                    if choice.holds(&end).is_ok() { cost } else { f64::INFINITY }
+                };
+                let costs = [0, 1].map(cost);
+                let least = costs[0].min(costs[1]);
+                if least.is_infinite() {
+                    return;
+                }
+                let kept = |times: f64| choice.end_that_is_kept(&place, times * least + f64::MIN_POSITIVE);
+                match kept(4.1) {
+                    Some(Kept { place, cost, .. }) => {
+                        assert_eq!(are_locked, [false; 2]);
+                        let end = place.end.expect("an end");
+                        assert!(cost < 1.001 * least && costs[end] < 1.001 * least, "{cost} of {costs:?}");
+                        kept_ends[end] += 1;
+                    }
+                    None => assert!(are_locked[0] || least == 0.0, "{costs:?}"),
+                }
+                assert!(kept(3.9).is_none());
+                let at_end = choice.end_that_is_kept(&choice.end(0), f64::INFINITY);
+                assert!(at_end.is_none());
+            });
+        }
+        assert!(kept_ends.iter().all(|&count| count > 0), "{kept_ends:?}");
     }
 
     #[test]

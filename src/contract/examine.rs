@@ -12,7 +12,7 @@ use super::destination::{Attributed, Choice, Costs, Destination};
 use super::filter::{Rejection, closed_link_condition, link_condition};
 use super::patch::{Accumulated, Patch, Placed};
 use super::placement::Quadric;
-use super::retreat::{believed_sq, retreat_sq};
+use super::retreat::{BELIEVED, MEAN_SQ, believed_sq, retreat_sq};
 use super::rules::Rules;
 use super::seam_filter::seams_let;
 use super::sides::Sides;
@@ -33,13 +33,9 @@ const HELD_SEAM_WEIGHT: f64 = 1.0;
 /// that is on the flat as well, which rounds nothing: new places off their flats made others dear, round after round.
 const FLAT: f64 = 1e-8;
 
-/// How many times as far from what a pair leaves as its quadric says an end may be until that is believed no more.
-const BELIEVED: f64 = 3.0;
-/// The same of how far the new vertex is from what was there; the middles of new edges keep [`BELIEVED`]. With 1.5 boxes of an office
+/// What [`BELIEVED`] is of how far the new vertex is from what was there; the middles of new edges keep that. With 1.5 boxes of an office
 /// with a twentieth of their faces are 2.8 times as far off (RMS), with 3 an airplane at 1 % has a tip twice as far out.
 const BELIEVED_OUT: f64 = 2.0;
-/// What the squared distances of a star from what a pair leaves of it are in the mean, of that of the farther end.
-const RETREAT: f64 = 0.2;
 
 /// What became of a candidate.
 #[derive(Debug, Clone)]
@@ -150,7 +146,7 @@ impl Examiner {
         // At borders lines hold what planes do not. Of a star without the faces that cancel each other out nobody knows what was there.
         let may_advance = (pu.flags | pw.flags) & BORDER == 0 && cancelled.is_empty() && self.asks_faces();
         let is_bent = may_advance && is_bent(&self.star, costs.geometry.normal());
-        let off_sq = self.off_planes_sq(&costs, by_planes.x);
+        let off_sq = costs.off_planes_sq(by_planes.x);
         let limit_sq = believed_sq(&self.star, off_sq, BELIEVED);
         let away = if is_bent && by_planes.end.is_none() {
             away_from_faces(&self.star, by_planes.x, believed_sq(&self.star, off_sq, BELIEVED_OUT))
@@ -160,16 +156,24 @@ impl Examiner {
         // Again: the star may have lost faces.
         let choice = self.choice(&costs, pair, middle, [pu, pw]);
         let goes = choice.that_holds(by_planes, away)?;
-        let at = choice.at(&goes);
+        let mut at = choice.at(&goes);
         let of_moved = if goes.x == by_planes.x { 0.0 } else { choice.value(&goes) };
-        let Destination { x, end, out } = goes;
+        let Destination { mut x, mut end, out } = goes;
         let moved_to = at.as_dvec3() - middle;
         let mut retreat = self.retreat(moved_to, limit_sq);
         if self.rules.keeps_walls && !cancelled.is_empty() {
             retreat = retreat.max(height_of_walls(&cancelled, patch, at.as_dvec3()));
         }
         let out = if is_bent { out.max(advance(&self.star, pair, moved_to, limit_sq)) } else { Advance::default() };
-        let unforeseen = (RETREAT * retreat * retreat * costs.geometry.weight()).max(out.cost).max(of_moved);
+        let mut unforeseen = (MEAN_SQ * retreat * retreat * costs.geometry.weight()).max(out.cost).max(of_moved);
+        if weight * unforeseen > known
+            && (pu.flags | pw.flags) & BORDER != 0
+            && cancelled.is_empty()
+            && let Some(kept) = choice.end_that_is_kept(&goes, unforeseen)
+        {
+            (x, end, at) = (kept.place.x, kept.place.end, choice.at(&kept.place));
+            (retreat, unforeseen) = (kept.retreat, kept.cost);
+        }
         // In single precision, as costs are: what comes back with it costs that, and no more.
         let unforeseen_cost = (weight * unforeseen) as f32;
         if f64::from(unforeseen_cost) > known {
@@ -188,7 +192,7 @@ impl Examiner {
             Metric::Volume => {
                 // The mean of a star for what retreats; for what goes out all of it: with as little thin plates were up to three times
                 // as far off as estimated.
-                let unforeseen_step = (RETREAT.sqrt() * retreat).max(out.distance);
+                let unforeseen_step = (MEAN_SQ.sqrt() * retreat).max(out.distance);
                 let step = off_planes(&costs.geometry, x).max(unforeseen_step as f32);
                 Accumulated::Drift(patch.drift(pair[0], pair[1]) + step)
             }
@@ -210,11 +214,6 @@ impl Examiner {
         let placed = Placed { x: at, t, accumulated, flags };
         let faces_removed = self.star.shared().len() + cancelled.len();
         Ok(Accepted { placed, deviation, faces_removed, cancelled, end })
-    }
-
-    /// The mean squared distance of `x` from the planes of a pair's star, as its quadric tells.
-    fn off_planes_sq(&self, costs: &Costs, x: DVec3) -> f64 {
-        costs.geometry.value(x).max(0.0) / costs.geometry.weight()
     }
 
     /// Whether faces are asked for what planes do not tell.
