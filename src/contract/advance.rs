@@ -17,11 +17,11 @@ use fearless_simd::{Simd, dispatch, f64x4};
 
 use crate::math::DVec3;
 use crate::math::wide::WideVec3;
-use crate::spatial::triangle::{Nearest, closest_on_segment, closest_point};
+use crate::spatial::triangle::{closest_on_segment, closest_point};
 
 use super::placement::Quadric;
 use super::quads::Quad;
-use super::retreat::{Apex, are_covered};
+use super::retreat::{Apex, NearestFace, are_covered, nearest_face};
 use super::star::Star;
 
 /// Cosine of the angle to the mean normal past which a face counts as turned: 60°, which neither the edges of a box nor most of a
@@ -117,18 +117,14 @@ pub fn away_from_faces(star: &Star, point: DVec3, limit_sq: f64) -> Option<Away>
     if are_covered(star, star.faces().len(), Apex::Ends(star.h), [point], limit_sq) == [true] {
         return None;
     }
-    let mut nearest = (f64::INFINITY, DVec3::ZERO);
-    for number in 0..star.faces().len() {
-        let end = if star.numbers_of_second().contains(&number) { star.h } else { -star.h };
-        let corners = [end, star.quads.point(number, 0), star.quads.point(number, 1)];
-        let Nearest { distance_sq, weights: [a, b, c] } = closest_point(point, corners);
-        if distance_sq < nearest.0 {
-            nearest = (distance_sq, corners[0] * a + corners[1] * b + corners[2] * c);
-        }
-    }
-    let (distance_sq, foot) = nearest;
+    let NearestFace { number, distance_sq } = nearest_face(star, star.faces().len(), Apex::Ends(star.h), point);
     // Squares of what is far past the frame may be too large for a number.
-    (distance_sq > limit_sq && distance_sq.is_finite()).then(|| Away { foot, distance: distance_sq.sqrt() })
+    (distance_sq > limit_sq && distance_sq.is_finite()).then(|| {
+        let end = if star.numbers_of_second().contains(&number) { star.h } else { -star.h };
+        let [p1, p2] = [0, 1].map(|corner| star.quads.point(number, corner));
+        let [a, b, c] = closest_point(point, [end, p1, p2]).weights;
+        Away { foot: end * a + p1 * b + p2 * c, distance: distance_sq.sqrt() }
+    })
 }
 
 /// Where a vertex goes that a quadric has away from the old faces, at `x`, and how far away that is: between there and the foot, where

@@ -14,7 +14,7 @@ use fearless_simd::{Simd, dispatch, f64x4};
 
 use crate::math::DVec3;
 use crate::math::wide::{WIDE, WideVec3};
-use crate::spatial::triangle::closest_point;
+use crate::spatial::wide_triangle::distances_sq;
 
 use super::quads::Quad;
 use super::star::Star;
@@ -36,9 +36,7 @@ pub fn believed_sq(star: &Star, off_sq: f64, times: f64) -> f64 {
 /// pair's midpoint; `None` where it is at most `limit_sq`, and where no face is left.
 pub fn retreat_sq(star: &Star, x: DVec3, limit_sq: f64) -> Option<f64> {
     let are_covered = are_covered(star, star.survivors(), Apex::At(x), [-star.h, star.h], limit_sq);
-    let faces = || (0..star.survivors()).map(|face| [x, star.quads.point(face, 0), star.quads.point(face, 1)]);
-    let from_faces =
-        |end: DVec3| faces().map(|corners| closest_point(end, corners).distance_sq).fold(f64::INFINITY, f64::min);
+    let from_faces = |end: DVec3| nearest_face(star, star.survivors(), Apex::At(x), end).distance_sq;
     let ends = [-star.h, star.h].into_iter().zip(are_covered);
     let farthest = ends.filter(|(_, is_covered)| !is_covered).map(|(end, _)| from_faces(end)).fold(0.0, f64::max);
     (farthest > limit_sq && farthest.is_finite()).then_some(farthest)
@@ -51,6 +49,18 @@ pub enum Apex {
     At(DVec3),
     /// As it is: at −h for those of a pair's first end, at h for those of its second.
     Ends(DVec3),
+}
+
+impl Apex {
+    /// The corners of four faces.
+    #[expect(clippy::inline_always, reason = "compiled for the instruction set of its caller")]
+    #[inline(always)]
+    fn of<S: Simd>(self, simd: S, quad: &Quad) -> WideVec3<S> {
+        match self {
+            Self::At(x) => WideVec3::splat(simd, x),
+            Self::Ends(h) => WideVec3::splat(simd, h).scaled(quad.sides.simd_into(simd)),
+        }
+    }
 }
 
 /// Whether each point lies above one of the first so many faces of a star, at most so far from its plane.
@@ -76,15 +86,10 @@ fn covered<S: Simd, const N: usize>(
 ) -> [bool; N] {
     let splat = |number: f64| f64x4::splat(simd, number);
     let (limit_sq, zero) = (splat(limit_sq), splat(0.0));
-    let (Apex::At(at) | Apex::Ends(at)) = apex;
-    let at = WideVec3::splat(simd, at);
     let points = points.map(|point| WideVec3::splat(simd, point));
     let mut covered = [0; N];
     for (quad, first) in quads.iter().zip((0..count).step_by(WIDE)) {
-        let from = match apex {
-            Apex::At(_) => at,
-            Apex::Ends(_) => at.scaled(quad.sides.simd_into(simd)),
-        };
+        let from = apex.of(simd, quad);
         let [p1, p2] = [quad.points[0].load(simd) - from, quad.points[1].load(simd) - from];
         let normal = p1.cross(p2);
         let normal_sq = normal.length_squared();
@@ -101,6 +106,35 @@ fn covered<S: Simd, const N: usize>(
         }
     }
     covered.map(|lanes| lanes != 0)
+}
+
+/// The face of a star that a point is nearest to.
+#[derive(Debug, Clone, Copy)]
+pub struct NearestFace {
+    /// The first of those at this squared distance; infinite where there is none.
+    pub number: usize,
+    pub distance_sq: f64,
+}
+
+/// The nearest of the first so many faces of a star.
+pub fn nearest_face(star: &Star, count: usize, apex: Apex, point: DVec3) -> NearestFace {
+    dispatch!(star.quads.level, simd => nearest(simd, star.quads.rows(), count, apex, point))
+}
+
+#[expect(clippy::inline_always, reason = "compiled for the instruction set of its caller")]
+#[inline(always)]
+fn nearest<S: Simd>(simd: S, quads: &[Quad], count: usize, apex: Apex, point: DVec3) -> NearestFace {
+    let mut found = NearestFace { number: 0, distance_sq: f64::INFINITY };
+    for (quad, first) in quads.iter().zip((0..count).step_by(WIDE)) {
+        let triangles = [apex.of(simd, quad), quad.points[0].load(simd), quad.points[1].load(simd)];
+        let distances_sq = distances_sq(simd, point, triangles);
+        for (number, distance_sq) in (first..count).zip(distances_sq) {
+            if distance_sq < found.distance_sq {
+                found = NearestFace { number, distance_sq };
+            }
+        }
+    }
+    found
 }
 
 #[cfg(test)]

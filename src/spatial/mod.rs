@@ -16,6 +16,7 @@ mod frame;
 mod split;
 pub mod triangle;
 pub mod wide_tree;
+pub mod wide_triangle;
 
 pub use bvh::{Bvh, Node};
 pub use closest::Hit;

@@ -13,7 +13,7 @@ pub struct Nearest {
 
 /// Below this share of |e|²|f|², |e × f|² says that the triangle is a sliver: its angle at `a` is below 1e-5 and the
 /// products that tell the regions apart may have lost all digits.
-const SLIVER: f64 = 1e-10;
+pub(super) const SLIVER: f64 = 1e-10;
 
 /// The point of the triangle `a`, `b`, `c` closest to `p`: a corner, a point of an edge, or inside, by the region that `p`
 /// is in (seven of them).
