@@ -11,10 +11,11 @@ use fearless_simd::{Level, Simd, dispatch, f64x4};
 use crate::math::wide::{WIDE, WideRows, WideVec3};
 use crate::math::{DVec3, Vec3};
 use crate::spatial::bounds::Bounds;
-use crate::spatial::crossing::{cross, lies_on};
+use crate::spatial::crossing::cross;
 use crate::spatial::wide_tree::{EIGHT, WideBounds, WideTree};
 
 use super::advance::is_bent;
+use super::meeting::{FaceNow, Meeting};
 use super::patch::Patch;
 use super::star::Star;
 
@@ -102,6 +103,7 @@ pub struct Crossings {
     /// The faces that a pair leaves, side by side.
     by_eight: Vec<WideBounds>,
     by_four: Vec<NewFaces>,
+    meeting: Meeting,
     /// Which stars that are not bent vertices were last on the rim of, by their numbers, and how many there were.
     rims: Vec<u32>,
     stars: u32,
@@ -115,6 +117,7 @@ impl Default for Crossings {
             near: Vec::new(),
             by_eight: Vec::new(),
             by_four: Vec::new(),
+            meeting: Meeting::default(),
             rims: Vec::new(),
             stars: 0,
         }
@@ -224,26 +227,12 @@ impl Crossings {
 
     /// Whether a face of a star touches or crosses one that is none of it: that which new ones cross, or another of the `near`.
     #[cold]
-    fn meets_now(&self, patch: &Patch<'_>, star: &Star, pair: [u32; 2], crossed: u32) -> bool {
-        let of_star = |number: usize| {
-            let end = pair[usize::from(star.numbers_of_second().contains(&number))];
-            let [v1, v2] = star.face(number).others;
-            [end, v1, v2]
-        };
-        let located = |corners: [u32; 3]| positions(corners, patch).map(|p| p.as_dvec3());
-        let any_on = |corners: [u32; 3], on: [u32; 3]| {
-            let mut apart = corners.into_iter().filter(|v| !on.contains(v));
-            apart.any(|v| lies_on(patch.position(v).xyz().as_dvec3(), located(on), TOUCHING))
-        };
-        let meets = |f: u32| {
-            let Some(other) = live_corners(f, patch) else { return false };
-            let bounds = self.tree.bounds(f as usize).wider(TOUCHING as f32);
-            (0..star.faces().len()).map(of_star).any(|face| {
-                bounds.meets(&Bounds::of(positions(face, patch)))
-                    && (cross(located(face), located(other), TOUCHING) || any_on(face, other) || any_on(other, face))
-            })
-        };
-        meets(crossed) || self.near.iter().any(|&f| meets(f))
+    fn meets_now(&mut self, patch: &Patch<'_>, star: &Star, pair: [u32; 2], crossed: u32) -> bool {
+        let Self { near, meeting, .. } = self;
+        meeting.gather(patch, star, pair, TOUCHING);
+        let meets =
+            |f: u32| live_corners(f, patch).is_some_and(|other| meeting.meets(&FaceNow::of(other, patch, TOUCHING)));
+        meets(crossed) || near.iter().any(|&f| meets(f))
     }
 
     /// Lays the faces that a pair leaves side by side.
@@ -298,6 +287,7 @@ mod tests {
     use super::*;
     use crate::backend::Device;
     use crate::mesh::{Mesh, shapes};
+    use crate::spatial::crossing::lies_on;
 
     const SIDE: u32 = 6;
     const GAP: f64 = 0.125;

@@ -48,6 +48,7 @@ mod least_faces;
 mod levels;
 mod listing;
 mod lock;
+mod meeting;
 mod pace;
 mod patch;
 mod patch_sizes;
