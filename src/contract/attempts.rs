@@ -22,9 +22,13 @@ use super::seam_pressure::{
 };
 use super::yielding::Yields;
 
-/// Runs a job.
-pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Vec<Outcome>> {
-    let (mut found, mut checkpoints) = (Found::new(job), Checkpoints::default());
+/// Runs a job, from a checkpoint if there is one; leaves those of its own.
+pub fn run(
+    job: Job<'_>,
+    checkpoints: &mut Checkpoints,
+    mut progress: Option<&mut OnProgress<'_>>,
+) -> Result<Vec<Outcome>> {
+    let mut found = Found::new(job);
     while !found.left.is_empty() {
         job.awake.rouse();
         let clock = Instant::now();
@@ -33,14 +37,14 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
         let Attempt { prepared, step, holds, is_pressed } =
             Attempt::new(job, found.next, checkpoints.ahead(found.most_faces(), found.most_error()))?;
         let outcomes: Vec<Option<Outcome>> = if is_pressed {
-            let outcomes = compared(job, prepared, &mut checkpoints, progress.as_deref_mut())?;
+            let outcomes = compared(job, prepared, checkpoints, progress.as_deref_mut())?;
             outcomes.into_iter().map(Some).collect()
         } else {
             let job = Job { worst_deviation: found.worst_error() * prepared.frame.length_to_rows(1.0), ..job };
             let target = face_counts(&budgets, job.mesh.faces.len()).map(|[least, _]| least);
             let may_more = holds.seams.is_some() || holds.complex > 0;
             checkpoints.begin(&prepared, target, may_more, job.options);
-            let outcomes = driver::run(job, prepared, &mut checkpoints, progress.as_deref_mut())?;
+            let outcomes = driver::run(job, prepared, checkpoints, progress.as_deref_mut())?;
             let warning = found.warning(step);
             outcomes.into_iter().map(|outcome| Some(outcome?.with_warning(warning))).collect()
         };

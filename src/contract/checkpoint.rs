@@ -1,4 +1,4 @@
-//! Where a run may be taken up again, for another in which more seams yield: the surface between two rounds.
+//! Where a run may be taken up again, for another in which more seams yield, or small parts go: the surface between two rounds.
 //!
 //! What early rounds contract is the cheapest, whatever yields. A run that got stuck is taken up where it still had some times as
 //! many faces as then, far enough from where it had taken all that it could wherever no seam is.
@@ -6,14 +6,20 @@
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 
+use crate::backend::Device;
+use crate::error::Result;
+use crate::kernel::contract_vertices::GONE;
 use crate::kernel::rows::{BORDER, HELD, HUB, JOINED, LOCKED, SEAM};
 use crate::mesh::Rings;
 use crate::mesh::fan::fans;
+use crate::mesh::prune::Small;
 use crate::simplify::{Phases, RoundRecord};
 
+use super::carry::MOVED_FROM;
 use super::driver::Run;
 use super::pace::Pace;
-use super::prepare::Prepared;
+use super::prepare::{Prepared, parts_dropped};
+use super::surface::Surface;
 use super::{Metric, Options};
 
 /// How many times fewer faces than one checkpoint the next has at least: copying them all takes about as long as one copy of the
@@ -54,16 +60,16 @@ impl Checkpoints {
     ///
     /// There are none where the start of all is wanted later on: planes are summed there, and vertices fitted to it.
     pub fn begin(&mut self, start: &Prepared, target: Option<usize>, may_more: bool, options: &Options) {
+        if !start.earlier.rounds.is_empty() {
+            // Those of the first stay: from where others took it up it had not taken all that no seam holds.
+            self.phase = if self.phase == Phase::Parting { Phase::First } else { Phase::Again };
+            (self.next, self.target) = (None, target.unwrap_or_default());
+            return;
+        }
         let Some(target) = target.filter(|_| may_more) else {
             *self = Self::default();
             return;
         };
-        if !start.earlier.rounds.is_empty() {
-            // Those of the first stay: from where others took it up it had not taken all that no seam holds.
-            self.phase = if self.phase == Phase::Parting { Phase::First } else { Phase::Again };
-            (self.next, self.target) = (None, target);
-            return;
-        }
         let may_get_stuck = start.positions.iter().any(|p| p.flags & (SEAM | JOINED) != 0);
         let next = (may_get_stuck && may_go_on(options)).then_some(start.faces.len() / SHRUNK);
         *self = Self { next, target, came_to: start.faces.len(), ..Self::default() };
@@ -114,6 +120,21 @@ impl Checkpoints {
         let is_sound = |kept: &Prepared| f64::from(kept.earlier.deviation) <= kept.frame.length_to_rows(most_error);
         let last = self.kept.iter().rfind(|kept| kept.faces.len() >= least && is_sound(kept));
         last.map(|kept| kept.copy().taken_up())
+    }
+
+    /// The last far enough from `target`, without small parts, for a run to so many faces; none where that is from the start.
+    pub(crate) fn without(&self, small: &Small, target: usize, device: &Device) -> Result<Self> {
+        let is_far =
+            |kept: &&Prepared| kept.faces.len() >= AHEAD * self.came_to && kept.faces_without(small) >= AHEAD * target;
+        let Some(last) = self.kept.iter().rfind(is_far) else { return Ok(Self::default()) };
+        let mut start = last.copy();
+        start.leave_out(small, device)?;
+        Ok(Self { kept: [start].into(), target, came_to: target, phase: Phase::Again, ..Self::default() })
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.kept.is_empty()
     }
 
     /// Where a run parted; nothing where it did not.
@@ -187,6 +208,38 @@ impl Prepared {
         }
     }
 
+    /// Whether each vertex is one of a small part.
+    fn small_ones(&self, small: &Small) -> Vec<bool> {
+        self.carried.origin.iter().map(|origin| small.vertices[(origin & !MOVED_FROM) as usize]).collect()
+    }
+
+    /// How many faces there are without small parts.
+    fn faces_without(&self, small: &Small) -> usize {
+        let is_small = self.small_ones(small);
+        self.faces.iter().filter(|face| !is_small[face.a as usize]).count()
+    }
+
+    /// Leaves out small parts, but for all that there is.
+    fn leave_out(&mut self, small: &Small, device: &Device) -> Result<()> {
+        let (faces, is_small) = (self.faces_without(small), self.small_ones(small));
+        let Some(stays) = is_small.iter().position(|&is_small| !is_small) else { return Ok(()) };
+        let mut surface = Surface::new(&mut device.cpu_queue(), self.take_start(), false)?;
+        let roles = surface.roles.host_mut();
+        // As if they had been contracted into one that stays: their faces have no other corner then.
+        for (role, _) in roles.iter_mut().zip(is_small).filter(|(_, is_small)| *is_small) {
+            *role = GONE | stays as u32;
+        }
+        surface.compact_on_host(&mut self.carried, faces);
+        let vertices = surface.vertex_count;
+        self.positions = surface.positions.host()[..vertices].to_vec();
+        self.faces = surface.faces.host()[..faces].to_vec();
+        let (starts, rings) = (surface.ring_starts.host(), surface.ring_faces.host());
+        self.rings = Rings { starts: starts[..=vertices].to_vec(), faces: rings[..3 * faces].to_vec() };
+        self.earlier.pace = None;
+        self.warnings.push(parts_dropped(small.parts));
+        Ok(())
+    }
+
     /// Frees vertices that nothing holds but seams, whose flags are found anew.
     fn taken_up(mut self) -> Self {
         self.fans = fans(bytemuck::cast_slice(&self.faces), &self.rings);
@@ -208,8 +261,10 @@ mod tests {
     use super::super::prepare::{begin, prepare};
     use super::super::yielding::Yields;
     use super::*;
-    use crate::backend::{Awake, Device};
-    use crate::math::{Vec2, Vec3};
+    use crate::backend::Awake;
+    use crate::kernel::rows::Face;
+    use crate::math::{DVec3, Vec2, Vec3};
+    use crate::mesh::prune::find_small;
     use crate::mesh::{Materials, Mesh, shapes};
     use crate::simplify::{Budget, Outcome, StopReason};
 
@@ -355,9 +410,70 @@ mod tests {
         let is_later = |kept: &Prepared| (AHEAD * second.mesh.faces.len()..faces).contains(&kept.faces.len());
         assert!(kept.kept.iter().any(is_later), "{} faces", second.mesh.faces.len());
         assert_eq!(kept.ahead(0, f64::INFINITY).map(|taken| taken.faces.len()), Some(faces));
-        // After the last one none is wanted.
-        kept.begin(&kept.ahead(0, f64::INFINITY).expect("a checkpoint"), Some(2), false, &options);
-        assert!(kept.ahead(0, f64::INFINITY).is_none());
+        // They stay past the last one, for a run without small parts; of a run after which nothing more yields there are none.
+        let taken = kept.ahead(0, f64::INFINITY).expect("a checkpoint");
+        kept.begin(&taken, Some(2), false, &options);
+        assert!(kept.ahead(0, f64::INFINITY).is_some());
+        kept.begin(&prepare(&mesh, &options).expect("a valid mesh"), Some(2), false, &options);
+        assert!(kept.is_empty() && kept.ahead(0, f64::INFINITY).is_none());
+    }
+
+    /// A mesh in charts, and beside it so many tetrahedra, each a chart of its own.
+    fn dusty(mut mesh: Mesh, count: u32) -> Mesh {
+        let grain = shapes::tetrahedron();
+        for i in 0..count {
+            let first = mesh.positions.len() as u32;
+            let at = DVec3::new(f64::from(i % 20) * 2.0, f64::from(i / 20) * 2.0, 1.0);
+            mesh.positions.extend(grain.positions.iter().map(|&p| at + p * 0.1));
+            mesh.faces.extend(grain.faces.iter().map(|face| face.map(|v| v + first)));
+            let texcoords = mesh.texcoords.get_or_insert_default();
+            texcoords.extend(grain.faces.iter().map(|face| face.map(|v| Vec2::new(v as f32, -1.0 - i as f32))));
+        }
+        mesh
+    }
+
+    /// What is left of a checkpoint is what the run had of all else, and a run goes on from there.
+    #[test]
+    fn a_checkpoint_without_small_parts_has_all_of_the_others() {
+        let (mesh, options, device) =
+            (dusty(charts_of(100), 300), Options::default(), Device::cpu(1).expect("a device"));
+        let of_dust = |input: u32| input as usize >= 101 * 101;
+        let (kept, stuck) = checkpoints(&mesh, &options, 200);
+        assert!(stuck.mesh.faces.len() >= 4 * 300);
+        let small = find_small(&mesh, 0.0, options.layers(&mesh), 0.05);
+        assert_eq!((small.parts, small.vertices.iter().filter(|&&is_small| is_small).count()), (300, 1200));
+        let whole = kept.kept.iter().rfind(|kept| kept.faces.len() >= AHEAD * stuck.mesh.faces.len());
+        let whole = whole.expect("a checkpoint");
+        let found = kept.without(&small, 200, &device).expect("room");
+        let start = found.ahead(0, f64::INFINITY).expect("a checkpoint");
+
+        let places = |prepared: &Prepared| {
+            let corner =
+                |&v: &u32| (prepared.carried.origin[v as usize], prepared.positions[v as usize].xyz().to_array());
+            let is_left = |face: &&Face| !of_dust(prepared.carried.origin[face.a as usize] & !MOVED_FROM);
+            let faces = prepared.faces.iter().filter(is_left);
+            faces.map(|face| face.corners().each_ref().map(corner)).collect::<Vec<_>>()
+        };
+        assert_eq!(places(&start), places(whole));
+        assert_eq!((start.faces.len(), whole.faces.len()), (places(whole).len(), places(whole).len() + 1200));
+        assert!(start.carried.origin.iter().all(|origin| !of_dust(origin & !MOVED_FROM)));
+        assert_eq!(start.rings, Rings::new(bytemuck::cast_slice(&start.faces), start.positions.len()));
+        let wedges = start.carried.wedges.as_ref().expect("a texture");
+        assert_eq!(wedges.connectivity().0.len(), start.faces.len());
+        assert!(start.warnings.contains(&parts_dropped(300)));
+        // Too near to what is asked for, and where nothing is small or all is.
+        assert!(kept.without(&small, whole.faces.len(), &device).expect("room").is_empty());
+        for (vertices, faces) in
+            [(vec![false; mesh.positions.len()], whole.faces.len()), (vec![true; mesh.positions.len()], 0)]
+        {
+            let found = kept.without(&Small { vertices, parts: 0 }, 200, &device).expect("room");
+            assert_eq!(found.ahead(0, f64::INFINITY).map_or(0, |start| start.faces.len()), faces);
+        }
+        let outcome = super::super::run(&mesh, &options, &[Budget::faces(200)], &device, None);
+        let outcome = outcome.expect("a valid mesh").pop().expect("one budget");
+        assert_eq!((outcome.stop, outcome.mesh.faces.len()), (StopReason::FacesReached, 200));
+        assert!(outcome.warnings.iter().any(|warning| warning.contains("across go")), "{:?}", outcome.warnings);
+        assert!(outcome.rounds.iter().any(|round| round.faces == start.faces.len() as u64));
     }
 
     /// A run that seams keep from what is asked goes on from where it was, and comes to it.

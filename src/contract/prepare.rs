@@ -190,9 +190,14 @@ pub fn begin(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     Ok(prepared)
 }
 
+/// What the user is told where so many small parts are.
+pub fn parts_dropped(count: usize) -> String {
+    format!("small parts dropped: {count}")
+}
+
 impl Options {
     /// Which faces may be repetitions of each other: all, where nothing is cut apart or no material is kept to tell them by.
-    fn layers<'a>(&self, mesh: &'a Mesh) -> Layers<'a> {
+    pub(crate) fn layers<'a>(&self, mesh: &'a Mesh) -> Layers<'a> {
         let keeps_materials = !(self.attributes.dropped.materials || self.attributes.smooth);
         Layers::new(mesh.materials.as_ref().filter(|_| self.cuts() && keeps_materials))
     }
@@ -230,7 +235,7 @@ fn arranged(mesh: &Mesh, options: &Options, layers: Layers<'_>) -> Result<(Arran
         let reason = if pruned > 0 { "every part is below the prune limit: give a smaller one" } else { NO_FACE_LEFT };
         return Err(Error::Mesh(reason.into()));
     }
-    let parts = (pruned > 0).then(|| format!("small parts dropped: {pruned}"));
+    let parts = (pruned > 0).then(|| parts_dropped(pruned));
     let dropped = (options.log && holds_more_than_a_log(mesh, &options.attributes)).then(|| {
         "a log holds one normal and one color a vertex: texture coordinates, creases, materials and channels are dropped".into()
     });

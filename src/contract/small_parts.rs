@@ -2,16 +2,19 @@
 //!
 //! A part never has fewer faces than its topology needs, four where it is closed. Many small ones are more than was asked for: the
 //! run gets stuck, and on its way has crushed whatever is large. It is made again without those that are smaller than what it came
-//! to is off.
+//! to is off: from a [checkpoint](super::checkpoint) where seams, or vertices where the surface is not manifold, had one kept, or from
+//! its start.
 
 use std::time::Instant;
 
 use crate::error::Result;
 use crate::math::DVec3;
+use crate::mesh::prune::find_small;
 use crate::mesh::topology::Components;
 use crate::mesh::{Mesh, weld};
 use crate::simplify::{Budget, OnProgress, Outcome, StopReason};
 
+use super::checkpoint::Checkpoints;
 use super::driver::Job;
 use super::pressure::has_error;
 use super::{Options, Placement, attempts};
@@ -27,7 +30,8 @@ const PAST: f64 = 1.0 + 1e-6;
 
 /// Runs a job, and again where small parts kept it from its number of faces.
 pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Vec<Outcome>> {
-    let mut made = attempts::run(job, progress.as_deref_mut())?;
+    let mut checkpoints = Checkpoints::default();
+    let mut made = attempts::run(job, &mut checkpoints, progress.as_deref_mut())?;
     let is_stuck = |(outcome, budget): (&Outcome, &Budget)| outcome.stop == StopReason::Stuck && budget.counts_faces();
     let was_cancelled = made.iter().any(|outcome| outcome.stop == StopReason::Cancelled);
     if was_cancelled || job.options.joins() || !made.iter().zip(job.budgets).any(is_stuck) {
@@ -46,7 +50,7 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
         match all.limit(&made[level], &left, target).filter(|_| may_go(job.options) && !is_bounded) {
             Some(limit) => {
                 let is_fewer = |found: &Outcome, made: &Outcome| found.mesh.faces.len() < made.mesh.faces.len();
-                if again(job, (level, limit), &mut made, progress.as_deref_mut(), is_fewer)? {
+                if again(job, (level, limit), &checkpoints, &mut made, progress.as_deref_mut(), is_fewer)? {
                     remade.push((level, limit));
                 }
             }
@@ -60,7 +64,7 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
             if is_finer && made[level].error_estimate > made[coarser].error_estimate && !has_error(&job.budgets[level])
             {
                 let is_closer = |found: &Outcome, made: &Outcome| found.error_estimate < made.error_estimate;
-                again(job, (level, limit), &mut made, progress.as_deref_mut(), is_closer)?;
+                again(job, (level, limit), &checkpoints, &mut made, progress.as_deref_mut(), is_closer)?;
             }
         }
     }
@@ -71,6 +75,7 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
 fn again(
     job: Job<'_>,
     (level, limit): (usize, Limit),
+    checkpoints: &Checkpoints,
     made: &mut [Outcome],
     progress: Option<&mut OnProgress<'_>>,
     is_better: impl Fn(&Outcome, &Outcome) -> bool,
@@ -81,7 +86,14 @@ fn again(
     let clock = Instant::now();
     let options = Options { prune: Some(limit.share), ..job.options.clone() };
     let budgets = &job.budgets[level..=level];
-    let found = attempts::run(Job { options: &options, budgets, ..job }, progress)?.pop();
+    let mut checkpoints = if checkpoints.is_empty() {
+        Checkpoints::default()
+    } else {
+        let Job { mesh, device, .. } = job;
+        let small = find_small(mesh, options.weld.unwrap_or_default(), options.layers(mesh), limit.share);
+        checkpoints.without(&small, job.budgets[level].target_faces(mesh.faces.len())?, device)?
+    };
+    let found = attempts::run(Job { options: &options, budgets, ..job }, &mut checkpoints, progress)?.pop();
     let outcome = &mut made[level];
     let Some(mut found) = found else { return Ok(false) };
     found.error_estimate = found.error_estimate.max(limit.length);

@@ -1,7 +1,8 @@
 //! Drops small parts: dust of scans, screws of assemblies.
 
+use super::layers::Layers;
 use super::topology::Components;
-use super::weld::Welded;
+use super::weld::{Welded, weld_layers};
 use super::{Channel, Mesh};
 use crate::math::DVec3;
 
@@ -11,15 +12,7 @@ use crate::math::DVec3;
 /// Parts are connected over vertices. With a fraction of 0 nothing is dropped, with 1 all but a part as large as the mesh.
 pub fn prune(welded: &mut Welded, fraction: f64) -> usize {
     let mesh = &welded.mesh;
-    let parts = Components::new(&mesh.faces, mesh.positions.len());
-    let mut bounds = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); parts.count];
-    for (&part, &p) in parts.of_vertex.iter().zip(&mesh.positions) {
-        if let Some((low, high)) = bounds.get_mut(part as usize) {
-            (*low, *high) = (low.min(p), high.max(p));
-        }
-    }
-    let least = fraction * mesh.diagonal();
-    let small: Vec<bool> = bounds.iter().map(|&(low, high)| (high - low).length() < least).collect();
+    let (parts, small) = small_parts(mesh, fraction);
     let dropped = small.iter().filter(|&&small| small).count();
     if dropped == 0 {
         return 0;
@@ -59,6 +52,40 @@ pub fn prune(welded: &mut Welded, fraction: f64) -> usize {
         retain(colors, &stays);
     }
     dropped
+}
+
+/// What [`prune`] drops of a mesh.
+#[derive(Debug, Clone)]
+pub(crate) struct Small {
+    /// Which vertices, of those that others are joined into.
+    pub vertices: Vec<bool>,
+    /// How many parts.
+    pub parts: usize,
+}
+
+/// What [`prune`] drops of a mesh that is welded so.
+pub(crate) fn find_small(mesh: &Mesh, tolerance: f64, layers: Layers<'_>, fraction: f64) -> Small {
+    let welded = weld_layers(mesh, tolerance, layers);
+    let (parts, small) = small_parts(&welded.mesh, fraction);
+    let mut vertices = vec![false; mesh.positions.len()];
+    for (&source, &part) in welded.vertex_source.iter().zip(&parts.of_vertex) {
+        vertices[source as usize] = small.get(part as usize).is_some_and(|&small| small);
+    }
+    Small { vertices, parts: small.into_iter().filter(|&small| small).count() }
+}
+
+/// The parts of a mesh, and which of them are small.
+fn small_parts(mesh: &Mesh, fraction: f64) -> (Components, Vec<bool>) {
+    let parts = Components::new(&mesh.faces, mesh.positions.len());
+    let mut bounds = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); parts.count];
+    for (&part, &p) in parts.of_vertex.iter().zip(&mesh.positions) {
+        if let Some((low, high)) = bounds.get_mut(part as usize) {
+            (*low, *high) = (low.min(p), high.max(p));
+        }
+    }
+    let least = fraction * mesh.diagonal();
+    let small = bounds.iter().map(|&(low, high)| (high - low).length() < least).collect();
+    (parts, small)
 }
 
 fn retain<T>(rows: &mut Vec<T>, stays: &[bool]) {
