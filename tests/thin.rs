@@ -203,7 +203,6 @@ fn strips_are_no_reason_to_stay() {
     }
 }
 
-/// Of a washer a third of the pairs are cheap: no other is contracted for want of those.
 /// `count`² blades of two by eight triangles, which bend and come to a point, each turned another way.
 fn blades(count: u32) -> Mesh {
     let mut all = Mesh::default();
@@ -236,6 +235,7 @@ fn tips_of_blades_stay() {
     assert!(found.rms <= 0.0015, "{}", found.rms);
 }
 
+/// Of a washer a third of the pairs are cheap: no other is contracted for want of those.
 #[test]
 fn nothing_dear_goes_where_few_pairs_are_cheap() {
     let washer = turned(&[[9.5, 0.0], [10.0, 0.0], [10.0, 0.2], [9.5, 0.2]], 5000, true);

@@ -19,7 +19,9 @@ use super::carry::MOVED_FROM;
 use super::driver::Run;
 use super::pace::Pace;
 use super::prepare::{Prepared, parts_dropped};
+use super::small_parts::may_go;
 use super::surface::Surface;
+use super::yielding::Yields;
 use super::{Metric, Options};
 
 /// How many times fewer faces than one checkpoint the next has at least: copying them all takes about as long as one copy of the
@@ -41,6 +43,8 @@ pub struct Checkpoints {
     /// What the run came to from its start, or from where it parted.
     came_to: usize,
     phase: Phase,
+    /// Whether the run is one after which nothing more yields.
+    is_last: bool,
 }
 
 /// What a run is that notes checkpoints.
@@ -56,20 +60,24 @@ enum Phase {
 }
 
 impl Checkpoints {
-    /// Begins with a run from `start` to so many faces at least, after which more may yield, or not.
+    /// Begins with a run from `start` to so many faces at least, after which more may yield, or not: then those of runs before are kept
+    /// where small parts may go.
     ///
     /// There are none where the start of all is wanted later on: planes are summed there, and vertices fitted to it.
     pub fn begin(&mut self, start: &Prepared, target: Option<usize>, may_more: bool, options: &Options) {
-        if !start.earlier.rounds.is_empty() {
-            // Those of the first stay: from where others took it up it had not taken all that no seam holds.
-            self.phase = if self.phase == Phase::Parting { Phase::First } else { Phase::Again };
-            (self.next, self.target) = (None, target.unwrap_or_default());
-            return;
-        }
-        let Some(target) = target.filter(|_| may_more) else {
+        let is_first = start.earlier.rounds.is_empty();
+        self.is_last = target.is_none() || !may_more;
+        if self.is_last && (is_first || !may_go(options)) {
             *self = Self::default();
             return;
-        };
+        }
+        let target = target.unwrap_or_default();
+        if !is_first {
+            // Those of the first stay: from where others took it up it had not taken all that no seam holds.
+            self.phase = if self.phase == Phase::Parting { Phase::First } else { Phase::Again };
+            (self.next, self.target) = (None, target);
+            return;
+        }
         let may_get_stuck = start.positions.iter().any(|p| p.flags & (SEAM | JOINED) != 0);
         let next = (may_get_stuck && may_go_on(options)).then_some(start.faces.len() / SHRUNK);
         *self = Self { next, target, came_to: start.faces.len(), ..Self::default() };
@@ -118,23 +126,27 @@ impl Checkpoints {
     pub fn ahead(&self, faces: usize, most_error: f64) -> Option<Prepared> {
         let least = AHEAD * self.came_to.max(faces);
         let is_sound = |kept: &Prepared| f64::from(kept.earlier.deviation) <= kept.frame.length_to_rows(most_error);
-        let last = self.kept.iter().rfind(|kept| kept.faces.len() >= least && is_sound(kept));
+        let is_taken = |kept: &&Prepared| !self.is_last && kept.faces.len() >= least && is_sound(kept);
+        let last = self.kept.iter().rfind(is_taken);
         last.map(|kept| kept.copy().taken_up())
     }
 
-    /// The last far enough from `target`, without small parts, for a run to so many faces; none where that is from the start.
-    pub(crate) fn without(&self, small: &Small, target: usize, device: &Device) -> Result<Self> {
-        let is_far =
-            |kept: &&Prepared| kept.faces.len() >= AHEAD * self.came_to && kept.faces_without(small) >= AHEAD * target;
-        let Some(last) = self.kept.iter().rfind(is_far) else { return Ok(Self::default()) };
+    /// The last one that is far enough from `target`, and from where the run got stuck, without the small parts that are found, as one
+    /// where a run parted; none where that is from the start, or where more yields than in a run that begins there.
+    pub(crate) fn without(&mut self, target: usize, find: impl FnOnce() -> Small, device: &Device) -> Result<Self> {
+        let is_far = |kept: &Prepared| kept.faces.len() >= AHEAD * self.came_to;
+        self.kept.retain(|kept| is_far(kept) && kept.earlier.yields == Yields::Nothing && !kept.complex_yield);
+        if self.kept.is_empty() {
+            return Ok(Self::default());
+        }
+        let small = find();
+        let is_enough = |kept: &&Prepared| kept.faces_without(&small) >= AHEAD * target;
+        let Some(last) = self.kept.iter().rfind(is_enough).filter(|_| small.parts > 0) else {
+            return Ok(Self::default());
+        };
         let mut start = last.copy();
-        start.leave_out(small, device)?;
-        Ok(Self { kept: [start].into(), target, came_to: target, phase: Phase::Again, ..Self::default() })
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.kept.is_empty()
+        start.leave_out(&small, device)?;
+        Ok(Self { kept: [start].into(), target, came_to: target, phase: Phase::Parting, ..Self::default() })
     }
 
     /// Where a run parted; nothing where it did not.
@@ -159,6 +171,8 @@ pub struct Earlier {
     pub deviation: f32,
     /// None where it is to be found anew.
     pub pace: Option<Pace>,
+    /// The seams that yield in the run.
+    pub yields: Yields,
 }
 
 /// Whether a run may go on from a checkpoint.
@@ -259,7 +273,6 @@ mod tests {
     use super::super::driver::{self, Job};
     use super::super::levels::Levels;
     use super::super::prepare::{begin, prepare};
-    use super::super::yielding::Yields;
     use super::*;
     use crate::backend::Awake;
     use crate::kernel::rows::Face;
@@ -410,12 +423,12 @@ mod tests {
         let is_later = |kept: &Prepared| (AHEAD * second.mesh.faces.len()..faces).contains(&kept.faces.len());
         assert!(kept.kept.iter().any(is_later), "{} faces", second.mesh.faces.len());
         assert_eq!(kept.ahead(0, f64::INFINITY).map(|taken| taken.faces.len()), Some(faces));
-        // They stay past the last one, for a run without small parts; of a run after which nothing more yields there are none.
+        // After the last one none is wanted; they stay where small parts may go.
         let taken = kept.ahead(0, f64::INFINITY).expect("a checkpoint");
-        kept.begin(&taken, Some(2), false, &options);
-        assert!(kept.ahead(0, f64::INFINITY).is_some());
-        kept.begin(&prepare(&mesh, &options).expect("a valid mesh"), Some(2), false, &options);
-        assert!(kept.is_empty() && kept.ahead(0, f64::INFINITY).is_none());
+        for (prune, stay) in [(None, true), (Some(0.0), false)] {
+            kept.begin(&taken, Some(2), false, &Options { prune, ..options.clone() });
+            assert_eq!((kept.ahead(0, f64::INFINITY).is_none(), kept.kept.is_empty()), (true, !stay));
+        }
     }
 
     /// A mesh in charts, and beside it so many tetrahedra, each a chart of its own.
@@ -438,13 +451,13 @@ mod tests {
         let (mesh, options, device) =
             (dusty(charts_of(100), 300), Options::default(), Device::cpu(1).expect("a device"));
         let of_dust = |input: u32| input as usize >= 101 * 101;
-        let (kept, stuck) = checkpoints(&mesh, &options, 200);
+        let (mut kept, stuck) = checkpoints(&mesh, &options, 200);
         assert!(stuck.mesh.faces.len() >= 4 * 300);
         let small = find_small(&mesh, 0.0, options.layers(&mesh), 0.05);
         assert_eq!((small.parts, small.vertices.iter().filter(|&&is_small| is_small).count()), (300, 1200));
         let whole = kept.kept.iter().rfind(|kept| kept.faces.len() >= AHEAD * stuck.mesh.faces.len());
-        let whole = whole.expect("a checkpoint");
-        let found = kept.without(&small, 200, &device).expect("room");
+        let whole = whole.expect("a checkpoint").copy();
+        let found = kept.without(200, || small.clone(), &device).expect("room");
         let start = found.ahead(0, f64::INFINITY).expect("a checkpoint");
 
         let places = |prepared: &Prepared| {
@@ -454,20 +467,29 @@ mod tests {
             let faces = prepared.faces.iter().filter(is_left);
             faces.map(|face| face.corners().each_ref().map(corner)).collect::<Vec<_>>()
         };
-        assert_eq!(places(&start), places(whole));
-        assert_eq!((start.faces.len(), whole.faces.len()), (places(whole).len(), places(whole).len() + 1200));
+        let left = places(&whole);
+        assert!(places(&start) == left);
+        assert_eq!((start.faces.len(), whole.faces.len()), (left.len(), left.len() + 1200));
         assert!(start.carried.origin.iter().all(|origin| !of_dust(origin & !MOVED_FROM)));
         assert_eq!(start.rings, Rings::new(bytemuck::cast_slice(&start.faces), start.positions.len()));
         let wedges = start.carried.wedges.as_ref().expect("a texture");
         assert_eq!(wedges.connectivity().0.len(), start.faces.len());
         assert!(start.warnings.contains(&parts_dropped(300)));
-        // Too near to what is asked for, and where nothing is small or all is.
-        assert!(kept.without(&small, whole.faces.len(), &device).expect("room").is_empty());
-        for (vertices, faces) in
-            [(vec![false; mesh.positions.len()], whole.faces.len()), (vec![true; mesh.positions.len()], 0)]
-        {
-            let found = kept.without(&Small { vertices, parts: 0 }, 200, &device).expect("room");
-            assert_eq!(found.ahead(0, f64::INFINITY).map_or(0, |start| start.faces.len()), faces);
+        // Too near to what is asked for, and where nothing is small.
+        let is_none = |kept: &mut Checkpoints, target: usize, small: &Small| {
+            kept.without(target, || small.clone(), &device).expect("room").kept.is_empty()
+        };
+        assert!(is_none(&mut kept, whole.faces.len(), &small));
+        assert!(is_none(&mut kept, 200, &Small { vertices: vec![false; mesh.positions.len()], parts: 0 }));
+        // Where more seams yield, or where the run that got stuck was hardly farther than that, none is looked for.
+        let mut yielding = Checkpoints { kept: [whole.copy()].into(), came_to: 2, ..Checkpoints::default() };
+        assert!(!is_none(&mut yielding, 200, &small));
+        yielding.kept[0].earlier.yields = Yields::Corners;
+        let mut near =
+            Checkpoints { kept: [whole.copy()].into(), came_to: whole.faces.len(), ..Checkpoints::default() };
+        for kept in [&mut yielding, &mut near] {
+            let found = kept.without(200, || unreachable!("no checkpoint will do"), &device).expect("room");
+            assert!(found.kept.is_empty() && kept.kept.is_empty());
         }
         let outcome = super::super::run(&mesh, &options, &[Budget::faces(200)], &device, None);
         let outcome = outcome.expect("a valid mesh").pop().expect("one budget");

@@ -12,7 +12,7 @@ use super::destination::{Attributed, Choice, Costs, Destination};
 use super::filter::{Rejection, closed_link_condition, link_condition};
 use super::patch::{Accumulated, Patch, Placed};
 use super::placement::Quadric;
-use super::retreat::{BELIEVED, MEAN_SQ, believed_sq, retreat_sq};
+use super::retreat::{BELIEVED, RETREAT, believed_sq, retreat_sq};
 use super::rules::Rules;
 use super::seam_filter::seams_let;
 use super::sides::Sides;
@@ -33,7 +33,7 @@ const HELD_SEAM_WEIGHT: f64 = 1.0;
 /// that is on the flat as well, which rounds nothing: new places off their flats made others dear, round after round.
 const FLAT: f64 = 1e-8;
 
-/// What [`BELIEVED`] is of how far the new vertex is from what was there; the middles of new edges keep that. With 1.5 boxes of an office
+/// As [`BELIEVED`], for how far the new vertex is from what was there; the middles of new edges keep that one. With 1.5 boxes of an office
 /// with a twentieth of their faces are 2.8 times as far off (RMS), with 3 an airplane at 1 % has a tip twice as far out.
 const BELIEVED_OUT: f64 = 2.0;
 
@@ -165,7 +165,7 @@ impl Examiner {
             retreat = retreat.max(height_of_walls(&cancelled, patch, at.as_dvec3()));
         }
         let out = if is_bent { out.max(advance(&self.star, pair, moved_to, limit_sq)) } else { Advance::default() };
-        let mut unforeseen = (MEAN_SQ * retreat * retreat * costs.geometry.weight()).max(out.cost).max(of_moved);
+        let mut unforeseen = (RETREAT * retreat * retreat * costs.geometry.weight()).max(out.cost).max(of_moved);
         if weight * unforeseen > known
             && (pu.flags | pw.flags) & BORDER != 0
             && cancelled.is_empty()
@@ -192,7 +192,7 @@ impl Examiner {
             Metric::Volume => {
                 // The mean of a star for what retreats; for what goes out all of it: with as little thin plates were up to three times
                 // as far off as estimated.
-                let unforeseen_step = (MEAN_SQ.sqrt() * retreat).max(out.distance);
+                let unforeseen_step = (RETREAT.sqrt() * retreat).max(out.distance);
                 let step = off_planes(&costs.geometry, x).max(unforeseen_step as f32);
                 Accumulated::Drift(patch.drift(pair[0], pair[1]) + step)
             }

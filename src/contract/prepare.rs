@@ -86,6 +86,7 @@ impl Prepared {
     pub fn flag_seams(&mut self, mesh: &Mesh, seams: &[u32], yields: Yields) {
         self.fans = Vec::new();
         self.earlier.pace.take_if(|_| yields != Yields::Nothing);
+        self.earlier.yields = yields;
         if let Some(wedges) = &mut self.carried.wedges {
             wedges.let_yield(mesh, yields);
         }

@@ -22,7 +22,7 @@ use super::star::Star;
 /// How many times as far from what a pair leaves as its quadric says an end may be until that is believed no more.
 pub const BELIEVED: f64 = 3.0;
 /// What the squared distances of a star from what a pair leaves of it are in the mean, of that of the farther end.
-pub const MEAN_SQ: f64 = 0.2;
+pub const RETREAT: f64 = 0.2;
 /// Up to which share of half the pair's length, squared, distances are rounding.
 const ROUNDING_SQ: f64 = 1e-6;
 

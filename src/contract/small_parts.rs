@@ -50,7 +50,7 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
         match all.limit(&made[level], &left, target).filter(|_| may_go(job.options) && !is_bounded) {
             Some(limit) => {
                 let is_fewer = |found: &Outcome, made: &Outcome| found.mesh.faces.len() < made.mesh.faces.len();
-                if again(job, (level, limit), &checkpoints, &mut made, progress.as_deref_mut(), is_fewer)? {
+                if again(job, (level, limit), &mut checkpoints, &mut made, progress.as_deref_mut(), is_fewer)? {
                     remade.push((level, limit));
                 }
             }
@@ -64,7 +64,7 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
             if is_finer && made[level].error_estimate > made[coarser].error_estimate && !has_error(&job.budgets[level])
             {
                 let is_closer = |found: &Outcome, made: &Outcome| found.error_estimate < made.error_estimate;
-                again(job, (level, limit), &checkpoints, &mut made, progress.as_deref_mut(), is_closer)?;
+                again(job, (level, limit), &mut checkpoints, &mut made, progress.as_deref_mut(), is_closer)?;
             }
         }
     }
@@ -75,7 +75,7 @@ pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Ve
 fn again(
     job: Job<'_>,
     (level, limit): (usize, Limit),
-    checkpoints: &Checkpoints,
+    checkpoints: &mut Checkpoints,
     made: &mut [Outcome],
     progress: Option<&mut OnProgress<'_>>,
     is_better: impl Fn(&Outcome, &Outcome) -> bool,
@@ -86,13 +86,9 @@ fn again(
     let clock = Instant::now();
     let options = Options { prune: Some(limit.share), ..job.options.clone() };
     let budgets = &job.budgets[level..=level];
-    let mut checkpoints = if checkpoints.is_empty() {
-        Checkpoints::default()
-    } else {
-        let Job { mesh, device, .. } = job;
-        let small = find_small(mesh, options.weld.unwrap_or_default(), options.layers(mesh), limit.share);
-        checkpoints.without(&small, job.budgets[level].target_faces(mesh.faces.len())?, device)?
-    };
+    let Job { mesh, device, .. } = job;
+    let find = || find_small(mesh, options.weld.unwrap_or_default(), options.layers(mesh), limit.share);
+    let mut checkpoints = checkpoints.without(job.budgets[level].target_faces(mesh.faces.len())?, find, device)?;
     let found = attempts::run(Job { options: &options, budgets, ..job }, &mut checkpoints, progress)?.pop();
     let outcome = &mut made[level];
     let Some(mut found) = found else { return Ok(false) };
@@ -115,7 +111,7 @@ fn again(
 
 /// Whether parts may go that nobody named: none where vertices stay or are those of other levels, a log tells of all, or faces that
 /// lie side by side are parts of their own.
-fn may_go(options: &Options) -> bool {
+pub fn may_go(options: &Options) -> bool {
     let is_held = options.locked.is_some() || options.lock.is_some() || options.lock_border;
     let is_of_input = options.placement == Placement::Endpoint;
     options.prune.is_none() && options.weld.is_some() && !(is_held || is_of_input || options.log)
