@@ -8,19 +8,16 @@ use std::ops::ControlFlow;
 
 use crate::backend::Device;
 use crate::error::Result;
-use crate::kernel::contract_vertices::GONE;
 use crate::kernel::rows::{BORDER, HELD, HUB, JOINED, LOCKED, SEAM};
 use crate::mesh::Rings;
 use crate::mesh::fan::fans;
 use crate::mesh::prune::Small;
 use crate::simplify::{Phases, RoundRecord};
 
-use super::carry::MOVED_FROM;
 use super::driver::Run;
 use super::pace::Pace;
-use super::prepare::{Prepared, parts_dropped};
+use super::prepare::Prepared;
 use super::small_parts::may_go;
-use super::surface::Surface;
 use super::yielding::Yields;
 use super::{Metric, Options};
 
@@ -222,38 +219,6 @@ impl Prepared {
         }
     }
 
-    /// Whether each vertex is one of a small part.
-    fn small_ones(&self, small: &Small) -> Vec<bool> {
-        self.carried.origin.iter().map(|origin| small.vertices[(origin & !MOVED_FROM) as usize]).collect()
-    }
-
-    /// How many faces there are without small parts.
-    fn faces_without(&self, small: &Small) -> usize {
-        let is_small = self.small_ones(small);
-        self.faces.iter().filter(|face| !is_small[face.a as usize]).count()
-    }
-
-    /// Leaves out small parts, but for all that there is.
-    fn leave_out(&mut self, small: &Small, device: &Device) -> Result<()> {
-        let (faces, is_small) = (self.faces_without(small), self.small_ones(small));
-        let Some(stays) = is_small.iter().position(|&is_small| !is_small) else { return Ok(()) };
-        let mut surface = Surface::new(&mut device.cpu_queue(), self.take_start(), false)?;
-        let roles = surface.roles.host_mut();
-        // As if they had been contracted into one that stays: their faces have no other corner then.
-        for (role, _) in roles.iter_mut().zip(is_small).filter(|(_, is_small)| *is_small) {
-            *role = GONE | stays as u32;
-        }
-        surface.compact_on_host(&mut self.carried, faces);
-        let vertices = surface.vertex_count;
-        self.positions = surface.positions.host()[..vertices].to_vec();
-        self.faces = surface.faces.host()[..faces].to_vec();
-        let (starts, rings) = (surface.ring_starts.host(), surface.ring_faces.host());
-        self.rings = Rings { starts: starts[..=vertices].to_vec(), faces: rings[..3 * faces].to_vec() };
-        self.earlier.pace = None;
-        self.warnings.push(parts_dropped(small.parts));
-        Ok(())
-    }
-
     /// Frees vertices that nothing holds but seams, whose flags are found anew.
     fn taken_up(mut self) -> Self {
         self.fans = fans(bytemuck::cast_slice(&self.faces), &self.rings);
@@ -270,9 +235,10 @@ mod tests {
     use std::time::Instant;
 
     use super::super::Options;
+    use super::super::carry::MOVED_FROM;
     use super::super::driver::{self, Job};
     use super::super::levels::Levels;
-    use super::super::prepare::{begin, prepare};
+    use super::super::prepare::{begin, parts_dropped, prepare};
     use super::*;
     use crate::backend::Awake;
     use crate::kernel::rows::Face;

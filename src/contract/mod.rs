@@ -45,6 +45,7 @@ mod join;
 mod keep_wedges;
 mod layout;
 mod least_faces;
+mod leave_out;
 mod levels;
 mod listing;
 mod lock;
