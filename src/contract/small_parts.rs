@@ -8,8 +8,7 @@
 use std::time::Instant;
 
 use crate::error::Result;
-use crate::math::DVec3;
-use crate::mesh::prune::find_small;
+use crate::mesh::prune::{find_small, sizes};
 use crate::mesh::topology::Components;
 use crate::mesh::{Mesh, weld};
 use crate::simplify::{Budget, OnProgress, Outcome, StopReason};
@@ -151,14 +150,8 @@ impl Parts {
         for face in &mesh.faces {
             faces[found.of_vertex[face[0] as usize] as usize] += 1;
         }
-        let mut bounds = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); found.count];
-        for (&part, &p) in found.of_vertex.iter().zip(&mesh.positions) {
-            if let Some((low, high)) = bounds.get_mut(part as usize) {
-                (*low, *high) = (low.min(p), high.max(p));
-            }
-        }
-        let part = |((low, high), faces): ((DVec3, DVec3), usize)| Part { size: (high - low).length(), faces };
-        let mut sorted: Vec<Part> = bounds.into_iter().zip(faces).map(part).collect();
+        let part = |(size, faces): (f64, usize)| Part { size, faces };
+        let mut sorted: Vec<Part> = sizes(&found, &mesh.positions).zip(faces).map(part).collect();
         sorted.sort_by(|a, b| a.size.total_cmp(&b.size));
         Self { sorted, diagonal: mesh.diagonal() }
     }
@@ -203,6 +196,7 @@ mod tests {
     use super::super::run;
     use super::*;
     use crate::backend::Device;
+    use crate::math::DVec3;
     use crate::mesh::shapes;
 
     /// A sphere of 1,280 faces and `count` tetrahedra around it, of such a size.

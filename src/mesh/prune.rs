@@ -77,15 +77,20 @@ pub(crate) fn find_small(mesh: &Mesh, tolerance: f64, layers: Layers<'_>, fracti
 /// The parts of a mesh, and which of them are small.
 fn small_parts(mesh: &Mesh, fraction: f64) -> (Components, Vec<bool>) {
     let parts = Components::new(&mesh.faces, mesh.positions.len());
+    let least = fraction * mesh.diagonal();
+    let small = sizes(&parts, &mesh.positions).map(|size| size < least).collect();
+    (parts, small)
+}
+
+/// The diagonals of the bounding boxes of a mesh's parts.
+pub(crate) fn sizes(parts: &Components, positions: &[DVec3]) -> impl Iterator<Item = f64> {
     let mut bounds = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); parts.count];
-    for (&part, &p) in parts.of_vertex.iter().zip(&mesh.positions) {
+    for (&part, &p) in parts.of_vertex.iter().zip(positions) {
         if let Some((low, high)) = bounds.get_mut(part as usize) {
             (*low, *high) = (low.min(p), high.max(p));
         }
     }
-    let least = fraction * mesh.diagonal();
-    let small = bounds.iter().map(|&(low, high)| (high - low).length() < least).collect();
-    (parts, small)
+    bounds.into_iter().map(|(low, high)| (high - low).length())
 }
 
 fn retain<T>(rows: &mut Vec<T>, stays: &[bool]) {
@@ -132,6 +137,27 @@ mod tests {
         assert_eq!(welded.mesh.face_colors, Some((20..40).map(|f| [f as f32; 4]).collect()));
         assert_eq!(welded.mesh.texcoords, Some((20..40).map(|f| [Vec2::splat(f as f32); 3]).collect()));
         assert!(welded.mesh.check().is_ok());
+    }
+
+    /// As they come, and with faces that share no vertex until they are welded, exactly or within a distance.
+    #[test]
+    fn what_is_found_to_be_small_is_what_goes() {
+        let whole = large_and_small();
+        let mut apart = Mesh::default();
+        for (f, face) in whole.faces.iter().enumerate() {
+            apart.faces.push([0, 1, 2].map(|k| 3 * f as u32 + k));
+            apart.positions.extend(face.map(|v| whole.positions[v as usize]));
+        }
+        let mut beside = apart.clone();
+        beside.positions.iter_mut().enumerate().for_each(|(v, p)| p.x += 1e-6 * (v % 7) as f64);
+        for (mesh, tolerance) in [(whole, 0.0), (apart, 0.0), (beside, 1e-5)] {
+            let small = find_small(&mesh, tolerance, Layers::ONE, 0.2);
+            let mut welded = weld(&mesh, tolerance);
+            let all = welded.vertex_source.clone();
+            assert_eq!((prune(&mut welded, 0.2), small.parts), (1, 1));
+            let stay: Vec<u32> = all.into_iter().filter(|&v| !small.vertices[v as usize]).collect();
+            assert!(stay == welded.vertex_source && stay.len() == 12);
+        }
     }
 
     #[test]
