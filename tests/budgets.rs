@@ -157,7 +157,9 @@ fn options_out_of_range_are_refused() {
         Options { weld: Some(f64::NAN), ..fine.clone() },
         Options { weld: Some(-1.0), ..fine.clone() },
         Options { prune: Some(f64::NAN), ..fine.clone() },
-        Options { prune: Some(1.5), ..fine },
+        Options { prune: Some(1.5), ..fine.clone() },
+        Options { close_holes: Some(-0.1), ..fine.clone() },
+        Options { close_holes: Some(0.1), log: true, ..fine },
     ];
     for options in bad {
         let result = try_contract(&sphere(1), options.clone(), Budget::faces(8));

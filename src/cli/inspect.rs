@@ -189,8 +189,13 @@ impl Record {
         for reason in &self.welded.reasons {
             line("", reason.clone());
         }
-        if self.welded.parts.len() > 1 {
-            line("", "fewer only where parts join (--join-within) or go (--prune)".into());
+        let ways = [
+            (self.welded.parts.len() > 1, "parts join (--join-within) or go (--prune)"),
+            (self.welded.parts.iter().any(|part| part.border_loops > 0), "holes close (--close-holes)"),
+        ];
+        let ways: Vec<&str> = ways.into_iter().filter_map(|(is_one, way)| is_one.then_some(way)).collect();
+        if !ways.is_empty() {
+            line("", format!("fewer only where {}", ways.join(", or ")));
         }
         table
     }

@@ -132,6 +132,7 @@ fn contract(shape: &args::Shape, feature: Feature) -> contract::Options {
         fit: shape.fit,
         flips: flips(shape),
         prune: shape.prune,
+        close_holes: shape.close_holes,
         attributes: attributes(&shape.attributes),
         log: false,
     }

@@ -273,10 +273,11 @@ mod tests {
 
     #[test]
     fn shape_options_reach_the_engine() {
-        let job =
-            job("coarsen simplify sample:part - --format ply -f 8 --metric plane --placement endpoint --max-flip 45 \
-            --weld off --prune 1% --lock-border --border-weight 2 --join-within 0.5 --non-manifold hold --lock-seams \
-            --lock pin");
+        let job = job(
+            "coarsen simplify sample:part - --format ply -f 8 --metric plane --placement endpoint --max-flip 45 \
+            --weld off --prune 1% --close-holes 2% --lock-border --border-weight 2 --join-within 0.5 --non-manifold hold --lock-seams \
+            --lock pin",
+        );
         let Method::Contract(options) = job.expect("a good line").setup.method else { panic!("another method") };
         let expected = contract::Options {
             metric: contract::Metric::Plane,
@@ -295,6 +296,7 @@ mod tests {
             flips: Flips::default(),
             fit: 0,
             prune: Some(0.01),
+            close_holes: Some(0.02),
             attributes: contract::Attributes { lock_seams: true, ..contract::Attributes::default() },
             log: false,
         };
@@ -318,7 +320,15 @@ mod tests {
         {
             assert!(job(wrong).is_err(), "{wrong}");
         }
-        for other in ["--metric plane", "--lock-border", "--fit 1", "--weld off", "--prune 1%", "--max-flip 45"] {
+        for other in [
+            "--metric plane",
+            "--lock-border",
+            "--fit 1",
+            "--weld off",
+            "--prune 1%",
+            "--close-holes 1%",
+            "--max-flip 45",
+        ] {
             assert!(job(&format!("--method cluster -f 8 {other}")).is_err(), "{other}");
         }
     }

@@ -15,6 +15,7 @@ use super::Options;
 use super::attempt::{Attempt, Holds, Step, may_yield};
 use super::checkpoint::Checkpoints;
 use super::driver::{self, Job};
+use super::prepare::Prepared;
 use super::pressure::{compared, face_counts, has_error};
 use super::seam_pressure::{
     FARTHER_WITH_SEAMS, SOUND, are_felt, are_pressing, is_seen, is_wrecked, keep_closer, keep_many, keep_some,
@@ -22,9 +23,10 @@ use super::seam_pressure::{
 };
 use super::yielding::Yields;
 
-/// Runs a job, from a checkpoint if there is one; leaves those of its own.
+/// Runs a job, from its start if that is at hand, or from a checkpoint if there is one; leaves those of its own.
 pub fn run(
     job: Job<'_>,
+    mut start: Option<Prepared>,
     checkpoints: &mut Checkpoints,
     mut progress: Option<&mut OnProgress<'_>>,
 ) -> Result<Vec<Outcome>> {
@@ -34,8 +36,8 @@ pub fn run(
         let clock = Instant::now();
         let budgets: Vec<Budget> = found.left.iter().map(|&level| job.budgets[level]).collect();
         let job = Job { budgets: &budgets, ..job };
-        let Attempt { prepared, step, holds, is_pressed } =
-            Attempt::new(job, found.next, checkpoints.ahead(found.most_faces(), found.most_error()))?;
+        let at = start.take().or_else(|| checkpoints.ahead(found.most_faces(), found.most_error()));
+        let Attempt { prepared, step, holds, is_pressed } = Attempt::new(job, found.next, at)?;
         let outcomes: Vec<Option<Outcome>> = if is_pressed {
             let outcomes = compared(job, prepared, checkpoints, progress.as_deref_mut())?;
             outcomes.into_iter().map(Some).collect()

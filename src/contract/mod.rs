@@ -78,6 +78,7 @@ mod side_edges;
 mod side_faces;
 mod side_sums;
 mod sides;
+mod small_holes;
 mod small_parts;
 mod snapshot;
 mod star;
@@ -232,6 +233,12 @@ pub struct Options {
     /// and counts their size in its estimate, not how far they were from the rest. `None` is 0 with a log, a join distance, locks,
     /// [`Placement::Endpoint`], an error limit, and where nothing is welded.
     pub prune: Option<f64>,
+    /// Close holes whose border's bounding box has a diagonal below this fraction of the mesh's first, but for outlines of sheets; with 0
+    /// none. `None` closes those across which the surface goes on, where they would keep more than half of the faces asked for, none
+    /// fewer than five: the smallest first, as far as they are smaller than three quarters of the sides of that many equal faces, and
+    /// than a twentieth of the diagonal. An outcome warns of what closes, and counts half its size in its estimate. `None` is 0 with a
+    /// log, a join distance, locks, [`Placement::Endpoint`], an error limit, and where nothing is welded.
+    pub close_holes: Option<f64>,
     /// What becomes of normals, colors, texture coordinates and other attributes.
     pub attributes: Attributes,
     /// Whether to keep a log of the contractions: [`Outcome::log`]. Not together with a fit, whose moves are no
@@ -258,6 +265,7 @@ impl Default for Options {
             fit: 0,
             flips: Flips::default(),
             prune: None,
+            close_holes: None,
             attributes: Attributes::default(),
             log: false,
         }
@@ -331,6 +339,14 @@ impl Options {
         if let Some(limit) = self.prune.filter(|limit| !(0.0..=1.0).contains(limit)) {
             return Err(Error::Parameter(format!("the prune limit is {limit}, not in 0 … 1")));
         }
+        if let Some(limit) = self.close_holes.filter(|limit| !(0.0..=1.0).contains(limit)) {
+            return Err(Error::Parameter(format!("the limit of holes that close is {limit}, not in 0 … 1")));
+        }
+        if self.log && self.close_holes.is_some_and(|limit| limit > 0.0) {
+            return Err(Error::Parameter(
+                "a log and holes that close exclude each other: new faces are in no record".into(),
+            ));
+        }
         if self.log && self.fit > 0 {
             return Err(Error::Parameter(
                 "a log and a fit exclude each other: fitted positions are in no record".into(),
@@ -357,7 +373,7 @@ pub fn run(
     device.install(|| {
         let (clock, awake) = (Instant::now(), &Awake::new());
         let job = Job { mesh, options, budgets, device, clock, awake, worst_deviation: f64::INFINITY };
-        let mut outcomes = small_parts::run(job, progress)?;
+        let mut outcomes = small_holes::run(job, progress)?;
         if options.attributes.recomputes() {
             for outcome in &mut outcomes {
                 outcome.mesh.normals = Some(vertex_normals(&outcome.mesh));

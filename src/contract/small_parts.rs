@@ -15,6 +15,7 @@ use crate::simplify::{Budget, OnProgress, Outcome, StopReason};
 
 use super::checkpoint::Checkpoints;
 use super::driver::Job;
+use super::prepare::Prepared;
 use super::pressure::has_error;
 use super::{Options, Placement, attempts};
 
@@ -27,10 +28,10 @@ const LEAST_KEPT: usize = 4;
 /// A limit is past the part that it takes in by this, as it is told of the diagonal.
 const PAST: f64 = 1.0 + 1e-6;
 
-/// Runs a job, and again where small parts kept it from its number of faces.
-pub fn run(job: Job<'_>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Vec<Outcome>> {
+/// Runs a job, whose start is at hand or not, and again where small parts kept it from its number of faces.
+pub fn run(job: Job<'_>, start: Option<Prepared>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Vec<Outcome>> {
     let mut checkpoints = Checkpoints::default();
-    let mut made = attempts::run(job, &mut checkpoints, progress.as_deref_mut())?;
+    let mut made = attempts::run(job, start, &mut checkpoints, progress.as_deref_mut())?;
     let is_stuck = |(outcome, budget): (&Outcome, &Budget)| outcome.stop == StopReason::Stuck && budget.counts_faces();
     let was_cancelled = made.iter().any(|outcome| outcome.stop == StopReason::Cancelled);
     if was_cancelled || job.options.joins() || !made.iter().zip(job.budgets).any(is_stuck) {
@@ -88,7 +89,7 @@ fn again(
     let Job { mesh, device, .. } = job;
     let find = || find_small(mesh, options.weld.unwrap_or_default(), options.layers(mesh), limit.share);
     let mut checkpoints = checkpoints.without(job.budgets[level].target_faces(mesh.faces.len())?, find, device)?;
-    let found = attempts::run(Job { options: &options, budgets, ..job }, &mut checkpoints, progress)?.pop();
+    let found = attempts::run(Job { options: &options, budgets, ..job }, None, &mut checkpoints, progress)?.pop();
     let outcome = &mut made[level];
     let Some(mut found) = found else { return Ok(false) };
     found.error_estimate = found.error_estimate.max(limit.length);

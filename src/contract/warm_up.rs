@@ -57,6 +57,7 @@ fn for_shape(options: &Options, shape: &Mesh, is_held: bool) -> Options {
         weld: Some(0.0),
         join_within: 0.0,
         prune: Some(0.0),
+        close_holes: Some(0.0),
         ..options.clone()
     }
 }

@@ -20,6 +20,7 @@ pub mod dual;
 pub(crate) mod dynamic;
 pub(crate) mod fan;
 pub(crate) mod frame;
+pub(crate) mod holes;
 pub(crate) mod kept;
 pub(crate) mod key_table;
 pub(crate) mod layers;

@@ -119,6 +119,7 @@ impl Run<'_> {
             fit: 0,
             flips: Flips::default(),
             prune: Some(0.0),
+            close_holes: Some(0.0),
             attributes,
             // Parts are put together by the input's vertices.
             non_manifold: NonManifold::Hold,

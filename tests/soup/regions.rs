@@ -94,7 +94,7 @@ fn assert_rebuilds(mesh: &Mesh, options: &Options, budget: Budget, device: &Devi
     let result = joined.map_or_else(|| outcome.mesh.clone(), |distance| weld(&outcome.mesh, distance).mesh);
     let is_turned = outcome.warnings.iter().any(|warning| warning.contains("wound"));
     let parts = if is_turned { Parts::MayTurn(edges_between_regions(&outcome)) } else { Parts::Stay };
-    assert_topology(&start(mesh, options.weld, false), &result, parts);
+    assert_topology(&start(mesh, options.weld, false), &result, parts, 0);
     let told = |materials: &Option<Materials>| materials.is_some() && !options.dropped.materials;
     assert_eq!(outcome.mesh.materials.is_some(), told(&mesh.materials));
     outcome.mesh.check().expect("a valid mesh");

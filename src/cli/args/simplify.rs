@@ -261,6 +261,14 @@ pub struct Shape {
     #[arg(long, value_name = "R|P%", value_parser = values::fraction)]
     pub prune: Option<f64>,
 
+    /// Close holes smaller than this of the diagonal
+    ///
+    /// Closes holes whose border's bounding box has a diagonal below this fraction of the mesh's, but for outlines of sheets, before the
+    /// run: with 0 none. Without the option those close across which the surface goes on, where they would keep more than half of
+    /// the faces asked for and are too small for these to show.
+    #[arg(long, value_name = "R|P%", value_parser = values::fraction)]
+    pub close_holes: Option<f64>,
+
     #[command(flatten)]
     pub attributes: Attributes,
 }
