@@ -388,8 +388,9 @@ pub fn simplify(
 /// and the same bytes on every device, but not the bytes of that run: rounds are chosen for the coarsest level. Fits and
 /// flips are applied to each level, and the run goes on from where it was. Where seams yield, or creases are compared
 /// ([`Seams`](contract::Seams)), levels come from up to four runs, and each is the best that any of these made of it; one
-/// that small parts keep from its number of faces is made by itself without them, and finer ones that are farther off. Every
-/// other method runs once a budget.
+/// that small parts keep from its number of faces is made by itself without them, and finer ones that are farther off; those that
+/// small holes keep from theirs are made of a mesh without these, by themselves where others close. Every other method runs once
+/// a budget.
 ///
 /// [`rounds`](Outcome::rounds), [`seconds`](Outcome::seconds), [`bytes_moved`](Outcome::bytes_moved), the estimated error and
 /// warnings of a level tell of the run from the input on. The [`log`](Outcome::log) is with the coarsest level: another is

@@ -191,7 +191,7 @@ impl Record {
         }
         let ways = [
             (self.welded.parts.len() > 1, "parts join (--join-within) or go (--prune)"),
-            (self.welded.parts.iter().any(|part| part.border_loops > 0), "holes close (--close-holes)"),
+            (self.welded.parts.iter().any(|part| part.border_loops > 1), "holes close (--close-holes)"),
         ];
         let ways: Vec<&str> = ways.into_iter().filter_map(|(is_one, way)| is_one.then_some(way)).collect();
         if !ways.is_empty() {

@@ -233,11 +233,12 @@ pub struct Options {
     /// and counts their size in its estimate, not how far they were from the rest. `None` is 0 with a log, a join distance, locks,
     /// [`Placement::Endpoint`], an error limit, and where nothing is welded.
     pub prune: Option<f64>,
-    /// Close holes whose border's bounding box has a diagonal below this fraction of the mesh's first, but for outlines of sheets; with 0
-    /// none. `None` closes those across which the surface goes on, where they would keep more than half of the faces asked for, none
-    /// fewer than five: the smallest first, as far as they are smaller than three quarters of the sides of that many equal faces, and
-    /// than a twentieth of the diagonal. An outcome warns of what closes, and counts half its size in its estimate. `None` is 0 with a
-    /// log, a join distance, locks, [`Placement::Endpoint`], an error limit, and where nothing is welded.
+    /// Close holes whose border's bounding box has a diagonal below this fraction of the mesh's first; with 0 none. Those of up to 64
+    /// sides, among faces of one winding, material and piece of a texture, and no outline of a sheet; an outcome warns of others. `None`
+    /// closes those across which the surface goes on, where they would keep more than half of the faces asked for, none fewer than
+    /// five: the smallest first, as far as they are smaller than three quarters of the sides of that many equal faces, and than
+    /// a twentieth of the diagonal, if the others keep no more. An outcome warns of what closes, and counts half its size in its
+    /// estimate. `None` is 0 with a log, a join distance, locks, [`Placement::Endpoint`], an error limit, and where nothing is welded.
     pub close_holes: Option<f64>,
     /// What becomes of normals, colors, texture coordinates and other attributes.
     pub attributes: Attributes,
@@ -301,6 +302,14 @@ impl Options {
     fn cuts(&self) -> bool {
         let is_of_input = self.placement == Placement::Endpoint;
         self.non_manifold == NonManifold::Cut && !(self.joins() || self.log || is_of_input)
+    }
+
+    /// Whether parts may go, or holes close, that nobody named: not where vertices stay or are those of other levels, a log tells of
+    /// all, parts join, or faces that lie side by side are parts of their own.
+    fn may_lose_parts(&self) -> bool {
+        let is_held = self.locked.is_some() || self.lock.is_some() || self.lock_border;
+        let is_of_input = self.placement == Placement::Endpoint;
+        self.weld.is_some() && !(is_held || is_of_input || self.log || self.joins())
     }
 
     fn check_triangles(&self) -> Result<()> {

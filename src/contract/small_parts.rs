@@ -17,16 +17,16 @@ use super::checkpoint::Checkpoints;
 use super::driver::Job;
 use super::prepare::Prepared;
 use super::pressure::has_error;
-use super::{Options, Placement, attempts};
+use super::{Options, attempts};
 
 /// The share of the faces asked for that the small parts which stay may have left: the others are for what is large.
 const LEFT: f64 = 0.75;
 /// How large they may be at most, of the diagonal: what is larger is missed.
-const MOST: f64 = 0.05;
+pub const MOST: f64 = 0.05;
 /// The faces of a part that is closed, at least.
 const LEAST_KEPT: usize = 4;
 /// A limit is past the part that it takes in by this, as it is told of the diagonal.
-const PAST: f64 = 1.0 + 1e-6;
+pub const PAST: f64 = 1.0 + 1e-6;
 
 /// Runs a job, whose start is at hand or not, and again where small parts kept it from its number of faces.
 pub fn run(job: Job<'_>, start: Option<Prepared>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Vec<Outcome>> {
@@ -109,12 +109,9 @@ fn again(
     Ok(false)
 }
 
-/// Whether parts may go that nobody named: none where vertices stay or are those of other levels, a log tells of all, or faces that
-/// lie side by side are parts of their own.
+/// Whether parts may go that nobody named.
 pub fn may_go(options: &Options) -> bool {
-    let is_held = options.locked.is_some() || options.lock.is_some() || options.lock_border;
-    let is_of_input = options.placement == Placement::Endpoint;
-    options.prune.is_none() && options.weld.is_some() && !(is_held || is_of_input || options.log)
+    options.prune.is_none() && options.may_lose_parts()
 }
 
 /// Up to which size parts go.
@@ -194,7 +191,7 @@ impl Parts {
 
 #[cfg(test)]
 mod tests {
-    use super::super::run;
+    use super::super::{Placement, run};
     use super::*;
     use crate::backend::Device;
     use crate::math::DVec3;

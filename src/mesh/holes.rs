@@ -57,8 +57,7 @@ pub fn find(faces: &[[u32; 3]], rings: &Rings, fans: &[Fan], place: &[u32], at: 
             }
             passed[place[vertex] as usize] = sides.len() as u32;
             sides.push(side);
-            let (face, corner) = of(side);
-            vertex = faces[face][(corner + 1) % 3] as usize;
+            vertex = vertex_at(next(side)) as usize;
         }
         sides.drain(..).for_each(|side| passed[place_at(side)] = NONE);
     }
@@ -74,21 +73,34 @@ fn exit(faces: &[[u32; 3]], ring: &[u32], vertex: u32) -> Corner {
             (3 * f + corner as u32, corners[(corner + 1) % 3], corners[(corner + 2) % 3])
         })
     };
-    let is_entered = |v: u32| spokes().any(|(_, _, last)| last == v);
-    spokes().find(|&(_, next, _)| !is_entered(next)).map_or(NONE, |(corner, ..)| corner)
+    // Sorted, for a fan may have a million faces.
+    let mut entered: Vec<u32> = spokes().map(|(_, _, last)| last).collect();
+    entered.sort_unstable();
+    let found = spokes().find(|(_, next, _)| entered.binary_search(next).is_err());
+    found.map_or(NONE, |(corner, ..)| corner)
 }
 
 /// The face of a corner, and which of its corners it is.
-pub fn of(corner: Corner) -> (usize, usize) {
+pub fn face_of(corner: Corner) -> (usize, usize) {
     (corner as usize / 3, corner as usize % 3)
 }
 
+/// The corner of the same face after one.
+pub fn next(corner: Corner) -> Corner {
+    corner - corner % 3 + (corner + 1) % 3
+}
+
 impl Hole {
+    /// Whether it has as many sides as can be closed.
+    pub fn has_few_sides(&self) -> bool {
+        (3..=MOST_SIDES).contains(&self.sides.len())
+    }
+
     /// How the surface goes on across it: the mean cosine between the normal of what would close it and those of the faces beside it, 1
     /// in a plane, 0 at the end of a tube.
     pub fn flatness(&self, faces: &[[u32; 3]], at: impl Fn(u32) -> DVec3) -> f64 {
         let corners = |side: Corner| {
-            let (face, corner) = of(side);
+            let (face, corner) = face_of(side);
             [0, 1, 2].map(|k| at(faces[face][(corner + k) % 3]))
         };
         let origin = self.sides.first().map_or(DVec3::ZERO, |&side| corners(side)[0]);
@@ -106,7 +118,7 @@ impl Hole {
     }
 
     /// The corners of faces that close it, each of one of its sides: of all choices the one with the least area. None where it has too
-    /// many sides, where one of them has another face by now, or where every choice would put a new edge where one is already.
+    /// many sides, where one of them has another face elsewhere, or where every choice would put a new edge where one is already.
     ///
     /// `faces` and `rings` are those of places, so that what only was cut apart counts; the new edges are `taken` from then on.
     pub fn close(
@@ -119,15 +131,13 @@ impl Hole {
         // The other way around than the faces beside it.
         let corners: Vec<Corner> = self.sides.iter().rev().copied().collect();
         let places: Vec<u32> = corners.iter().map(|&corner| faces.as_flattened()[corner as usize]).collect();
-        let faces_with = |i: usize, j: usize| {
-            rings.ring(places[i]).iter().filter(|&&f| faces[f as usize].contains(&places[j])).count()
-        };
+        let faces_with = |i: usize, j: usize| rings.faces_of_edge(faces, places[i], places[j]).count();
         let count = corners.len();
-        if count > MOST_SIDES || (0..count).any(|i| faces_with(i, (i + 1) % count) != 1) {
+        if !self.has_few_sides() || (0..count).any(|i| faces_with(i, (i + 1) % count) != 1) {
             return Vec::new();
         }
         // Of three sides the one face that all have would be there twice.
-        if count == 3 && corners.iter().all(|&corner| of(corner).0 == of(corners[0]).0) {
+        if count == 3 && corners.iter().all(|&corner| face_of(corner).0 == face_of(corners[0]).0) {
             return Vec::new();
         }
         let edge = |i: usize, j: usize| [places[i].min(places[j]), places[i].max(places[j])];
@@ -150,7 +160,7 @@ impl Hole {
 /// color and material of the first one's face.
 pub fn with_faces(mesh: &Mesh, added: &[[Corner; 3]]) -> Mesh {
     let mut closed = mesh.clone();
-    let first_faces = || added.iter().map(|&[first, ..]| of(first).0);
+    let first_faces = || added.iter().map(|&[first, ..]| face_of(first).0);
     closed.faces.extend(added.iter().map(|corners| corners.map(|corner| mesh.faces.as_flattened()[corner as usize])));
     if let (Some(rows), Some(given)) = (&mut closed.texcoords, &mesh.texcoords) {
         rows.extend(added.iter().map(|corners| corners.map(|corner| given.as_flattened()[corner as usize])));

@@ -181,6 +181,32 @@ fn prune_drops_small_parts() {
 }
 
 #[test]
+fn close_holes_closes_what_is_named() {
+    let dir = Dir::new();
+    // A box of two by two squares above a tip, without the last square.
+    let grid = |x: usize, y: usize| 3 * y + x + 1;
+    let mut obj: String =
+        (0..9).map(|i| format!("v {} {} {}\n", i % 3, i / 3, if i == 4 { 0.1 } else { 0.0 })).collect();
+    obj += "v 1 1 -3\n";
+    let rim = [(0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2), (0, 1)];
+    for (i, &(x, y)) in rim.iter().enumerate() {
+        let (next_x, next_y) = rim[(i + 1) % rim.len()];
+        obj += &format!("f {} {} 10\n", grid(next_x, next_y), grid(x, y));
+    }
+    for (x, y) in [(0, 0), (1, 0), (0, 1)] {
+        obj += &format!("f {} {} {} {}\n", grid(x, y), grid(x + 1, y), grid(x + 1, y + 1), grid(x, y + 1));
+    }
+    fs::write(dir.path("box.obj"), obj).expect("a file");
+    let run = |options: &str| dir.run(&format!("simplify box.obj out.ply -w -f 100 -g cpu --json {options}")).json();
+    let faces = |record: &Value| record["faces_out"].as_u64().expect("a count");
+    let closed = run("--close-holes 50%");
+    assert_eq!([faces(&run("")), faces(&run("--close-holes 10%")), faces(&closed)], [14, 14, 16]);
+    assert_eq!(closed["faces_in"], 14);
+    let warning = closed["warnings"].to_string();
+    assert!(warning.contains("holes closed: 1, up to"), "{warning}");
+}
+
+#[test]
 fn threads_do_not_show() {
     let dir = Dir::new();
     for (name, options) in [("one.ply", "-j 1"), ("two.ply", "-j 2"), ("all.ply", "")] {

@@ -232,7 +232,7 @@ fn assert_sound(mesh: &Mesh, options: &Options, budget: Budget, device: &Device)
     let yields = outcome.warnings.iter().any(|warning| warning.contains("not manifold move"));
     assert!(is_cut || !yields, "nothing may yield: {:?}", outcome.warnings);
     // A hole takes fewer faces to close than it has sides.
-    let closes = outcome.warnings.iter().any(|warning| warning.contains("across close"));
+    let closes = outcome.warnings.iter().any(|warning| warning.starts_with("holes closed"));
     let added = if closes { topology(&start).border_edges } else { 0 };
     let parts = match (options.join_within > 0.0 || yields, is_cut) {
         (true, _) => Parts::MayJoin,

@@ -263,9 +263,10 @@ pub struct Shape {
 
     /// Close holes smaller than this of the diagonal
     ///
-    /// Closes holes whose border's bounding box has a diagonal below this fraction of the mesh's, but for outlines of sheets, before the
-    /// run: with 0 none. Without the option those close across which the surface goes on, where they would keep more than half of
-    /// the faces asked for and are too small for these to show.
+    /// Closes holes whose border's bounding box has a diagonal below this fraction of the mesh's, before the run: with 0 none. No outlines
+    /// of sheets, and none of more than 64 sides or where faces disagree in winding, material or texture. Without the option those close
+    /// across which the surface goes on, where they would keep more than half of the faces asked for and are too small for
+    /// these to show.
     #[arg(long, value_name = "R|P%", value_parser = values::fraction)]
     pub close_holes: Option<f64>,
 
