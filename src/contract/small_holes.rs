@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
 use crate::error::Result;
-use crate::kernel::rows::{BORDER, Position};
+use crate::kernel::rows::BORDER;
 use crate::kernel::split::CHUNK;
 use crate::math::DVec3;
 use crate::mesh::holes::{self, Hole, face_of, with_faces};
@@ -41,6 +41,8 @@ const LEAST_FLATNESS: f64 = 0.5;
 const OUTLINE: f64 = -0.5;
 /// How far what closes a hole comes to lie from its border at most, of its size: all of it is within the border's box.
 const REACH: f64 = 0.5;
+/// Vertices side by side that are counted together.
+const BLOCK: usize = 256;
 /// Side and area of an equilateral triangle: side² = this · area.
 const SIDE_SQ: f64 = 2.309_401_076_758_503;
 
@@ -191,14 +193,16 @@ fn find(start: &Prepared, job: Job<'_>, targets: &[usize]) -> (Vec<Closed>, usiz
 }
 
 /// Twice as many holes as there seem to be, without a look at any: where vertices off the border have six faces each, those around a
-/// hole have three, and six more together, those along an outline and at the end of a tube three or fewer. Many small sheets, as of
-/// grass, are told so in no time.
+/// hole have three, and six more together, those along an outline six fewer, and those at the end of a tube neither \[Gauss–Bonnet\].
+/// Many small sheets, as of grass, are told so in no time. Vertices stand by where they are, so that what is elsewhere does not count
+/// against it.
 fn expected(start: &Prepared) -> usize {
-    let Rings { starts, .. } = &start.rings;
-    let excess = |(p, ring): (&Position, &[u32])| {
-        if p.flags & BORDER == 0 { 0 } else { (ring[1] - ring[0]).saturating_sub(3) as usize }
+    let of = |first: usize| {
+        let rows = first..(first + BLOCK).min(start.positions.len());
+        let on_border = rows.filter(|&vertex| start.positions[vertex].flags & BORDER != 0);
+        on_border.map(|vertex| start.rings.ring(vertex as u32).len() as isize - 3).sum::<isize>().max(0) as usize
     };
-    start.positions.iter().zip(starts.windows(2)).map(excess).sum::<usize>() / 3
+    (0..start.positions.len()).step_by(BLOCK).map(of).sum::<usize>() / 3
 }
 
 /// Whether all faces at a hole are wound alike, and of one material and one piece of a texture, as far as these are kept.
@@ -308,7 +312,11 @@ mod tests {
         let first = with_sheet.positions.len() as u32;
         with_sheet.positions.extend(sheet.positions.iter().map(|&p| p + DVec3::X * 5.0));
         with_sheet.faces.extend(sheet.faces.iter().map(|face| face.map(|v| v + first)));
-        assert_eq!([holed(40), holed(160), with_sheet].map(|mesh| of(&mesh)), [256, 64, 256]);
+        let found = [holed(40), holed(160), with_sheet].map(|mesh| of(&mesh));
+        assert!(
+            (256..260).contains(&found[0]) && (64..70).contains(&found[1]) && (252..260).contains(&found[2]),
+            "{found:?}"
+        );
     }
 
     #[test]
