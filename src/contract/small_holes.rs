@@ -118,78 +118,117 @@ struct Closed {
 
 /// What closes for levels with so many faces at a job's start, and how many of the holes that are named stay.
 fn find(start: &Prepared, job: Job<'_>, targets: &[usize]) -> (Vec<Closed>, usize) {
-    let Job { mesh, options, budgets, .. } = job;
-    let none = (Vec::new(), 0);
     let presses = |level: usize, holes: usize| {
-        let may_press = options.may_lose_parts() && budgets[level].counts_faces() && !has_error(&budgets[level]);
+        let budget = &job.budgets[level];
+        let may_press = job.options.may_lose_parts() && budget.counts_faces() && !has_error(budget);
         // None is asked for by who wants as few as there can be.
         may_press && targets[level] > 0 && (KEPT_EACH * holes) as f64 > MOST_KEPT * targets[level] as f64
     };
-    let is_asked = match options.close_holes {
-        Some(limit) => limit > 0.0,
-        None => (0..targets.len()).any(|level| presses(level, expected(start))),
+    let press = |holes: usize| (0..targets.len()).any(|level| presses(level, holes));
+    let (least_flatness, is_asked) = match job.options.close_holes {
+        Some(limit) => (OUTLINE, limit > 0.0 && start.border_vertices > 0),
+        None => (LEAST_FLATNESS, press(expected(start))),
     };
-    if !is_asked || start.border_vertices == 0 {
-        return none;
+    if !is_asked {
+        return (Vec::new(), 0);
     }
-    let faces: &[[u32; 3]] = bytemuck::cast_slice(&start.faces);
-    let at = |v: u32| start.positions[v as usize].xyz().as_dvec3();
-    let points = start.positions.iter().map(|p| p.xyz().as_dvec3());
-    let (low, high) = points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
-    let diagonal = (high - low).length();
-
-    let mut found = holes::find(faces, &start.rings, &start.fans, &start.carried.origin, at);
-    let least_flatness = if options.close_holes.is_some() { OUTLINE } else { LEAST_FLATNESS };
-    found.retain(|hole| hole.flatness(faces, at) > least_flatness);
-    found.sort_by(|a, b| a.size.total_cmp(&b.size));
-    let all: Vec<f64> = found.iter().map(|hole| hole.size).collect();
-    found.retain(|hole| hole.has_few_sides() && is_within_one_piece(hole, start, job));
-    let up_to = |size: f64| found.partition_point(|hole| hole.size <= size);
-    let area = if options.close_holes.is_none() { area(faces, at) } else { 0.0 };
-    let closing = |level: usize| match options.close_holes {
-        Some(limit) => up_to(limit * diagonal),
-        None if !presses(level, all.len()) => 0,
-        None => {
-            let target = targets[level];
-            let side = (SIDE_SQ * area / target as f64).sqrt();
-            let stay = (LEFT * target as f64) as usize / KEPT_EACH;
-            let most = up_to((MOST * side).min(small_parts::MOST * diagonal)).min(all.len().saturating_sub(stay));
-            // Those as large as the last that goes go as well.
-            let count = found[..most].last().map_or(0, |last| up_to(last.size * PAST));
-            if KEPT_EACH * (all.len() - count) <= target { count } else { 0 }
-        }
-    };
+    let holes = Holes::of(start, job, least_flatness);
     let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    (0..targets.len()).for_each(|level| groups.entry(closing(level)).or_default().push(level));
-    groups.remove(&0);
-
-    let placed: Vec<[u32; 3]> = faces.iter().map(|face| face.map(|v| start.carried.origin[v as usize])).collect();
-    let rings = Rings::new(&placed, mesh.positions.len());
-    let at_corner = |corner: u32| at(faces.as_flattened()[corner as usize]);
-    let close = |(count, levels): (usize, Vec<usize>)| {
-        let (mut taken, mut added, mut closed, mut largest) = (FxHashSet::default(), Vec::new(), 0, 0.0);
-        for hole in &found[..count] {
-            let patch = hole.close(&placed, &rings, &mut taken, at_corner);
-            if !patch.is_empty() {
-                (closed, largest) = (closed + 1, hole.size);
-                // Wound as the faces beside it are in the input.
-                let is_turned = is_turned(start, hole.sides[0]);
-                added.extend(patch.into_iter().map(|corners| {
-                    let [a, b, c] = corners.map(|corner| of_input(start, corner));
-                    if is_turned { [a, c, b] } else { [a, b, c] }
-                }));
-            }
+    if let Some(limit) = job.options.close_holes {
+        groups.insert(holes.up_to(limit * holes.diagonal), (0..targets.len()).collect());
+    } else if press(holes.all.len()) {
+        let area = area(start);
+        for level in (0..targets.len()).filter(|&level| presses(level, holes.all.len())) {
+            groups.entry(holes.pressing(targets[level], area)).or_default().push(level);
         }
-        let of_rows = 1.0 / start.frame.length_to_rows(1.0);
-        let (length, diagonal) = (largest * of_rows, diagonal * of_rows);
-        (closed > 0).then(|| Closed { mesh: with_faces(mesh, &added), levels, count: closed, length, diagonal })
-    };
-    let groups: Vec<Closed> = groups.into_iter().filter_map(close).collect();
-    let stay = options.close_holes.map_or(0, |limit| {
-        let named = all.partition_point(|&size| size <= limit * diagonal);
+    }
+    groups.remove(&0);
+    let groups = holes.close(groups, start, job.mesh);
+    let stay = job.options.close_holes.map_or(0, |limit| {
+        let named = holes.all.partition_point(|&size| size <= limit * holes.diagonal);
         named - groups.iter().map(|group| group.count).max().unwrap_or(0)
     });
     (groups, stay)
+}
+
+/// The holes of a start, in its rows.
+struct Holes {
+    /// Those that can close, the smallest first.
+    found: Vec<Hole>,
+    /// The sizes of these and of others.
+    all: Vec<f64>,
+    /// Of the start.
+    diagonal: f64,
+}
+
+impl Holes {
+    /// Those that are flatter than this.
+    fn of(start: &Prepared, job: Job<'_>, least_flatness: f64) -> Self {
+        let (faces, at) = (faces_of(start), |v: u32| place_of(start, v));
+        let of_box = |(low, high): (DVec3, DVec3), v: u32| (low.min(at(v)), high.max(at(v)));
+        let vertices = 0..start.positions.len() as u32;
+        let (low, high) = vertices.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), of_box);
+        let mut found = holes::find(faces, &start.rings, &start.fans, &start.carried.origin, at);
+        found.retain(|hole| hole.flatness(faces, at) > least_flatness);
+        found.sort_by(|a, b| a.size.total_cmp(&b.size));
+        let all = found.iter().map(|hole| hole.size).collect();
+        found.retain(|hole| hole.has_few_sides() && is_within_one_piece(hole, start, job));
+        Self { found, all, diagonal: (high - low).length() }
+    }
+
+    /// How many can close that are no larger.
+    fn up_to(&self, size: f64) -> usize {
+        self.found.partition_point(|hole| hole.size <= size)
+    }
+
+    /// How many close for so many faces, of such an area, on which they press; none where the others keep more.
+    fn pressing(&self, target: usize, area: f64) -> usize {
+        let side = (SIDE_SQ * area / target as f64).sqrt();
+        let stay = (LEFT * target as f64) as usize / KEPT_EACH;
+        let small = self.up_to((MOST * side).min(small_parts::MOST * self.diagonal));
+        let most = small.min(self.all.len().saturating_sub(stay));
+        // Those as large as the last that goes go as well.
+        let count = self.found[..most].last().map_or(0, |last| self.up_to(last.size * PAST));
+        if KEPT_EACH * (self.all.len() - count) <= target { count } else { 0 }
+    }
+
+    /// Closes so many for each group of levels.
+    fn close(&self, groups: BTreeMap<usize, Vec<usize>>, start: &Prepared, mesh: &Mesh) -> Vec<Closed> {
+        if groups.is_empty() {
+            return Vec::new();
+        }
+        let faces = faces_of(start);
+        let placed: Vec<[u32; 3]> = faces.iter().map(|face| face.map(|v| start.carried.origin[v as usize])).collect();
+        let rings = Rings::new(&placed, mesh.positions.len());
+        let at_corner = |corner: u32| place_of(start, faces.as_flattened()[corner as usize]);
+        let of_rows = 1.0 / start.frame.length_to_rows(1.0);
+        let close = |(count, levels): (usize, Vec<usize>)| {
+            let (mut taken, mut added, mut closed, mut largest) = (FxHashSet::default(), Vec::new(), 0, 0.0);
+            for hole in &self.found[..count] {
+                let patch = hole.close(&placed, &rings, &mut taken, at_corner);
+                if !patch.is_empty() {
+                    (closed, largest) = (closed + 1, hole.size);
+                    // Wound as the faces beside it are in the input.
+                    let is_turned = is_turned(start, hole.sides[0]);
+                    added.extend(patch.into_iter().map(|corners| {
+                        let [a, b, c] = corners.map(|corner| of_input(start, corner));
+                        if is_turned { [a, c, b] } else { [a, b, c] }
+                    }));
+                }
+            }
+            let (length, diagonal) = (largest * of_rows, self.diagonal * of_rows);
+            (closed > 0).then(|| Closed { mesh: with_faces(mesh, &added), levels, count: closed, length, diagonal })
+        };
+        groups.into_iter().filter_map(close).collect()
+    }
+}
+
+fn faces_of(start: &Prepared) -> &[[u32; 3]] {
+    bytemuck::cast_slice(&start.faces)
+}
+
+fn place_of(start: &Prepared, vertex: u32) -> DVec3 {
+    start.positions[vertex as usize].xyz().as_dvec3()
 }
 
 /// Twice as many holes as there seem to be, without a look at any: where vertices off the border have six faces each, those around a
@@ -233,13 +272,13 @@ fn of_input(start: &Prepared, corner: u32) -> u32 {
     (3 * face + corner) as u32
 }
 
-/// The area of faces, in the same order whatever the threads.
-fn area(faces: &[[u32; 3]], at: impl Fn(u32) -> DVec3 + Sync) -> f64 {
+/// The area of a start in its rows, summed in the same order whatever the threads.
+fn area(start: &Prepared) -> f64 {
     let doubled = |face: &[u32; 3]| {
-        let [a, b, c] = face.map(&at);
+        let [a, b, c] = face.map(|v| place_of(start, v));
         (b - a).cross(c - a).length()
     };
-    let sums: Vec<f64> = faces.par_chunks(CHUNK).map(|chunk| chunk.iter().map(doubled).sum()).collect();
+    let sums: Vec<f64> = faces_of(start).par_chunks(CHUNK).map(|chunk| chunk.iter().map(doubled).sum()).collect();
     sums.iter().sum::<f64>() / 2.0
 }
 
