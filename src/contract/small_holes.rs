@@ -294,7 +294,10 @@ mod tests {
 
     /// A sphere of 5,120 faces, less every so many.
     fn holed(every: usize) -> Mesh {
-        let mut mesh = shapes::icosphere(4);
+        less_every(shapes::icosphere(4), every)
+    }
+
+    fn less_every(mut mesh: Mesh, every: usize) -> Mesh {
         let mut number = 0;
         mesh.faces.retain(|_| {
             number += 1;
@@ -359,6 +362,15 @@ mod tests {
     }
 
     #[test]
+    fn what_is_large_stays() {
+        // Of a twelfth of the diagonal.
+        let mesh = less_every(shapes::icosphere(2), 8);
+        let open = Options { close_holes: Some(0.0), ..Options::default() };
+        let [outcome, kept] = [Options::default(), open].map(|options| to(&mesh, &[Budget::faces(60)], &options));
+        assert!(outcome[0].mesh == kept[0].mesh && told(&outcome[0]).is_none());
+    }
+
+    #[test]
     fn levels_that_have_room_for_holes_keep_them() {
         let budgets = [Budget::faces(2000), Budget::faces(200), Budget::faces(1500), Budget::faces(100)];
         let made = to(&holed(40), &budgets, &Options::default());
@@ -384,7 +396,7 @@ mod tests {
             assert!(closed.error_estimate > 0.005, "half of a side: {}", closed.error_estimate);
             assert_eq!((loops(&named(0.001, budget)), told(&named(0.0, budget))), (128, None));
         }
-        // A sheet has an outline, whatever its size, and a tube ends at both sides.
+        // A sheet has an outline, whatever its size.
         let options = Options { close_holes: Some(1.0), ..Options::default() };
         let sheet = to(&shapes::plane(12, 12), &[Budget::faces(100)], &options).pop().expect("one budget");
         assert_eq!((loops(&sheet), told(&sheet)), (1, None));
