@@ -121,7 +121,7 @@ fn find(start: &Prepared, job: Job<'_>, targets: &[usize]) -> (Vec<Closed>, usiz
     let presses = |level: usize, holes: usize| {
         let budget = &job.budgets[level];
         let may_press = job.options.may_lose_parts() && budget.counts_faces() && !has_error(budget);
-        // None is asked for by who wants as few as there can be.
+        // Who asks for none wants as few as there can be with all holes.
         may_press && targets[level] > 0 && (KEPT_EACH * holes) as f64 > MOST_KEPT * targets[level] as f64
     };
     let press = |holes: usize| (0..targets.len()).any(|level| presses(level, holes));
