@@ -15,7 +15,7 @@ use crate::spatial::crossing::cross;
 use crate::spatial::wide_tree::{EIGHT, WideBounds, WideTree};
 
 use super::advance::is_bent;
-use super::meeting::{FaceNow, Meeting};
+use super::meeting::Meeting;
 use super::patch::Patch;
 use super::star::Star;
 
@@ -230,8 +230,7 @@ impl Crossings {
     fn meets_now(&mut self, patch: &Patch<'_>, star: &Star, pair: [u32; 2], crossed: u32) -> bool {
         let Self { near, meeting, .. } = self;
         meeting.gather(patch, star, pair, TOUCHING);
-        let meets =
-            |f: u32| live_corners(f, patch).is_some_and(|other| meeting.meets(&FaceNow::of(other, patch, TOUCHING)));
+        let meets = |f: u32| live_corners(f, patch).is_some_and(|vertices| meeting.meets(vertices, patch));
         meets(crossed) || near.iter().any(|&f| meets(f))
     }
 

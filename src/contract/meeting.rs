@@ -1,15 +1,15 @@
 //! Whether faces of a star touch or cross others already: those may come to pass through others.
 
-use crate::math::{DVec3, Vec3};
+use crate::math::Vec3;
 use crate::spatial::bounds::Bounds;
-use crate::spatial::crossing::{cross, lies_on};
+use crate::spatial::crossing::Triangle;
 
 use super::patch::Patch;
 use super::star::Star;
 
 /// A face as it is now.
 #[derive(Debug, Clone, Copy)]
-pub struct FaceNow {
+struct FaceNow {
     vertices: [u32; 3],
     corners: [Vec3; 3],
     /// Around what is so near that it touches, and somewhat more: single precision rounds.
@@ -19,7 +19,7 @@ pub struct FaceNow {
 impl FaceNow {
     /// With corners at these vertices; `touching` is how far apart faces are that touch, at most.
     #[inline]
-    pub fn of(vertices: [u32; 3], patch: &Patch<'_>, touching: f64) -> Self {
+    fn of(vertices: [u32; 3], patch: &Patch<'_>, touching: f64) -> Self {
         Self::at(vertices, vertices.map(|v| patch.position(v).xyz()), touching)
     }
 
@@ -28,31 +28,22 @@ impl FaceNow {
         Self { vertices, corners, bounds: Bounds::of(corners).wider(2.0 * touching as f32) }
     }
 
-    fn located(&self) -> [DVec3; 3] {
-        self.corners.map(Vec3::as_dvec3)
+    fn triangle(&self, touching: f64) -> Triangle {
+        Triangle::of(self.corners.map(Vec3::as_dvec3), touching)
     }
 
-    /// Whether it touches or crosses another, beside where both have a vertex.
-    fn meets(&self, other: &Self, touching: f64) -> bool {
-        self.bounds.meets(&other.bounds)
-            && (cross(self.located(), other.located(), touching)
-                || self.has_corner_of(other, touching)
-                || other.has_corner_of(self, touching))
-    }
-
-    /// Whether a corner of another, but for those of both, lies on it.
-    fn has_corner_of(&self, other: &Self, touching: f64) -> bool {
+    /// Whether a corner of another, but for those of both, lies on this one, which is the `triangle`.
+    fn has_corner_of(&self, triangle: &Triangle, other: &Self, touching: f64) -> bool {
         let is_near = |p: Vec3| self.bounds.holds(&Bounds { low: p, high: p });
         let mut corners = other.vertices.into_iter().zip(other.corners);
-        corners
-            .any(|(v, p)| is_near(p) && !self.vertices.contains(&v) && lies_on(p.as_dvec3(), self.located(), touching))
+        corners.any(|(v, p)| is_near(p) && !self.vertices.contains(&v) && triangle.has(p.as_dvec3(), touching))
     }
 }
 
 /// The faces of a star as they are now.
 #[derive(Debug, Default)]
 pub struct Meeting {
-    own: Vec<FaceNow>,
+    own: Vec<(FaceNow, Triangle)>,
     around: Option<Bounds>,
     touching: f64,
 }
@@ -60,20 +51,40 @@ pub struct Meeting {
 impl Meeting {
     /// Takes in the star of a pair.
     pub fn gather(&mut self, patch: &Patch<'_>, star: &Star, pair: [u32; 2], touching: f64) {
-        self.own.clear();
-        for (number, face) in star.faces().iter().enumerate() {
+        let faces = star.faces().iter().enumerate().map(|(number, face)| {
             let end = pair[usize::from(star.numbers_of_second().contains(&number))];
             let [v1, v2] = face.others;
-            self.own.push(FaceNow::of([end, v1, v2], patch, touching));
-        }
-        self.around = self.own.iter().map(|face| face.bounds).reduce(Bounds::union);
+            FaceNow::of([end, v1, v2], patch, touching)
+        });
+        self.take(faces, touching);
+    }
+
+    fn take(&mut self, faces: impl Iterator<Item = FaceNow>, touching: f64) {
+        self.own.clear();
+        self.own.extend(faces.map(|face| (face, face.triangle(touching))));
+        self.around = self.own.iter().map(|(face, _)| face.bounds).reduce(Bounds::union);
         self.touching = touching;
     }
 
-    /// Whether one of its faces touches or crosses another.
-    pub fn meets(&self, other: &FaceNow) -> bool {
-        self.around.is_some_and(|around| around.meets(&other.bounds))
-            && self.own.iter().any(|own| own.meets(other, self.touching))
+    /// Whether one of its faces touches or crosses another, beside where both have a vertex.
+    pub fn meets(&self, vertices: [u32; 3], patch: &Patch<'_>) -> bool {
+        self.meets_face(&FaceNow::of(vertices, patch, self.touching))
+    }
+
+    fn meets_face(&self, other: &FaceNow) -> bool {
+        if !self.around.is_some_and(|around| around.meets(&other.bounds)) {
+            return false;
+        }
+        let mut near = self.own.iter().filter(|(own, _)| own.bounds.meets(&other.bounds)).peekable();
+        if near.peek().is_none() {
+            return false;
+        }
+        let (triangle, touching) = (other.triangle(self.touching), self.touching);
+        near.any(|(own, of_own)| {
+            of_own.crosses(&triangle)
+                || own.has_corner_of(of_own, other, touching)
+                || other.has_corner_of(&triangle, own, touching)
+        })
     }
 }
 
@@ -91,7 +102,11 @@ mod tests {
     fn faces_meet_where_they_cross_and_where_a_corner_of_either_lies_on_the_other() {
         let flat = face([0, 1, 2], [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]);
         let standing = |z: f32| [[1.0, 1.0, z], [1.0, 2.0, 3.0], [2.0, 1.0, 3.0]];
-        let own = Meeting { own: vec![flat], around: Some(flat.bounds), touching: TOUCHING };
+        let of = |face: FaceNow| {
+            let mut star = Meeting::default();
+            star.take([face].into_iter(), TOUCHING);
+            star
+        };
         for (vertices, corners, meets) in [
             ([3, 4, 5], standing(0.5), false),
             ([3, 4, 5], standing(0.0), true),
@@ -102,9 +117,8 @@ mod tests {
             ([3, 4, 5], [[3.0, 3.0, 0.0], [9.0, 3.0, 0.0], [3.0, 9.0, 0.0]], false),
         ] {
             let other = face(vertices, corners);
-            assert_eq!(own.meets(&other), meets, "{other:?}");
-            assert_eq!([flat.meets(&other, TOUCHING), other.meets(&flat, TOUCHING)], [meets; 2], "{other:?}");
+            assert_eq!([of(flat).meets_face(&other), of(other).meets_face(&flat)], [meets; 2], "{other:?}");
         }
-        assert!(!Meeting::default().meets(&flat));
+        assert!(!Meeting::default().meets_face(&flat));
     }
 }

@@ -2,48 +2,70 @@
 
 use crate::math::DVec3;
 
-use super::triangle::closest_point;
+use super::triangle::{SLIVER, closest_point};
 
-/// The plane of a triangle, and how far from it is on neither side.
-#[derive(Debug, Clone, Copy)]
-struct Plane {
-    from: DVec3,
+/// A triangle and its plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Triangle {
+    corners: [DVec3; 3],
     normal: DVec3,
-    /// Times the length of the normal.
+    /// How far from the plane, times the length of the normal, is on neither side.
     within: f64,
+    /// How far from it, times that length, nothing lies that is on the triangle: what a sliver's plane tells is noise.
+    beside: f64,
 }
 
-impl Plane {
-    fn of([a, b, c]: [DVec3; 3], within: f64) -> Self {
-        let normal = (b - a).cross(c - a);
-        Self { from: a, normal, within: within * normal.length() }
+impl Triangle {
+    /// With such corners; what is `within` that distance of its plane is on neither side.
+    pub fn of([a, b, c]: [DVec3; 3], within: f64) -> Self {
+        let (e, f) = (b - a, c - a);
+        let normal = e.cross(f);
+        let within = within * normal.length();
+        let is_sliver = normal.length_squared() <= SLIVER * e.length_squared() * f.length_squared();
+        // Twice as far: of another corner rounding may tell somewhat less.
+        let beside = if is_sliver { f64::INFINITY } else { 2.0 * within };
+        Self { corners: [a, b, c], normal, within, beside }
     }
 
-    /// How far the corners of another are from it, times the length of its normal; `None` where it has them on one side.
-    fn between(&self, corners: [DVec3; 3]) -> Option<[f64; 3]> {
-        let at = corners.map(|p| self.normal.dot(p - self.from));
+    /// How far a point is from its plane, times the length of its normal.
+    fn height(&self, p: DVec3) -> f64 {
+        self.normal.dot(p - self.corners[0])
+    }
+
+    /// That of the corners of another; `None` where it has them on one side.
+    fn between(&self, other: &Self) -> Option<[f64; 3]> {
+        let at = other.corners.map(|p| self.height(p));
         let is_before = at.iter().any(|&at| at < -self.within);
         let is_behind = at.iter().any(|&at| at > self.within);
         (is_before && is_behind).then_some(at)
     }
 
-    /// Whether points so far from it are on either side.
+    /// Whether points so far from its plane are on either side.
     fn parts(&self, s: f64, t: f64) -> bool {
         s < -self.within && t > self.within || s > self.within && t < -self.within
     }
+
+    /// Whether two pass through each other, by more than is on neither side of the plane of one. Those that share a corner do by the
+    /// edges across from it alone, and those on an edge do not.
+    pub fn crosses(&self, other: &Self) -> bool {
+        let Some(from_own) = self.between(other) else { return false };
+        let Some(from_other) = other.between(self) else { return false };
+        let pierces = |from: [DVec3; 3], at: [f64; 3], through: &Self| {
+            let sides = [0, 1, 2].map(|k| (k, (k + 1) % 3));
+            sides.into_iter().any(|(s, t)| through.parts(at[s], at[t]) && passes(from[s], from[t], through.corners))
+        };
+        pierces(other.corners, from_own, self) || pierces(self.corners, from_other, other)
+    }
+
+    /// [`lies_on`] of a point and this triangle, told by its plane where that tells enough; `within` is what the plane was told.
+    pub fn has(&self, p: DVec3, within: f64) -> bool {
+        self.height(p).abs() <= self.beside && lies_on(p, self.corners, within)
+    }
 }
 
-/// Whether two triangles pass through each other, by more than `within` either way from the plane of one. Those that share a corner
-/// do by the edges across from it alone, and those on an edge do not.
+/// Whether two triangles pass through each other: see [`Triangle::crosses`].
 pub fn cross(a: [DVec3; 3], b: [DVec3; 3], within: f64) -> bool {
-    let [of_a, of_b] = [a, b].map(|corners| Plane::of(corners, within));
-    let Some(from_a) = of_a.between(b) else { return false };
-    let Some(from_b) = of_b.between(a) else { return false };
-    let pierces = |from: [DVec3; 3], at: [f64; 3], plane: &Plane, through: [DVec3; 3]| {
-        let sides = [0, 1, 2].map(|k| (k, (k + 1) % 3));
-        sides.into_iter().any(|(s, t)| plane.parts(at[s], at[t]) && passes(from[s], from[t], through))
-    };
-    pierces(b, from_a, &of_a, a) || pierces(a, from_b, &of_b, b)
+    Triangle::of(a, within).crosses(&Triangle::of(b, within))
 }
 
 /// Whether the line from one side of a triangle's plane to the other passes through the triangle, or its edge.
@@ -115,6 +137,13 @@ mod tests {
         // In one plane, one on the other.
         let beside = triangle([[1.0, 1.0, 0.0], [9.0, 1.0, 0.0], [1.0, 9.0, 0.0]]);
         assert!(!both_cross(FLAT, beside) && lies_on(beside[0], FLAT, NEAR) && !lies_on(beside[1], FLAT, NEAR));
+        let told = |p: DVec3| Triangle::of(FLAT, NEAR).has(p, NEAR);
+        assert_eq!([0.0, 5e-7, -5e-7, 1.5e-6, -0.1, 0.5].map(|z| told(DVec3::new(1.0, 1.0, z))), {
+            [true, true, true, false, false, false]
+        });
+        // A sliver's plane tells nothing.
+        let sliver = triangle([[0.0; 3], [4.0, 0.0, 0.0], [8.0, 1e-7, 1e-7]]);
+        assert!(Triangle::of(sliver, NEAR).has(DVec3::new(2.0, 5e-7, -5e-7), NEAR));
         // Without area.
         assert!(!both_cross(FLAT, [DVec3::ZERO; 3]) && lies_on(DVec3::ZERO, [DVec3::ZERO; 3], NEAR));
     }

@@ -35,7 +35,9 @@ impl WideBounds {
     /// The box of a lane.
     #[inline(always)]
     fn get(&self, lane: usize) -> Bounds {
-        Bounds { low: Vec3::from(self.low.map(|row| row[lane])), high: Vec3::from(self.high.map(|row| row[lane])) }
+        // Mapped rows would be copied.
+        let at = |rows: &[[f32; EIGHT]; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
+        Bounds { low: at(&self.low), high: at(&self.high) }
     }
 
     /// The box around all.
