@@ -31,6 +31,7 @@ pub fn run(
     mut progress: Option<&mut OnProgress<'_>>,
 ) -> Result<Vec<Outcome>> {
     let mut found = Found::new(job);
+    found.next = checkpoints.first_step();
     while !found.left.is_empty() {
         job.awake.rouse();
         let clock = Instant::now();
@@ -50,6 +51,10 @@ pub fn run(
             let warning = found.warning(step);
             outcomes.into_iter().map(|outcome| Some(outcome?.with_warning(warning))).collect()
         };
+        let stuck = outcomes.iter().flatten().filter(|outcome| outcome.stop == StopReason::Stuck);
+        if let Some(came_to) = stuck.map(|outcome| outcome.mesh.faces.len()).min() {
+            checkpoints.note_tried(step, came_to);
+        }
         found.take(outcomes, step, holds, clock.elapsed().as_secs_f64());
     }
     Ok(found.made.into_iter().flatten().collect())

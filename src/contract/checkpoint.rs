@@ -8,14 +8,11 @@ use std::ops::ControlFlow;
 
 use crate::backend::Device;
 use crate::error::Result;
-use crate::kernel::rows::{BORDER, HELD, HUB, JOINED, LOCKED, SEAM};
-use crate::mesh::Rings;
-use crate::mesh::fan::fans;
-use crate::mesh::prune::Small;
-use crate::simplify::{Phases, RoundRecord};
+use crate::kernel::rows::{JOINED, SEAM};
+use crate::mesh::parts::Small;
 
+use super::attempt::Step;
 use super::driver::Run;
-use super::pace::Pace;
 use super::prepare::Prepared;
 use super::small_parts::may_go;
 use super::yielding::Yields;
@@ -27,6 +24,9 @@ const SHRUNK: usize = 2;
 /// How many times as many faces as a run got stuck with it is taken up with at least. With four or eight times as many results are
 /// no closer, with as many there is nothing left to weigh seams against.
 const AHEAD: usize = 2;
+/// How many times as many faces as asked for a run is expected to get stuck with that is not made: what another of its kind came to less
+/// those of the parts that go is up to 7 % more than it would (a truck, voxels).
+const SURELY: f64 = 1.25;
 
 /// Checkpoints of a run, with those that were taken up before it.
 #[derive(Debug, Default)]
@@ -42,6 +42,10 @@ pub struct Checkpoints {
     phase: Phase,
     /// Whether the run is one after which nothing more yields.
     is_last: bool,
+    /// What gave way in runs that got stuck, one after the other, and what each came to.
+    tried: Vec<(Step, usize)>,
+    /// What gives way in the first run from here.
+    first: Step,
 }
 
 /// What a run is that notes checkpoints.
@@ -78,6 +82,16 @@ impl Checkpoints {
         let may_get_stuck = start.positions.iter().any(|p| p.flags & (SEAM | JOINED) != 0);
         let next = (may_get_stuck && may_go_on(options)).then_some(start.faces.len() / SHRUNK);
         *self = Self { next, target, came_to: start.faces.len(), ..Self::default() };
+    }
+
+    /// Notes what a run that got stuck came to.
+    pub fn note_tried(&mut self, step: Step, came_to: usize) {
+        self.tried.push((step, came_to));
+    }
+
+    /// What gives way in the first run from here.
+    pub fn first_step(&self) -> Step {
+        self.first
     }
 
     /// Whether a run from `start` may part before it comes to so many faces; if so, begins with that run, which ends there.
@@ -130,7 +144,16 @@ impl Checkpoints {
 
     /// The last one that is far enough from `target`, and from where the run got stuck, without the small parts that are found, as one
     /// where a run parted; none where that is from the start, or where more yields than in a run that begins there.
-    pub(crate) fn without(&mut self, target: usize, find: impl FnOnce() -> Small, device: &Device) -> Result<Self> {
+    ///
+    /// Parts with so many faces that are `gone` leave a run that got stuck as many fewer: if that is still too many, it is not made, and
+    /// the next begins with what gave way after it.
+    pub(crate) fn without(
+        &mut self,
+        target: usize,
+        gone: usize,
+        find: impl FnOnce() -> Small,
+        device: &Device,
+    ) -> Result<Self> {
         let is_far = |kept: &Prepared| kept.faces.len() >= AHEAD * self.came_to;
         self.kept.retain(|kept| is_far(kept) && kept.earlier.yields == Yields::Nothing && !kept.complex_yield);
         if self.kept.is_empty() {
@@ -143,7 +166,10 @@ impl Checkpoints {
         };
         let mut start = last.copy();
         start.leave_out(&small, device)?;
-        Ok(Self { kept: [start].into(), target, came_to: target, phase: Phase::Parting, ..Self::default() })
+        let may_come_near = |tried: &&(Step, usize)| tried.1.saturating_sub(gone) as f64 <= SURELY * target as f64;
+        let first =
+            self.tried.iter().find(may_come_near).or(self.tried.last()).map_or(Step::default(), |tried| tried.0);
+        Ok(Self { kept: [start].into(), target, came_to: target, phase: Phase::Parting, first, ..Self::default() })
     }
 
     /// Where a run parted; nothing where it did not.
@@ -152,82 +178,9 @@ impl Checkpoints {
     }
 }
 
-/// What came before the start of a run, which is where another was between rounds.
-#[derive(Debug, Clone, Default)]
-pub struct Earlier {
-    /// Vertices at the first start.
-    pub vertices: usize,
-    /// Faces there.
-    pub faces: usize,
-    pub rounds: Vec<RoundRecord>,
-    /// What they took.
-    pub seconds: Phases,
-    pub bytes_moved: u64,
-    pub commits: u32,
-    /// Greatest estimated deviation of a contraction, in the normalized frame.
-    pub deviation: f32,
-    /// None where it is to be found anew.
-    pub pace: Option<Pace>,
-    /// The seams that yield in the run.
-    pub yields: Yields,
-}
-
 /// Whether a run may go on from a checkpoint.
 fn may_go_on(options: &Options) -> bool {
     options.metric == Metric::Volume && options.fit == 0
-}
-
-impl Prepared {
-    /// A copy before a run.
-    pub fn copy(&self) -> Self {
-        Self {
-            positions: self.positions.clone(),
-            faces: self.faces.clone(),
-            rings: self.rings.clone(),
-            fans: self.fans.clone(),
-            carried: self.carried.copy(self.positions.len(), self.faces.len()),
-            lowest: self.lowest.clone(),
-            warnings: self.warnings.clone(),
-            earlier: self.earlier.clone(),
-            ..*self
-        }
-    }
-
-    /// The start of a run that goes on from where another is between rounds; but for its fans.
-    fn of_run(run: &Run<'_>) -> Self {
-        let (host, prepared) = (&run.host, &run.prepared);
-        let (vertices, faces) = (host.vertex_count, host.face_count);
-        let starts = host.ring_starts.host()[..=vertices].to_vec();
-        Self {
-            positions: host.positions.host()[..vertices].to_vec(),
-            faces: host.faces.host()[..faces].to_vec(),
-            rings: Rings { starts, faces: host.ring_faces.host()[..3 * faces].to_vec() },
-            fans: Vec::new(),
-            carried: prepared.carried.copy(vertices, faces),
-            lowest: None,
-            warnings: run.warnings.clone(),
-            earlier: Earlier {
-                rounds: run.rounds.clone(),
-                seconds: run.seconds,
-                bytes_moved: run.bytes_moved_by_now(),
-                commits: run.committer.commits,
-                deviation: run.deviation,
-                pace: Some(run.pace.clone()),
-                ..prepared.earlier
-            },
-            ..*prepared
-        }
-    }
-
-    /// Frees vertices that nothing holds but seams, whose flags are found anew.
-    fn taken_up(mut self) -> Self {
-        self.fans = fans(bytemuck::cast_slice(&self.faces), &self.rings);
-        for position in &mut self.positions {
-            let locked = if position.flags & HELD == 0 { 0 } else { LOCKED };
-            position.flags = position.flags & (BORDER | HUB | HELD | JOINED) | locked;
-        }
-        self
-    }
 }
 
 #[cfg(test)]
@@ -241,10 +194,10 @@ mod tests {
     use super::super::prepare::{begin, parts_dropped, prepare};
     use super::*;
     use crate::backend::Awake;
-    use crate::kernel::rows::Face;
+    use crate::kernel::rows::{Face, LOCKED};
     use crate::math::{DVec3, Vec2, Vec3};
-    use crate::mesh::prune::find_small;
-    use crate::mesh::{Materials, Mesh, shapes};
+    use crate::mesh::parts::Parts;
+    use crate::mesh::{Materials, Mesh, Rings, shapes};
     use crate::simplify::{Budget, Outcome, StopReason};
 
     /// A plane of 40 × 40 squares with a wavy height, whose texture is in charts of 5 × 5: seams meet at every corner of these.
@@ -419,11 +372,11 @@ mod tests {
         let of_dust = |input: u32| input as usize >= 101 * 101;
         let (mut kept, stuck) = checkpoints(&mesh, &options, 200);
         assert!(stuck.mesh.faces.len() >= 4 * 300);
-        let small = find_small(&mesh, 0.0, options.layers(&mesh), 0.05);
+        let small = Parts::of(&mesh, 0.0).small(0.05);
         assert_eq!((small.parts, small.vertices.iter().filter(|&&is_small| is_small).count()), (300, 1200));
         let whole = kept.kept.iter().rfind(|kept| kept.faces.len() >= AHEAD * stuck.mesh.faces.len());
         let whole = whole.expect("a checkpoint").copy();
-        let found = kept.without(200, || small.clone(), &device).expect("room");
+        let found = kept.without(200, 1200, || small.clone(), &device).expect("room");
         let start = found.ahead(0, f64::INFINITY).expect("a checkpoint");
 
         let places = |prepared: &Prepared| {
@@ -441,9 +394,27 @@ mod tests {
         let wedges = start.carried.wedges.as_ref().expect("a texture");
         assert_eq!(wedges.connectivity().0.len(), start.faces.len());
         assert!(start.warnings.contains(&parts_dropped(300)));
+        // What surely gets stuck is not tried again.
+        let step = |yields: Yields| Step { yields, ..Step::default() };
+        let first = |tried: &[(Yields, usize)]| {
+            let mut kept = Checkpoints { kept: [whole.copy()].into(), came_to: 2, ..Checkpoints::default() };
+            tried.iter().for_each(|&(yields, came_to)| kept.note_tried(step(yields), came_to));
+            let found = kept.without(200, 1200, || small.clone(), &device).expect("room");
+            assert!(!found.kept.is_empty());
+            found.first_step()
+        };
+        let (nothing, corners, seams) = (Yields::Nothing, Yields::Corners, Yields::Seams);
+        for (tried, expected) in [
+            (&[][..], nothing),
+            (&[(nothing, 1450)], nothing),
+            (&[(nothing, 1451), (corners, 1450), (seams, 1200)], corners),
+            (&[(nothing, 1999), (seams, 1500)], seams),
+        ] {
+            assert_eq!(first(tried), step(expected), "{tried:?}");
+        }
         // Too near to what is asked for, and where nothing is small.
         let is_none = |kept: &mut Checkpoints, target: usize, small: &Small| {
-            kept.without(target, || small.clone(), &device).expect("room").kept.is_empty()
+            kept.without(target, 1200, || small.clone(), &device).expect("room").kept.is_empty()
         };
         assert!(is_none(&mut kept, whole.faces.len(), &small));
         assert!(is_none(&mut kept, 200, &Small { vertices: vec![false; mesh.positions.len()], parts: 0 }));
@@ -454,7 +425,7 @@ mod tests {
         let mut near =
             Checkpoints { kept: [whole.copy()].into(), came_to: whole.faces.len(), ..Checkpoints::default() };
         for kept in [&mut yielding, &mut near] {
-            let found = kept.without(200, || unreachable!("no checkpoint will do"), &device).expect("room");
+            let found = kept.without(200, 1200, || unreachable!("no checkpoint will do"), &device).expect("room");
             assert!(found.kept.is_empty() && kept.kept.is_empty());
         }
         let outcome = super::super::run(&mesh, &options, &[Budget::faces(200)], &device, None);

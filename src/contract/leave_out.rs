@@ -4,7 +4,7 @@ use crate::backend::Device;
 use crate::error::Result;
 use crate::kernel::contract_vertices::GONE;
 use crate::mesh::Rings;
-use crate::mesh::prune::Small;
+use crate::mesh::parts::Small;
 
 use super::carry::MOVED_FROM;
 use super::prepare::{Prepared, parts_dropped};

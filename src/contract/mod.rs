@@ -16,6 +16,7 @@ mod attempt;
 mod attempts;
 mod attribute_rows;
 mod attributes;
+mod between_rounds;
 mod blend;
 mod carry;
 mod chart;

@@ -21,8 +21,8 @@ use crate::mesh::weld::{Welded, joined_attributes, weld_layers};
 use crate::mesh::{self, FACE_COLORS_DROPPED, Mesh};
 
 use super::attributes::Attributes;
+use super::between_rounds::Earlier;
 use super::carry::{Carried, MOVED_FROM};
-use super::checkpoint::Earlier;
 use super::gather_wedges::Creases;
 use super::layout::Layout;
 use super::seam_flags::Around;

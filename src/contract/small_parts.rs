@@ -8,7 +8,8 @@
 use std::time::Instant;
 
 use crate::error::Result;
-use crate::mesh::prune::{find_small, sizes};
+use crate::mesh::parts::Parts;
+use crate::mesh::prune::sizes;
 use crate::mesh::topology::Components;
 use crate::mesh::{Mesh, weld};
 use crate::simplify::{Budget, OnProgress, Outcome, StopReason};
@@ -37,7 +38,9 @@ pub fn run(job: Job<'_>, start: Option<Prepared>, mut progress: Option<&mut OnPr
     if was_cancelled || job.options.joins() || !made.iter().zip(job.budgets).any(is_stuck) {
         return Ok(made);
     }
-    let all = Parts::of(job.mesh);
+    let all = Parts::of(job.mesh, 0.0);
+    let of_input = Sizes::of(&all);
+    let mut faces = None;
     // The levels that were made again, and at which limit.
     let mut remade: Vec<(usize, Limit)> = Vec::new();
     for level in 0..made.len() {
@@ -45,16 +48,19 @@ pub fn run(job: Job<'_>, start: Option<Prepared>, mut progress: Option<&mut OnPr
             continue;
         }
         let target = job.budgets[level].target_faces(job.mesh.faces.len())?;
-        let left = Parts::of(&made[level].mesh);
+        let left = Left::of(&made[level].mesh);
         let is_bounded = has_error(&job.budgets[level]);
-        match all.limit(&made[level], &left, target).filter(|_| may_go(job.options) && !is_bounded) {
+        match of_input.limit(&made[level], &left, target).filter(|_| may_go(job.options) && !is_bounded) {
             Some(limit) => {
                 let is_fewer = |found: &Outcome, made: &Outcome| found.mesh.faces.len() < made.mesh.faces.len();
-                if again(job, (level, limit), &mut checkpoints, &mut made, progress.as_deref_mut(), is_fewer)? {
+                if again(job, &all, (level, limit), &mut checkpoints, &mut made, progress.as_deref_mut(), is_fewer)? {
                     remade.push((level, limit));
                 }
             }
-            None => made[level].warnings.extend(all.advice(&left, target)),
+            None => {
+                let faces = *faces.get_or_insert_with(|| weld(job.mesh, 0.0).mesh.faces.len());
+                made[level].warnings.extend(left.advice([all.sizes.len(), faces], target));
+            }
         }
     }
     // None may be farther off than a coarser one.
@@ -64,7 +70,7 @@ pub fn run(job: Job<'_>, start: Option<Prepared>, mut progress: Option<&mut OnPr
             if is_finer && made[level].error_estimate > made[coarser].error_estimate && !has_error(&job.budgets[level])
             {
                 let is_closer = |found: &Outcome, made: &Outcome| found.error_estimate < made.error_estimate;
-                again(job, (level, limit), &mut checkpoints, &mut made, progress.as_deref_mut(), is_closer)?;
+                again(job, &all, (level, limit), &mut checkpoints, &mut made, progress.as_deref_mut(), is_closer)?;
             }
         }
     }
@@ -74,6 +80,7 @@ pub fn run(job: Job<'_>, start: Option<Prepared>, mut progress: Option<&mut OnPr
 /// Makes a level again without the parts up to a limit, and keeps it if it is better, or cancelled; returns whether it was better.
 fn again(
     job: Job<'_>,
+    all: &Parts,
     (level, limit): (usize, Limit),
     checkpoints: &mut Checkpoints,
     made: &mut [Outcome],
@@ -87,8 +94,10 @@ fn again(
     let options = Options { prune: Some(limit.share), ..job.options.clone() };
     let budgets = &job.budgets[level..=level];
     let Job { mesh, device, .. } = job;
-    let find = || find_small(mesh, options.weld.unwrap_or_default(), options.layers(mesh), limit.share);
-    let mut checkpoints = checkpoints.without(job.budgets[level].target_faces(mesh.faces.len())?, find, device)?;
+    let tolerance = options.weld.unwrap_or_default();
+    let find = || if tolerance > 0.0 { Parts::of(mesh, tolerance).small(limit.share) } else { all.small(limit.share) };
+    let target = job.budgets[level].target_faces(mesh.faces.len())?;
+    let mut checkpoints = checkpoints.without(target, limit.gone, find, device)?;
     let found = attempts::run(Job { options: &options, budgets, ..job }, None, &mut checkpoints, progress)?.pop();
     let outcome = &mut made[level];
     let Some(mut found) = found else { return Ok(false) };
@@ -121,26 +130,57 @@ struct Limit {
     share: f64,
     /// In model units.
     length: f64,
+    /// How many faces those that go have left.
+    gone: usize,
 }
 
-/// A part, connected over places.
-#[derive(Debug, Clone, Copy)]
-struct Part {
-    /// The diagonal of its bounding box.
-    size: f64,
-    faces: usize,
-}
-
-/// The parts of a mesh.
+/// The sizes of the parts of an input.
 #[derive(Debug, Clone)]
-struct Parts {
-    /// The smallest first.
-    sorted: Vec<Part>,
+struct Sizes {
+    /// Ascending.
+    sorted: Vec<f64>,
     /// Of all of them.
     diagonal: f64,
 }
 
-impl Parts {
+impl Sizes {
+    fn of(parts: &Parts) -> Self {
+        let mut sorted = parts.sizes.clone();
+        sorted.sort_by(f64::total_cmp);
+        Self { sorted, diagonal: parts.diagonal }
+    }
+
+    /// The limit for an outcome that is stuck with such parts `left` of a mesh with these; none where they are not to blame, or where
+    /// those would have to go that are larger than it is off. Parts as large as the last that goes go as well.
+    fn limit(&self, outcome: &Outcome, left: &Left, target: usize) -> Option<Limit> {
+        // Each of them is still there. Which of them it was does not show, but the order of their sizes hardly changes.
+        let largest = MOST * self.diagonal;
+        let may_go = self.sorted.partition_point(|&size| size <= outcome.error_estimate.min(largest));
+        let (mut stay, mut go) = (outcome.mesh.faces.len(), 0);
+        for &faces in left.faces.iter().take(may_go) {
+            if stay as f64 <= LEFT * target as f64 {
+                break;
+            }
+            stay -= faces;
+            go += 1;
+        }
+        let last = if go > 0 { self.sorted.get(go - 1) } else { None };
+        // Of many of one size all would go.
+        let leaves_any = |length: f64| self.sorted.last().is_some_and(|&largest| length * PAST < largest);
+        let length = last.copied().filter(|&length| stay <= target && leaves_any(length));
+        let gone = outcome.mesh.faces.len() - stay;
+        length.map(|length| Limit { share: length / self.diagonal * PAST, length, gone })
+    }
+}
+
+/// The parts that an outcome has left.
+#[derive(Debug, Clone)]
+struct Left {
+    /// The faces of each, those of the smallest first.
+    faces: Vec<usize>,
+}
+
+impl Left {
     fn of(mesh: &Mesh) -> Self {
         let mesh = weld(mesh, 0.0).mesh;
         let found = Components::new(&mesh.faces, mesh.positions.len());
@@ -148,44 +188,21 @@ impl Parts {
         for face in &mesh.faces {
             faces[found.of_vertex[face[0] as usize] as usize] += 1;
         }
-        let part = |(size, faces): (f64, usize)| Part { size, faces };
-        let mut sorted: Vec<Part> = sizes(&found, &mesh.positions).zip(faces).map(part).collect();
-        sorted.sort_by(|a, b| a.size.total_cmp(&b.size));
-        Self { sorted, diagonal: mesh.diagonal() }
+        let mut by_size: Vec<(f64, usize)> = sizes(&found, &mesh.positions).zip(faces).collect();
+        by_size.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Self { faces: by_size.into_iter().map(|(_, faces)| faces).collect() }
     }
 
-    /// The limit for an outcome that is stuck with such parts `left` of a mesh with these; none where they are not to blame, or where
-    /// those would have to go that are larger than it is off. Parts as large as the last that goes go as well.
-    fn limit(&self, outcome: &Outcome, left: &Self, target: usize) -> Option<Limit> {
-        // Each of them is still there. Which of them it was does not show, but the order of their sizes hardly changes.
-        let largest = MOST * self.diagonal;
-        let may_go = self.sorted.partition_point(|part| part.size <= outcome.error_estimate.min(largest));
-        let (mut stay, mut go) = (outcome.mesh.faces.len(), 0);
-        for part in left.sorted.iter().take(may_go) {
-            if stay as f64 <= LEFT * target as f64 {
-                break;
-            }
-            stay -= part.faces;
-            go += 1;
-        }
-        let last = if go > 0 { self.sorted.get(go - 1) } else { None };
-        // Of many of one size all would go.
-        let leaves_any = |length: f64| self.sorted.last().is_some_and(|largest| length * PAST < largest.size);
-        let length = last.filter(|_| stay <= target).map(|part| part.size).filter(|&length| leaves_any(length));
-        length.map(|length| Limit { share: length / self.diagonal * PAST, length })
-    }
-
-    /// What to do about a mesh with these parts that got stuck on its way to so many faces, with such parts `left`.
-    fn advice(&self, left: &Self, target: usize) -> Option<String> {
-        let (count, faces) = (self.sorted.len(), self.sorted.iter().map(|part| part.faces).sum::<usize>());
-        if faces < 2 * count {
+    /// What to do about a mesh of so many parts and faces that got stuck with these on its way to so many faces.
+    fn advice(&self, [parts, faces]: [usize; 2], target: usize) -> Option<String> {
+        if faces < 2 * parts {
             return Some(
                 "hardly a face shares an edge with another: weld vertices that lie close to each other".into(),
             );
         }
-        let kept: usize = left.sorted.iter().map(|part| part.faces.min(LEAST_KEPT)).sum();
-        (count > 1 && kept > target)
-            .then(|| format!("{count} parts keep too many faces: prune small ones, or join those that lie close"))
+        let kept: usize = self.faces.iter().map(|&faces| faces.min(LEAST_KEPT)).sum();
+        (parts > 1 && kept > target)
+            .then(|| format!("{parts} parts keep too many faces: prune small ones, or join those that lie close"))
     }
 }
 
@@ -247,7 +264,7 @@ mod tests {
         let mut alone = dusty(100, 0.01);
         alone.faces.drain(..1280);
         let wreck = Outcome { error_estimate: 1.0, ..to(&alone, 100, &Options::default()) };
-        assert_eq!(Parts::of(&alone).limit(&wreck, &Parts::of(&wreck.mesh), 100), None);
+        assert_eq!(Sizes::of(&Parts::of(&alone, 0.0)).limit(&wreck, &Left::of(&wreck.mesh), 100), None);
         let outcome = to(&alone, 100, &Options::default());
         assert_eq!((outcome.stop, outcome.mesh.faces.len()), (StopReason::Stuck, 400));
         assert!(outcome.warnings.iter().any(|warning| warning.contains("100 parts keep too many")));
@@ -263,7 +280,7 @@ mod tests {
     #[test]
     fn no_level_is_farther_off_than_a_coarser_one() {
         let (mesh, device) = (dusty(100, 0.01), Device::cpu(1).expect("a device"));
-        let parts = |outcome: &Outcome| Parts::of(&outcome.mesh).sorted.len();
+        let parts = |outcome: &Outcome| Left::of(&outcome.mesh).faces.len();
         for (counts, with_dust) in [([900, 300], [true, false]), ([450, 300], [false, false])] {
             let budgets = counts.map(Budget::faces);
             let made = run(&mesh, &Options::default(), &budgets, &device, None).expect("a valid mesh");
@@ -303,7 +320,7 @@ mod tests {
         ] {
             let device = Device::cpu(1).expect("a device");
             let made = run(&mesh, &options, &[budget], &device, None).expect("a valid mesh").pop().expect("one budget");
-            assert_eq!((made.stop, Parts::of(&made.mesh).sorted.len()), (StopReason::Stuck, 101), "{options:?}");
+            assert_eq!((made.stop, Left::of(&made.mesh).faces.len()), (StopReason::Stuck, 101), "{options:?}");
         }
     }
 }

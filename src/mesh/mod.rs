@@ -28,6 +28,7 @@ pub(crate) mod limits;
 mod near;
 pub mod normals;
 pub mod orient;
+pub(crate) mod parts;
 mod polygons;
 pub mod prune;
 mod regions;
@@ -105,6 +106,18 @@ pub struct Mesh {
 /// What a run says that carries colors of vertices alone.
 pub(crate) const FACE_COLORS_DROPPED: &str = "face colors are dropped: only those of vertices are carried";
 
+/// How long the diagonal of a box between two corners is.
+pub(crate) fn diagonal_between(low: DVec3, high: DVec3) -> f64 {
+    let length = (high - low).length();
+    if length.is_normal() {
+        return length;
+    }
+    // Squares left the range of numbers, or the difference did.
+    let half = high * 0.5 - low * 0.5;
+    let longest = half.max_element();
+    if longest > 0.0 { (half / longest).length() * longest * 2.0 } else { 0.0 }
+}
+
 /// Those of `rows` in this order.
 pub(crate) fn take<T: Copy>(rows: &[T], order: &[u32]) -> Vec<T> {
     order.iter().map(|&row| rows[row as usize]).collect()
@@ -176,14 +189,7 @@ impl Mesh {
     /// The length of the bounding box's diagonal, in model units.
     pub fn diagonal(&self) -> f64 {
         let (low, high) = self.bounds();
-        let length = (high - low).length();
-        if length.is_normal() {
-            return length;
-        }
-        // Squares left the range of numbers, or the difference did.
-        let half = high * 0.5 - low * 0.5;
-        let longest = half.max_element();
-        if longest > 0.0 { (half / longest).length() * longest * 2.0 } else { 0.0 }
+        diagonal_between(low, high)
     }
 
     /// The area of all faces, in squared model units.

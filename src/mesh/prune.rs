@@ -1,8 +1,8 @@
 //! Drops small parts: dust of scans, screws of assemblies.
 
-use super::layers::Layers;
+use super::parts::boxes;
 use super::topology::Components;
-use super::weld::{Welded, weld_layers};
+use super::weld::Welded;
 use super::{Channel, Mesh};
 use crate::math::DVec3;
 
@@ -54,26 +54,6 @@ pub fn prune(welded: &mut Welded, fraction: f64) -> usize {
     dropped
 }
 
-/// What [`prune`] drops of a mesh.
-#[derive(Debug, Clone)]
-pub(crate) struct Small {
-    /// Which vertices, of those that others are joined into.
-    pub vertices: Vec<bool>,
-    /// How many parts.
-    pub parts: usize,
-}
-
-/// What [`prune`] drops of a mesh that is welded so.
-pub(crate) fn find_small(mesh: &Mesh, tolerance: f64, layers: Layers<'_>, fraction: f64) -> Small {
-    let welded = weld_layers(mesh, tolerance, layers);
-    let (parts, small) = small_parts(&welded.mesh, fraction);
-    let mut vertices = vec![false; mesh.positions.len()];
-    for (&source, &part) in welded.vertex_source.iter().zip(&parts.of_vertex) {
-        vertices[source as usize] = small.get(part as usize).is_some_and(|&small| small);
-    }
-    Small { vertices, parts: small.into_iter().filter(|&small| small).count() }
-}
-
 /// The parts of a mesh, and which of them are small.
 fn small_parts(mesh: &Mesh, fraction: f64) -> (Components, Vec<bool>) {
     let parts = Components::new(&mesh.faces, mesh.positions.len());
@@ -84,13 +64,7 @@ fn small_parts(mesh: &Mesh, fraction: f64) -> (Components, Vec<bool>) {
 
 /// The diagonals of the bounding boxes of a mesh's parts.
 pub(crate) fn sizes(parts: &Components, positions: &[DVec3]) -> impl Iterator<Item = f64> {
-    let mut bounds = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); parts.count];
-    for (&part, &p) in parts.of_vertex.iter().zip(positions) {
-        if let Some((low, high)) = bounds.get_mut(part as usize) {
-            (*low, *high) = (low.min(p), high.max(p));
-        }
-    }
-    bounds.into_iter().map(|(low, high)| (high - low).length())
+    boxes(parts, positions).into_iter().map(|(low, high)| (high - low).length())
 }
 
 fn retain<T>(rows: &mut Vec<T>, stays: &[bool]) {
@@ -105,20 +79,9 @@ mod tests {
     use super::*;
     use crate::math::Vec2;
 
-    /// An icosahedron of diagonal about 3.4 and, after it, one of a tenth of that beside it.
-    fn large_and_small() -> Mesh {
-        let mut mesh = shapes::icosahedron();
-        let count = mesh.positions.len() as u32;
-        let small: Vec<DVec3> = mesh.positions.iter().map(|&p| p * 0.1 + DVec3::X * 2.0).collect();
-        let faces: Vec<[u32; 3]> = mesh.faces.iter().map(|face| face.map(|v| v + count)).collect();
-        mesh.positions.extend(small);
-        mesh.faces.extend(faces);
-        mesh
-    }
-
     #[test]
     fn small_parts_go_with_their_vertices() {
-        let mut welded = weld(&large_and_small(), 0.0);
+        let mut welded = weld(&shapes::large_and_small(), 0.0);
         assert_eq!(prune(&mut welded, 0.2), 1);
         assert_eq!(welded.mesh, shapes::icosahedron());
         assert_eq!(welded.vertex_source, (0..12).collect::<Vec<_>>());
@@ -127,7 +90,7 @@ mod tests {
 
     #[test]
     fn what_faces_have_goes_with_them() {
-        let mut mesh = large_and_small();
+        let mut mesh = shapes::large_and_small();
         // The small part first, so that rows move.
         mesh.faces.rotate_right(20);
         mesh.texcoords = Some((0..40).map(|f| [Vec2::splat(f as f32); 3]).collect());
@@ -139,30 +102,9 @@ mod tests {
         assert!(welded.mesh.check().is_ok());
     }
 
-    /// As they come, and with faces that share no vertex until they are welded, exactly or within a distance.
-    #[test]
-    fn what_is_found_to_be_small_is_what_goes() {
-        let whole = large_and_small();
-        let mut apart = Mesh::default();
-        for (f, face) in whole.faces.iter().enumerate() {
-            apart.faces.push([0, 1, 2].map(|k| 3 * f as u32 + k));
-            apart.positions.extend(face.map(|v| whole.positions[v as usize]));
-        }
-        let mut beside = apart.clone();
-        beside.positions.iter_mut().enumerate().for_each(|(v, p)| p.x += 1e-6 * (v % 7) as f64);
-        for (mesh, tolerance) in [(whole, 0.0), (apart, 0.0), (beside, 1e-5)] {
-            let small = find_small(&mesh, tolerance, Layers::ONE, 0.2);
-            let mut welded = weld(&mesh, tolerance);
-            let all = welded.vertex_source.clone();
-            assert_eq!((prune(&mut welded, 0.2), small.parts), (1, 1));
-            let stay: Vec<u32> = all.into_iter().filter(|&v| !small.vertices[v as usize]).collect();
-            assert!(stay == welded.vertex_source && stay.len() == 12);
-        }
-    }
-
     #[test]
     fn nothing_goes_below_the_limit() {
-        let mut welded = weld(&large_and_small(), 0.0);
+        let mut welded = weld(&shapes::large_and_small(), 0.0);
         assert_eq!(prune(&mut welded, 0.01), 0);
         assert_eq!(welded.mesh.faces.len(), 40);
         assert_eq!(prune(&mut welded, 0.0), 0);

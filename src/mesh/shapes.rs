@@ -172,6 +172,18 @@ pub(super) fn halves([a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
     [[a, b, c], [a, c, d]]
 }
 
+/// An icosahedron of diagonal about 3.4 and, after it, one of a tenth of that beside it.
+#[cfg(test)]
+pub fn large_and_small() -> Mesh {
+    let mut mesh = icosahedron();
+    let count = mesh.positions.len() as u32;
+    let small: Vec<DVec3> = mesh.positions.iter().map(|&p| p * 0.1 + DVec3::X * 2.0).collect();
+    let faces: Vec<[u32; 3]> = mesh.faces.iter().map(|face| face.map(|v| v + count)).collect();
+    mesh.positions.extend(small);
+    mesh.faces.extend(faces);
+    mesh
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -194,6 +194,7 @@ fn border_loops(border: &[[u32; 2]], vertex_count: usize) -> usize {
 }
 
 /// The parts of a mesh connected over vertices, in order of their lowest vertex.
+#[derive(Debug)]
 pub(crate) struct Components {
     pub count: usize,
     /// The component of every vertex; `u32::MAX` for those without a face.

@@ -49,7 +49,7 @@ pub fn weld(mesh: &Mesh, tolerance: f64) -> Welded {
 
 /// [`weld`], where faces of different `layers` are no duplicates.
 pub(crate) fn weld_layers(mesh: &Mesh, tolerance: f64, layers: Layers<'_>) -> Welded {
-    let lowest = if tolerance > 0.0 { within(&mesh.positions, tolerance) } else { lowest_at_position(&mesh.positions) };
+    let lowest = lowest_within(&mesh.positions, tolerance);
     let joined_vertices = count(lowest.len(), |v| lowest[v] as usize != v);
 
     let joined = |f: usize| mesh.faces[f].map(|v| lowest[v as usize]);
@@ -92,6 +92,11 @@ pub(crate) fn weld_layers(mesh: &Mesh, tolerance: f64, layers: Layers<'_>) -> We
         duplicate_faces: twins.duplicates.len(),
         opposite_faces: twins.opposites.len(),
     }
+}
+
+/// The lowest vertex that each is joined with, within a tolerance or at its position.
+pub(crate) fn lowest_within(positions: &[DVec3], tolerance: f64) -> Vec<u32> {
+    if tolerance > 0.0 { within(positions, tolerance) } else { lowest_at_position(positions) }
 }
 
 /// The lowest vertex at the position of each; `-0.0` equals `0.0`.
