@@ -51,9 +51,9 @@ pub fn run(
             let warning = found.warning(step);
             outcomes.into_iter().map(|outcome| Some(outcome?.with_warning(warning))).collect()
         };
-        let stuck = outcomes.iter().flatten().filter(|outcome| outcome.stop == StopReason::Stuck);
-        if let Some(came_to) = stuck.map(|outcome| outcome.mesh.faces.len()).min() {
-            checkpoints.note_tried(step, came_to);
+        if !found.compares {
+            // What it was to be, not what it became at its start: that may be for parts that go.
+            checkpoints.note_tried(found.next, &outcomes);
         }
         found.take(outcomes, step, holds, clock.elapsed().as_secs_f64());
     }

@@ -33,10 +33,10 @@ impl FaceNow {
     }
 
     /// Whether a corner of another, but for those of both, lies on this one, which is the `triangle`.
-    fn has_corner_of(&self, triangle: &Triangle, other: &Self, touching: f64) -> bool {
+    fn has_corner_of(&self, triangle: &Triangle, other: &Self) -> bool {
         let is_near = |p: Vec3| self.bounds.holds(&Bounds { low: p, high: p });
         let mut corners = other.vertices.into_iter().zip(other.corners);
-        corners.any(|(v, p)| is_near(p) && !self.vertices.contains(&v) && triangle.has(p.as_dvec3(), touching))
+        corners.any(|(v, p)| is_near(p) && !self.vertices.contains(&v) && triangle.has(p.as_dvec3()))
     }
 }
 
@@ -79,11 +79,9 @@ impl Meeting {
         if near.peek().is_none() {
             return false;
         }
-        let (triangle, touching) = (other.triangle(self.touching), self.touching);
+        let triangle = other.triangle(self.touching);
         near.any(|(own, of_own)| {
-            of_own.crosses(&triangle)
-                || own.has_corner_of(of_own, other, touching)
-                || other.has_corner_of(&triangle, own, touching)
+            of_own.crosses(&triangle) || own.has_corner_of(of_own, other) || other.has_corner_of(&triangle, own)
         })
     }
 }

@@ -8,10 +8,8 @@
 use std::time::Instant;
 
 use crate::error::Result;
-use crate::mesh::parts::Parts;
-use crate::mesh::prune::sizes;
-use crate::mesh::topology::Components;
-use crate::mesh::{Mesh, weld};
+use crate::mesh::parts::{Parts, faces_by_size};
+use crate::mesh::weld;
 use crate::simplify::{Budget, OnProgress, Outcome, StopReason};
 
 use super::checkpoint::Checkpoints;
@@ -32,90 +30,98 @@ pub const PAST: f64 = 1.0 + 1e-6;
 /// Runs a job, whose start is at hand or not, and again where small parts kept it from its number of faces.
 pub fn run(job: Job<'_>, start: Option<Prepared>, mut progress: Option<&mut OnProgress<'_>>) -> Result<Vec<Outcome>> {
     let mut checkpoints = Checkpoints::default();
-    let mut made = attempts::run(job, start, &mut checkpoints, progress.as_deref_mut())?;
+    let outcomes = attempts::run(job, start, &mut checkpoints, progress.as_deref_mut())?;
     let is_stuck = |(outcome, budget): (&Outcome, &Budget)| outcome.stop == StopReason::Stuck && budget.counts_faces();
-    let was_cancelled = made.iter().any(|outcome| outcome.stop == StopReason::Cancelled);
-    if was_cancelled || job.options.joins() || !made.iter().zip(job.budgets).any(is_stuck) {
-        return Ok(made);
+    let was_cancelled = outcomes.iter().any(|outcome| outcome.stop == StopReason::Cancelled);
+    if was_cancelled || job.options.joins() || !outcomes.iter().zip(job.budgets).any(is_stuck) {
+        return Ok(outcomes);
     }
-    let all = Parts::of(job.mesh, 0.0);
-    let of_input = Sizes::of(&all);
-    let mut faces = None;
+    let mut made = Made { job, all: Parts::of(job.mesh, 0.0), checkpoints, outcomes };
+    let (of_input, mut faces) = (Sizes::of(&made.all), None);
     // The levels that were made again, and at which limit.
     let mut remade: Vec<(usize, Limit)> = Vec::new();
-    for level in 0..made.len() {
-        if !is_stuck((&made[level], &job.budgets[level])) {
+    for (level, budget) in job.budgets.iter().enumerate() {
+        let outcome = &mut made.outcomes[level];
+        if !is_stuck((outcome, budget)) {
             continue;
         }
-        let target = job.budgets[level].target_faces(job.mesh.faces.len())?;
-        let left = Left::of(&made[level].mesh);
-        let is_bounded = has_error(&job.budgets[level]);
-        match of_input.limit(&made[level], &left, target).filter(|_| may_go(job.options) && !is_bounded) {
+        let target = budget.target_faces(job.mesh.faces.len())?;
+        let left = faces_by_size(&outcome.mesh);
+        match of_input.limit(outcome, &left, target).filter(|_| may_go(job.options) && !has_error(budget)) {
             Some(limit) => {
                 let is_fewer = |found: &Outcome, made: &Outcome| found.mesh.faces.len() < made.mesh.faces.len();
-                if again(job, &all, (level, limit), &mut checkpoints, &mut made, progress.as_deref_mut(), is_fewer)? {
+                if made.again((level, limit), progress.as_deref_mut(), is_fewer)? {
                     remade.push((level, limit));
                 }
             }
             None => {
                 let faces = *faces.get_or_insert_with(|| weld(job.mesh, 0.0).mesh.faces.len());
-                made[level].warnings.extend(left.advice([all.sizes.len(), faces], target));
+                outcome.warnings.extend(advice([made.all.sizes.len(), faces], &left, target));
             }
         }
     }
     // None may be farther off than a coarser one.
     for (coarser, limit) in remade {
-        for level in 0..made.len() {
-            let is_finer = made[level].mesh.faces.len() > made[coarser].mesh.faces.len();
-            if is_finer && made[level].error_estimate > made[coarser].error_estimate && !has_error(&job.budgets[level])
-            {
+        for (level, budget) in job.budgets.iter().enumerate() {
+            let [coarser, finer] = [coarser, level].map(|level| &made.outcomes[level]);
+            let is_finer = finer.mesh.faces.len() > coarser.mesh.faces.len();
+            if is_finer && finer.error_estimate > coarser.error_estimate && !has_error(budget) {
                 let is_closer = |found: &Outcome, made: &Outcome| found.error_estimate < made.error_estimate;
-                again(job, &all, (level, limit), &mut checkpoints, &mut made, progress.as_deref_mut(), is_closer)?;
+                made.again((level, limit), progress.as_deref_mut(), is_closer)?;
             }
         }
     }
-    Ok(made)
+    Ok(made.outcomes)
 }
 
-/// Makes a level again without the parts up to a limit, and keeps it if it is better, or cancelled; returns whether it was better.
-fn again(
-    job: Job<'_>,
-    all: &Parts,
-    (level, limit): (usize, Limit),
-    checkpoints: &mut Checkpoints,
-    made: &mut [Outcome],
-    progress: Option<&mut OnProgress<'_>>,
-    is_better: impl Fn(&Outcome, &Outcome) -> bool,
-) -> Result<bool> {
-    if made.iter().any(|outcome| outcome.stop == StopReason::Cancelled) {
-        return Ok(false);
+/// What a job has come to, and what it is made again from.
+struct Made<'a> {
+    job: Job<'a>,
+    /// The parts of its mesh.
+    all: Parts,
+    checkpoints: Checkpoints,
+    outcomes: Vec<Outcome>,
+}
+
+impl Made<'_> {
+    /// Makes a level again without the parts up to a limit, and keeps it if it is better, or cancelled; returns whether it was better.
+    fn again(
+        &mut self,
+        (level, limit): (usize, Limit),
+        progress: Option<&mut OnProgress<'_>>,
+        is_better: impl Fn(&Outcome, &Outcome) -> bool,
+    ) -> Result<bool> {
+        let Self { job, all, checkpoints, outcomes } = self;
+        if outcomes.iter().any(|outcome| outcome.stop == StopReason::Cancelled) {
+            return Ok(false);
+        }
+        let clock = Instant::now();
+        let Job { mesh, device, .. } = *job;
+        let options = Options { prune: Some(limit.share), ..job.options.clone() };
+        let budgets = &job.budgets[level..=level];
+        let tolerance = options.weld.unwrap_or_default();
+        let find =
+            || if tolerance > 0.0 { Parts::of(mesh, tolerance).small(limit.share) } else { all.small(limit.share) };
+        let mut checkpoints = checkpoints.without(budgets[0].target_faces(mesh.faces.len())?, find, device)?;
+        let found = attempts::run(Job { options: &options, budgets, ..*job }, None, &mut checkpoints, progress)?.pop();
+        let outcome = &mut outcomes[level];
+        let Some(mut found) = found else { return Ok(false) };
+        found.error_estimate = found.error_estimate.max(limit.length);
+        if found.stop == StopReason::Cancelled {
+            outcome.stop = StopReason::Cancelled;
+        } else if is_better(&found, outcome) {
+            found.warnings.push(format!(
+                "parts up to {:.2}% of the diagonal across go: they would keep more faces than were asked for",
+                limit.share * 100.0
+            ));
+            *outcome = found;
+            return Ok(true);
+        }
+        let spent = clock.elapsed().as_secs_f64();
+        outcome.seconds.build += spent;
+        outcome.seconds.total += spent;
+        Ok(false)
     }
-    let clock = Instant::now();
-    let options = Options { prune: Some(limit.share), ..job.options.clone() };
-    let budgets = &job.budgets[level..=level];
-    let Job { mesh, device, .. } = job;
-    let tolerance = options.weld.unwrap_or_default();
-    let find = || if tolerance > 0.0 { Parts::of(mesh, tolerance).small(limit.share) } else { all.small(limit.share) };
-    let target = job.budgets[level].target_faces(mesh.faces.len())?;
-    let mut checkpoints = checkpoints.without(target, limit.gone, find, device)?;
-    let found = attempts::run(Job { options: &options, budgets, ..job }, None, &mut checkpoints, progress)?.pop();
-    let outcome = &mut made[level];
-    let Some(mut found) = found else { return Ok(false) };
-    found.error_estimate = found.error_estimate.max(limit.length);
-    if found.stop == StopReason::Cancelled {
-        outcome.stop = StopReason::Cancelled;
-    } else if is_better(&found, outcome) {
-        found.warnings.push(format!(
-            "parts up to {:.2}% of the diagonal across go: they would keep more faces than were asked for",
-            limit.share * 100.0
-        ));
-        *outcome = found;
-        return Ok(true);
-    }
-    let spent = clock.elapsed().as_secs_f64();
-    outcome.seconds.build += spent;
-    outcome.seconds.total += spent;
-    Ok(false)
 }
 
 /// Whether parts may go that nobody named.
@@ -130,8 +136,6 @@ struct Limit {
     share: f64,
     /// In model units.
     length: f64,
-    /// How many faces those that go have left.
-    gone: usize,
 }
 
 /// The sizes of the parts of an input.
@@ -150,14 +154,14 @@ impl Sizes {
         Self { sorted, diagonal: parts.diagonal }
     }
 
-    /// The limit for an outcome that is stuck with such parts `left` of a mesh with these; none where they are not to blame, or where
+    /// The limit for an outcome that is stuck with parts of such faces `left`, those of the smallest first, of a mesh with these; none where they are not to blame, or where
     /// those would have to go that are larger than it is off. Parts as large as the last that goes go as well.
-    fn limit(&self, outcome: &Outcome, left: &Left, target: usize) -> Option<Limit> {
+    fn limit(&self, outcome: &Outcome, left: &[usize], target: usize) -> Option<Limit> {
         // Each of them is still there. Which of them it was does not show, but the order of their sizes hardly changes.
         let largest = MOST * self.diagonal;
         let may_go = self.sorted.partition_point(|&size| size <= outcome.error_estimate.min(largest));
         let (mut stay, mut go) = (outcome.mesh.faces.len(), 0);
-        for &faces in left.faces.iter().take(may_go) {
+        for &faces in left.iter().take(may_go) {
             if stay as f64 <= LEFT * target as f64 {
                 break;
             }
@@ -168,42 +172,18 @@ impl Sizes {
         // Of many of one size all would go.
         let leaves_any = |length: f64| self.sorted.last().is_some_and(|&largest| length * PAST < largest);
         let length = last.copied().filter(|&length| stay <= target && leaves_any(length));
-        let gone = outcome.mesh.faces.len() - stay;
-        length.map(|length| Limit { share: length / self.diagonal * PAST, length, gone })
+        length.map(|length| Limit { share: length / self.diagonal * PAST, length })
     }
 }
 
-/// The parts that an outcome has left.
-#[derive(Debug, Clone)]
-struct Left {
-    /// The faces of each, those of the smallest first.
-    faces: Vec<usize>,
-}
-
-impl Left {
-    fn of(mesh: &Mesh) -> Self {
-        let mesh = weld(mesh, 0.0).mesh;
-        let found = Components::new(&mesh.faces, mesh.positions.len());
-        let mut faces = vec![0; found.count];
-        for face in &mesh.faces {
-            faces[found.of_vertex[face[0] as usize] as usize] += 1;
-        }
-        let mut by_size: Vec<(f64, usize)> = sizes(&found, &mesh.positions).zip(faces).collect();
-        by_size.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Self { faces: by_size.into_iter().map(|(_, faces)| faces).collect() }
+/// What to do about a mesh of so many parts and faces that got stuck on its way to so many faces, with parts of such faces `left`.
+fn advice([parts, faces]: [usize; 2], left: &[usize], target: usize) -> Option<String> {
+    if faces < 2 * parts {
+        return Some("hardly a face shares an edge with another: weld vertices that lie close to each other".into());
     }
-
-    /// What to do about a mesh of so many parts and faces that got stuck with these on its way to so many faces.
-    fn advice(&self, [parts, faces]: [usize; 2], target: usize) -> Option<String> {
-        if faces < 2 * parts {
-            return Some(
-                "hardly a face shares an edge with another: weld vertices that lie close to each other".into(),
-            );
-        }
-        let kept: usize = self.faces.iter().map(|&faces| faces.min(LEAST_KEPT)).sum();
-        (parts > 1 && kept > target)
-            .then(|| format!("{parts} parts keep too many faces: prune small ones, or join those that lie close"))
-    }
+    let kept: usize = left.iter().map(|&faces| faces.min(LEAST_KEPT)).sum();
+    (parts > 1 && kept > target)
+        .then(|| format!("{parts} parts keep too many faces: prune small ones, or join those that lie close"))
 }
 
 #[cfg(test)]
@@ -212,7 +192,7 @@ mod tests {
     use super::*;
     use crate::backend::Device;
     use crate::math::DVec3;
-    use crate::mesh::shapes;
+    use crate::mesh::{Mesh, shapes};
 
     /// A sphere of 1,280 faces and `count` tetrahedra around it, of such a size.
     fn dusty(count: u32, size: f64) -> Mesh {
@@ -256,6 +236,35 @@ mod tests {
         }
     }
 
+    /// Where three faces meet holds a run as well: what gives way there in the one with dust does so from the start in the one without.
+    #[test]
+    fn a_run_without_dust_is_not_held_by_what_gave_way_before() {
+        let (mut mesh, device) = (dusty(300, 0.01), Device::cpu(1).expect("a device"));
+        let dust = mesh.faces.split_off(1280);
+        let ball = shapes::icosphere(5);
+        let first = ball.positions.len() as u32 - 642;
+        mesh.faces = dust.into_iter().map(|face| face.map(|v| v + first)).collect();
+        mesh.positions.splice(..642, ball.positions.iter().copied());
+        for face in ball.faces.iter().step_by(50) {
+            let [a, b] = [0, 1].map(|k| mesh.positions[face[k] as usize]);
+            mesh.positions.push((a + b) * 0.52);
+            mesh.faces.push([face[0], face[1], mesh.positions.len() as u32 - 1]);
+        }
+        mesh.faces.extend(ball.faces);
+        let (mut last, mut again) = (usize::MAX, 0);
+        let mut count = |now: crate::simplify::Progress| {
+            again += usize::from(now.faces > last);
+            last = now.faces;
+            std::ops::ControlFlow::Continue(())
+        };
+        let made = run(&mesh, &Options::default(), &[Budget::faces(400)], &device, Some(&mut count));
+        let outcome = made.expect("a valid mesh").pop().expect("one budget");
+        let is_told = |of: &str| outcome.warnings.iter().any(|warning| warning.contains(of));
+        assert_eq!(outcome.stop, StopReason::FacesReached);
+        assert!(is_told("across go") && is_told("not manifold move"), "{:?}", outcome.warnings);
+        assert_eq!(again, 2, "one in which those vertices move, and one without dust");
+    }
+
     #[test]
     fn what_is_large_or_all_there_is_stays() {
         // Grains of a tenth of the diagonal.
@@ -264,7 +273,7 @@ mod tests {
         let mut alone = dusty(100, 0.01);
         alone.faces.drain(..1280);
         let wreck = Outcome { error_estimate: 1.0, ..to(&alone, 100, &Options::default()) };
-        assert_eq!(Sizes::of(&Parts::of(&alone, 0.0)).limit(&wreck, &Left::of(&wreck.mesh), 100), None);
+        assert_eq!(Sizes::of(&Parts::of(&alone, 0.0)).limit(&wreck, &faces_by_size(&wreck.mesh), 100), None);
         let outcome = to(&alone, 100, &Options::default());
         assert_eq!((outcome.stop, outcome.mesh.faces.len()), (StopReason::Stuck, 400));
         assert!(outcome.warnings.iter().any(|warning| warning.contains("100 parts keep too many")));
@@ -280,7 +289,7 @@ mod tests {
     #[test]
     fn no_level_is_farther_off_than_a_coarser_one() {
         let (mesh, device) = (dusty(100, 0.01), Device::cpu(1).expect("a device"));
-        let parts = |outcome: &Outcome| Left::of(&outcome.mesh).faces.len();
+        let parts = |outcome: &Outcome| faces_by_size(&outcome.mesh).len();
         for (counts, with_dust) in [([900, 300], [true, false]), ([450, 300], [false, false])] {
             let budgets = counts.map(Budget::faces);
             let made = run(&mesh, &Options::default(), &budgets, &device, None).expect("a valid mesh");
@@ -320,7 +329,7 @@ mod tests {
         ] {
             let device = Device::cpu(1).expect("a device");
             let made = run(&mesh, &options, &[budget], &device, None).expect("a valid mesh").pop().expect("one budget");
-            assert_eq!((made.stop, Left::of(&made.mesh).faces.len()), (StopReason::Stuck, 101), "{options:?}");
+            assert_eq!((made.stop, faces_by_size(&made.mesh).len()), (StopReason::Stuck, 101), "{options:?}");
         }
     }
 }

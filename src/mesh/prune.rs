@@ -1,10 +1,8 @@
 //! Drops small parts: dust of scans, screws of assemblies.
 
-use super::parts::boxes;
-use super::topology::Components;
+use super::parts::Parts;
 use super::weld::Welded;
 use super::{Channel, Mesh};
-use crate::math::DVec3;
 
 /// Drops the parts of a welded mesh whose bounding box's diagonal is below `fraction` of the whole mesh's. Returns the
 /// number of parts dropped.
@@ -12,16 +10,17 @@ use crate::math::DVec3;
 /// Parts are connected over vertices. With a fraction of 0 nothing is dropped, with 1 all but a part as large as the mesh.
 pub fn prune(welded: &mut Welded, fraction: f64) -> usize {
     let mesh = &welded.mesh;
-    let (parts, small) = small_parts(mesh, fraction);
+    let parts = Parts::of_joined(&mesh.faces, &mesh.positions);
+    let (small, of_vertex) = (parts.are_small(fraction), parts.of_vertex());
     let dropped = small.iter().filter(|&&small| small).count();
     if dropped == 0 {
         return 0;
     }
-    let is_kept = |face: &[u32; 3]| !small[parts.of_vertex[face[0] as usize] as usize];
+    let is_kept = |face: &[u32; 3]| !small[of_vertex[face[0] as usize] as usize];
     let kept: Vec<usize> = (0..mesh.faces.len()).filter(|&f| is_kept(&mesh.faces[f])).collect();
     welded.face_source = kept.iter().map(|&f| welded.face_source[f]).collect();
     let stays: Vec<bool> =
-        parts.of_vertex.iter().map(|&part| small.get(part as usize).is_some_and(|&small| !small)).collect();
+        of_vertex.iter().map(|&part| small.get(part as usize).is_some_and(|&small| !small)).collect();
     let mut new_vertex = vec![0; stays.len()];
     let mut count = 0;
     for (new, &stays) in new_vertex.iter_mut().zip(&stays) {
@@ -52,19 +51,6 @@ pub fn prune(welded: &mut Welded, fraction: f64) -> usize {
         retain(colors, &stays);
     }
     dropped
-}
-
-/// The parts of a mesh, and which of them are small.
-fn small_parts(mesh: &Mesh, fraction: f64) -> (Components, Vec<bool>) {
-    let parts = Components::new(&mesh.faces, mesh.positions.len());
-    let least = fraction * mesh.diagonal();
-    let small = sizes(&parts, &mesh.positions).map(|size| size < least).collect();
-    (parts, small)
-}
-
-/// The diagonals of the bounding boxes of a mesh's parts.
-pub(crate) fn sizes(parts: &Components, positions: &[DVec3]) -> impl Iterator<Item = f64> {
-    boxes(parts, positions).into_iter().map(|(low, high)| (high - low).length())
 }
 
 fn retain<T>(rows: &mut Vec<T>, stays: &[bool]) {
