@@ -21,6 +21,7 @@ use super::seam_pressure::{
     FARTHER_WITH_SEAMS, SOUND, are_felt, are_pressing, is_seen, is_wrecked, keep_closer, keep_many, keep_some,
     worst_error,
 };
+use super::small_parts::may_go;
 use super::yielding::Yields;
 
 /// Runs a job, from its start if that is at hand, or from a checkpoint if there is one; leaves those of its own.
@@ -51,7 +52,7 @@ pub fn run(
             let warning = found.warning(step);
             outcomes.into_iter().map(|outcome| Some(outcome?.with_warning(warning))).collect()
         };
-        if !found.compares {
+        if !found.compares && may_go(job.options) {
             // What it was to be, not what it became at its start: that may be for parts that go.
             checkpoints.note_tried(found.next, &outcomes);
         }

@@ -26,7 +26,7 @@ const SHRUNK: usize = 2;
 /// no closer, with as many there is nothing left to weigh seams against.
 const AHEAD: usize = 2;
 /// From how many times the faces asked for on, which another run kept of other parts than those that go, none is made again in which the
-/// same gives way: such runs came to 0.94 to 1.0 times as many (a truck, voxels).
+/// same gives way: ten such runs of four meshes came to 0.92 to 1.10 times as many.
 const SURELY: f64 = 1.25;
 
 /// Checkpoints of a run, with those that were taken up before it.

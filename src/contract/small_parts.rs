@@ -154,8 +154,9 @@ impl Sizes {
         Self { sorted, diagonal: parts.diagonal }
     }
 
-    /// The limit for an outcome that is stuck with parts of such faces `left`, those of the smallest first, of a mesh with these; none where they are not to blame, or where
-    /// those would have to go that are larger than it is off. Parts as large as the last that goes go as well.
+    /// The limit for an outcome that is stuck with parts of such faces `left`, those of the smallest first, of a mesh with these; none
+    /// where they are not to blame, or where those would have to go that are larger than it is off. Parts as large as the last that goes
+    /// go as well.
     fn limit(&self, outcome: &Outcome, left: &[usize], target: usize) -> Option<Limit> {
         // Each of them is still there. Which of them it was does not show, but the order of their sizes hardly changes.
         let largest = MOST * self.diagonal;
@@ -196,7 +197,12 @@ mod tests {
 
     /// A sphere of 1,280 faces and `count` tetrahedra around it, of such a size.
     fn dusty(count: u32, size: f64) -> Mesh {
-        let (mut mesh, grain) = (shapes::icosphere(3), shapes::tetrahedron());
+        with_dust(shapes::icosphere(3), count, size)
+    }
+
+    /// A mesh about as large as a sphere, and after it `count` tetrahedra around it, of such a size.
+    fn with_dust(mut mesh: Mesh, count: u32, size: f64) -> Mesh {
+        let grain = shapes::tetrahedron();
         for i in 0..count {
             let turn = f64::from(i) * 2.4;
             let height = f64::from(2 * i + 1) / f64::from(count) - 1.0;
@@ -239,18 +245,14 @@ mod tests {
     /// Where three faces meet holds a run as well: what gives way there in the one with dust does so from the start in the one without.
     #[test]
     fn a_run_without_dust_is_not_held_by_what_gave_way_before() {
-        let (mut mesh, device) = (dusty(300, 0.01), Device::cpu(1).expect("a device"));
-        let dust = mesh.faces.split_off(1280);
-        let ball = shapes::icosphere(5);
-        let first = ball.positions.len() as u32 - 642;
-        mesh.faces = dust.into_iter().map(|face| face.map(|v| v + first)).collect();
-        mesh.positions.splice(..642, ball.positions.iter().copied());
-        for face in ball.faces.iter().step_by(50) {
-            let [a, b] = [0, 1].map(|k| mesh.positions[face[k] as usize]);
-            mesh.positions.push((a + b) * 0.52);
-            mesh.faces.push([face[0], face[1], mesh.positions.len() as u32 - 1]);
+        let mut ball = shapes::icosphere(5);
+        for f in (0..ball.faces.len()).step_by(50) {
+            let [a, b, _] = ball.faces[f];
+            let fin = (ball.positions[a as usize] + ball.positions[b as usize]) * 0.52;
+            ball.positions.push(fin);
+            ball.faces.push([a, b, ball.positions.len() as u32 - 1]);
         }
-        mesh.faces.extend(ball.faces);
+        let (mesh, device) = (with_dust(ball, 300, 0.01), Device::cpu(1).expect("a device"));
         let (mut last, mut again) = (usize::MAX, 0);
         let mut count = |now: crate::simplify::Progress| {
             again += usize::from(now.faces > last);
