@@ -25,7 +25,7 @@ fn text(mesh: &Mesh, document: &Document, format: Format) -> String {
 
 #[test]
 fn obj_keeps_creases_materials_groups_and_libraries() {
-    let Scene { mesh, document } = scene(ROOF, Format::Obj);
+    let Scene { mesh, document, .. } = scene(ROOF, Format::Obj);
     let materials = mesh.materials.as_ref().expect("materials");
     assert_eq!(materials.of_face, [0, 0, 1, 2]);
     assert_eq!(materials.names, ["tiles\no roof\ng left", "tiles\no roof\ng right", "moss\no roof\ng right"]);
@@ -41,7 +41,7 @@ fn obj_keeps_creases_materials_groups_and_libraries() {
     let statements: Vec<&str> = written.lines().filter(|line| "ogu".contains(&line[..1])).collect();
     assert_eq!(statements, ["o roof", "g left", "usemtl tiles", "g right", "usemtl moss"]);
     let again = scene(&written, Format::Obj);
-    assert_eq!(again.mesh, mesh);
+    assert!(again.mesh == mesh && again.warnings.is_empty());
     assert_eq!(text(&again.mesh, &again.document, Format::Obj), written);
 }
 
@@ -54,7 +54,7 @@ fn libraries_that_are_left_behind_are_told_of() {
     fs::create_dir(folder.path().join("elsewhere")).expect("a folder");
     fs::write(&input, ROOF).expect("written");
     let told_of = |output: &Path| {
-        let Scene { mesh, document } = formats::read_scene(&input).expect("a scene");
+        let Scene { mesh, document, .. } = formats::read_scene(&input).expect("a scene");
         let warnings = formats::write_scene(&mesh, &document, output, &WriteOptions::default()).expect("written");
         warnings.iter().filter(|warning| warning.contains("libraries of materials beside the input")).count()
     };
@@ -82,7 +82,7 @@ fn faces_are_sorted_where_materials_change_all_the_time() {
 #[test]
 fn repeated_positions_stay_repeated_without_attributes() {
     let soup = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0\nv 0 1 0\nv -1 0 0\nf 1 2 3\nf 4 5 6\n";
-    let Scene { mesh, document } = scene(soup, Format::Obj);
+    let Scene { mesh, document, .. } = scene(soup, Format::Obj);
     assert_eq!(mesh.materials, None);
     assert_eq!(scene(&text(&mesh, &document, Format::Obj), Format::Obj).mesh, mesh);
 }
@@ -94,7 +94,8 @@ const SCAN: &str = "ply\nformat ascii 1.0\ncomment TextureFile skin.png\nobj_inf
 
 #[test]
 fn ply_keeps_properties_and_comments() {
-    let Scene { mesh, document } = scene(SCAN, Format::Ply);
+    let Scene { mesh, document, warnings } = scene(SCAN, Format::Ply);
+    assert_eq!(warnings, ["not finite, and read as zero: 'confidence' 1"]);
     let channels: Vec<_> = mesh.channels.iter().map(|channel| (channel.name.as_str(), &channel.values[..])).collect();
     assert_eq!(channels, [("confidence", &[0.5, 0.25, 0.0][..]), ("quality", &[200.0, 1.0, 0.0])]);
     let written = text(&mesh, &document, Format::Ply);
@@ -106,7 +107,7 @@ fn ply_keeps_properties_and_comments() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("scan.ply.gz");
     formats::write_scene(&mesh, &document, &path, &WriteOptions::default()).expect("written");
-    let Scene { mesh: found, document } = formats::read_scene(&path).expect("a scene");
+    let Scene { mesh: found, document, .. } = formats::read_scene(&path).expect("a scene");
     assert_eq!(found, mesh);
     assert!(matches!(document, Document::Ply(notes) if notes.comments().len() == 2));
     // Numbers that are no scalars become several properties, and names words.
@@ -132,13 +133,13 @@ fn ply_tells_what_it_does_not_read() {
         "property int texnumber\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n",
         "element edge 1\nproperty int vertex1\nproperty int vertex2\nelement camera 0\nproperty float fov\n",
     ) + "0 0 0 1 640 480 9 1 2\n1 0 0 2 641 481 8 0\n0 1 0 3 642 482 7 2 0 1\n3 0 1 2 5 255 0 0\n0 1\n";
-    let Scene { mesh, document } = scene(&rich, Format::Ply);
+    let Scene { mesh, document, .. } = scene(&rich, Format::Ply);
     // Names that mean something else with others only are numbers like any.
     let written = text(&mesh, &document, Format::Ply);
     assert!(written.contains("property float s\nproperty int u\nproperty int v\nproperty int red\n"), "{written}");
     assert_eq!(scene(&written, Format::Ply).mesh, mesh);
     let losses = |text: &str, format: Format| {
-        let Scene { mesh, document } = scene(text, Format::Ply);
+        let Scene { mesh, document, .. } = scene(text, Format::Ply);
         formats::write_scene_to(&mesh, &document, format, &WriteOptions::default(), &mut Vec::new()).expect("written")
     };
     for format in [Format::Ply, Format::Obj, Format::Glb] {
@@ -162,7 +163,7 @@ fn ply_tells_what_it_does_not_read() {
 #[test]
 fn names_in_latin1_stay_apart() {
     let text = b"mtllib t\xfcr.mtl\no t\xfcr\nusemtl gr\xfcn\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nusemtl gr\xe4n\nf 2 4 3\n";
-    let Scene { mesh, document } = formats::read_scene_bytes(text, Format::Obj, None).expect("a scene");
+    let Scene { mesh, document, .. } = formats::read_scene_bytes(text, Format::Obj, None).expect("a scene");
     let materials = mesh.materials.as_ref().expect("materials");
     assert_eq!(materials.names, ["grün\no tür", "grän\no tür"]);
     let mut written = Vec::new();
@@ -172,13 +173,13 @@ fn names_in_latin1_stay_apart() {
     }
     // A text without any such name is UTF-8, and stays it.
     let utf8 = "usemtl grün\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-    let Scene { mesh, document } = scene(utf8, Format::Obj);
+    let Scene { mesh, document, .. } = scene(utf8, Format::Obj);
     assert!(self::text(&mesh, &document, Format::Obj).contains("usemtl grün\n"));
     // Libraries are read alike, whichever of the two they are in.
     let folder = tempfile::tempdir().expect("a folder");
     for library in [&b"newmtl gr\xfcn\nKd 0 1 0\n"[..], "newmtl grün\nKd 0 1 0\n".as_bytes()] {
         fs::write(folder.path().join("tür.mtl"), library).expect("written");
-        let Scene { mesh, document } =
+        let Scene { mesh, document, .. } =
             formats::read_scene_bytes(text, Format::Obj, Some(folder.path())).expect("a scene");
         let mut glb = Vec::new();
         formats::write_scene_to(&mesh, &document, Format::Gltf, &WriteOptions::default(), &mut glb).expect("written");
@@ -193,7 +194,7 @@ fn names_in_latin1_stay_apart() {
 fn losses_are_told() {
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join("roof.obj"), ROOF).expect("written");
-    let Scene { mesh, document } = formats::read_scene(&folder.path().join("roof.obj")).expect("a scene");
+    let Scene { mesh, document, .. } = formats::read_scene(&folder.path().join("roof.obj")).expect("a scene");
     let losses = |name: &str| {
         formats::write_scene(&mesh, &document, &folder.path().join(name), &WriteOptions::default()).expect("written")
     };
@@ -214,7 +215,7 @@ fn what_a_format_lacks_is_told() {
         (painted, Format::Off, ""),
         (painted, Format::Glb, ""),
     ] {
-        let Scene { mesh, document } = scene(text, Format::Obj);
+        let Scene { mesh, document, .. } = scene(text, Format::Obj);
         let losses = formats::write_scene_to(&mesh, &document, format, &WriteOptions::default(), &mut Vec::new())
             .expect("written");
         assert_eq!(losses.join("; "), expected, "{format:?}");

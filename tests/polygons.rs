@@ -297,7 +297,7 @@ fn wrong_uses_are_refused() {
 fn materials_keep_their_library() {
     let text =
         "mtllib things.mtl\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nvt 0 0\nusemtl red\nf 1/1 2/1 3/1\nf 1/1 3/1 4/1\n";
-    let Scene { mesh, document } = formats::read_scene_bytes(text.as_bytes(), Format::Obj, None).expect("a scene");
+    let Scene { mesh, document, .. } = formats::read_scene_bytes(text.as_bytes(), Format::Obj, None).expect("a scene");
     let outcome = run(&mesh, &coplanar());
     let mut bytes = Vec::new();
     let losses = formats::write_polygons_to(

@@ -59,7 +59,7 @@ impl Shop<'_> {
 
         let cores = self.schedule.cores(false);
         let (parsed, parse) = timed(|| thread.install(|| self.parse(job, bytes)));
-        let (Scene { mesh, document }, method) = parsed?;
+        let (Scene { mesh, document, warnings }, method) = parsed?;
         read += parse;
         let faces = mesh.faces.len() as u64;
         let is_for_gpu = self.schedule.is_for_gpu(faces);
@@ -87,7 +87,7 @@ impl Shop<'_> {
             let (output_hash, losses) = written?;
             let seconds = Seconds { read, solve, write, measure: 0.0 };
             let mut made = made(&mesh, outcome, &recipe.budgets[level], seconds);
-            made.warnings.extend(losses);
+            made.warnings = [warnings.as_slice(), &made.warnings, &losses].concat();
             records.push(Record {
                 status: Status::Done,
                 input_hash: Some(hash),
@@ -166,7 +166,7 @@ impl Shop<'_> {
             let text = String::from_utf8_lossy(&stored);
             let missing = || Error::Parameter(format!("'{text}' is no sample"));
             let (name, faces) = samples::parse_sample(&text).ok_or_else(missing)?;
-            let scene = Scene { mesh: samples::sample(name, faces)?, document: Document::None };
+            let scene = Scene { mesh: samples::sample(name, faces)?, ..Scene::default() };
             return Ok((scene, recipe.weighted(None)?));
         };
         let (format, compression) = Format::from_path(path)?;

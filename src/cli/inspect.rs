@@ -10,8 +10,10 @@ use coarsen::mesh::survey::{Survey, survey};
 use coarsen::mesh::topology::{Topology, topology};
 use serde::Serialize;
 
+use super::Exit;
+use super::console::{self, Verbosity};
+use super::simplify::warn_of_losses;
 use super::source::Source;
-use super::{Exit, console};
 
 /// A mesh, as `--json` prints it. Fields are only ever added under this `schema`.
 #[derive(Debug, Serialize)]
@@ -74,7 +76,8 @@ struct Bounds {
 /// # Errors
 /// An input that cannot be read, an output that cannot be written.
 pub fn run(source: &Source, json: bool) -> anyhow::Result<Exit> {
-    let Scene { mesh, document } = source.read_scene()?;
+    let Scene { mesh, document, warnings } = source.read_scene()?;
+    warn_of_losses(Verbosity::Normal, source, &warnings);
     let shown = match document.all_shown(&mesh) {
         (Cow::Owned(all), _) => Some(Shown { faces: all.faces.len(), bounds: Bounds::of(&all) }),
         (Cow::Borrowed(_), _) => None,

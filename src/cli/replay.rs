@@ -108,7 +108,7 @@ struct Seconds {
 pub fn run(job: &Job) -> anyhow::Result<Exit> {
     interrupt::listen();
     let clock = Instant::now();
-    let Scene { mesh: input, document } = job.source.read_scene()?;
+    let Scene { mesh: input, document, warnings } = job.source.read_scene()?;
     job.sink.check_against(&document)?;
     let log = CollapseLog::read(&job.log).map_err(|error| at(&job.log, error))?;
     let read = clock.elapsed().as_secs_f64();
@@ -123,7 +123,7 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
     let mesh = replay.mesh();
     let replayed = clock.elapsed().as_secs_f64();
     let losses = interrupt::shielded(|| job.sink.write(&mesh, &document, &job.writing))?;
-    warn_of_losses(job.verbosity, &job.source, &losses);
+    warn_of_losses(job.verbosity, &job.source, &[warnings, losses].concat());
     let total = clock.elapsed().as_secs_f64();
 
     let record = Record {

@@ -28,16 +28,17 @@ pub fn run(job: Job) -> anyhow::Result<Exit> {
     if let Some((input, options)) = parts::needed(&job)? {
         return parts::run(&job, &input, &options, &device);
     }
-    let (Scene { mesh: input, document }, read) = setup.read(&device)?;
+    let (Scene { mesh: input, document, warnings }, read) = setup.read(&device)?;
     job.sink.check_against(&document)?;
     let device = setup.within_limit(&input, slice::from_ref(&job.budget), device)?;
     let method = weights::method(setup)?;
     weights::write_features(setup, &input, &device)?;
-    let (outcome, solve) =
+    let (mut outcome, solve) =
         setup.solve(|on_round| coarsen::simplify(&input, &method, &job.budget, &device, Some(on_round)))?;
     if outcome.stop == StopReason::Cancelled {
         return Err(refuse(Exit::Interrupted, "interrupted, nothing is written"));
     }
+    outcome.warnings.splice(0..0, warnings);
     for warning in &outcome.warnings {
         console::warning(setup.verbosity, &format!("'{}': {warning}", setup.source));
     }

@@ -6,7 +6,7 @@ use std::io::{self, BufRead};
 use std::path::{Path, PathBuf};
 
 use coarsen::batch::faces_in_file;
-use coarsen::formats::{self, Compression, Document, Format, Scene};
+use coarsen::formats::{self, Compression, Format, Scene};
 use coarsen::mesh::samples::{LEAST_FACES, MOST_FACES, SAMPLES, parse_sample, sample};
 use coarsen::{Error, Mesh};
 
@@ -84,9 +84,7 @@ impl Source {
         match self {
             Self::File(path) => formats::read_scene(path),
             Self::Stdin(format) => read_stdin(*format),
-            Self::Sample { name, faces, .. } => {
-                sample(name, *faces).map(|mesh| Scene { mesh, document: Document::None })
-            }
+            Self::Sample { name, faces, .. } => sample(name, *faces).map(|mesh| Scene { mesh, ..Scene::default() }),
         }
         .map_err(|error| at(Path::new(&self.to_string()), error))
     }

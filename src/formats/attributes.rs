@@ -26,15 +26,20 @@ pub(super) fn unit_factor(greatest: f64) -> f64 {
     if greatest >= 2.0 { 1.0 / 255.0 } else { 1.0 }
 }
 
-/// A channel scaled and clamped to `[0, 1]`; NaN becomes 0.
+/// A stored channel scaled and clamped to `[0, 1]`; NaN stays.
 pub(super) fn channel(stored: f64, factor: f64) -> f32 {
     let value = (stored * factor) as f32;
-    if value > 0.0 { value.min(1.0) } else { 0.0 }
+    if value <= 0.0 { 0.0 } else { value.clamp(0.0, 1.0) }
 }
 
-/// A stored normal at unit length, unchanged when it is that already; zero when it has no direction.
+/// A channel as it is written, within `[0, 1]`; NaN becomes 0, since text has none that every reader takes.
+pub(super) fn written_channel(value: f32) -> f32 {
+    if value.is_nan() { 0.0 } else { channel(value.into(), 1.0) }
+}
+
+/// A stored normal at unit length, unchanged when it is that already or not finite; zero when it has no direction.
 pub(super) fn unit_normal(stored: Vec3) -> Vec3 {
-    if stored.is_normalized() { stored } else { stored.normalize_or_zero() }
+    if stored.is_normalized() || !stored.is_finite() { stored } else { stored.normalize_or_zero() }
 }
 
 /// A normal as it is written: zero when it is no direction, since text has no NaN that every reader takes.
@@ -42,10 +47,9 @@ pub(super) fn written_normal(normal: Vec3) -> Vec3 {
     if normal.is_finite() { normal } else { Vec3::ZERO }
 }
 
-/// A stored texture coordinate; zero when it is not finite or too large for f32.
+/// A stored texture coordinate; infinite where it is too large for f32.
 pub(super) fn texcoord(u: f64, v: f64) -> Vec2 {
-    let stored = Vec2::new(u as f32, v as f32);
-    if stored.is_finite() { stored } else { Vec2::ZERO }
+    Vec2::new(u as f32, v as f32)
 }
 
 /// A row for each face from texture coordinates that a file has for each vertex.
@@ -81,8 +85,7 @@ mod tests {
 
     #[test]
     fn hostile_normals_become_zero_or_unit() {
-        assert_eq!(unit_normal(Vec3::NAN), Vec3::ZERO);
-        assert_eq!(unit_normal(Vec3::INFINITY), Vec3::ZERO);
+        assert!(unit_normal(Vec3::NAN).is_nan() && unit_normal(Vec3::INFINITY) == Vec3::INFINITY);
         assert_eq!(unit_normal(Vec3::new(0.0, 0.0, 5.0)), Vec3::Z);
     }
 }

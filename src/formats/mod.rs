@@ -19,6 +19,8 @@
 //! - colors become `[0, 1]` with alpha 1 where none is stored; normals become unit length, zero where a vertex has none;
 //! - texture coordinates belong to corners, zero where a corner has none or one that is not finite; those that a file has
 //!   at its vertices (PLY, OFF with `ST`) are given to the corners, and what no corner has is none;
+//! - numbers of normals, colors and what else vertices have that are not finite are zero, all of a normal where one is, and
+//!   [`Scene::warnings`] counts these and such texture coordinates;
 //! - a polygon's color goes to each of its triangles;
 //! - what OBJ and glTF tell of materials becomes [`Mesh::materials`], what PLY and glTF have at vertices beside the standard
 //!   attributes becomes [`Mesh::channels`]; a vertex with several normals in an OBJ is repeated.
@@ -36,6 +38,7 @@ mod gltf;
 mod input;
 mod looks;
 mod material;
+mod not_finite;
 mod obj;
 mod off;
 mod output;

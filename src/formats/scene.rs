@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::faces::{Faces, check_polygons};
-use super::{Compression, Format, WriteOptions, convert, gltf, input, obj, off, output, ply, stl};
+use super::{Compression, Format, WriteOptions, convert, gltf, input, not_finite, obj, off, output, ply, stl};
 use crate::error::{Error, Place, Result};
 use crate::mesh::{ChannelKind, Materials, Mesh, Polygons};
 
@@ -31,12 +31,14 @@ pub struct Scene {
     pub mesh: Mesh,
     /// What is no triangle.
     pub document: Document,
+    /// What was not read as it stands there, a sentence each.
+    pub warnings: Vec<String>,
 }
 
 impl Scene {
     /// The mesh alone, with v up the picture.
     pub fn into_mesh(self) -> Mesh {
-        let Self { mut mesh, document } = self;
+        let Self { mut mesh, document, .. } = self;
         if document.gltf().is_some() {
             turn_textures(&mut mesh);
         }
@@ -51,7 +53,9 @@ impl Scene {
     #[must_use]
     pub fn with_instances(self) -> (Self, Option<String>) {
         match self.document.all_shown(&self.mesh) {
-            (Cow::Owned(mesh), _) => (Self { mesh, document: self.document.without_instances() }, None),
+            (Cow::Owned(mesh), _) => {
+                (Self { mesh, document: self.document.without_instances(), warnings: self.warnings }, None)
+            }
             (Cow::Borrowed(_), untold) => (self, untold),
         }
     }
@@ -131,7 +135,7 @@ pub fn read_scene(path: &Path) -> Result<Scene> {
 pub fn read_scene_bytes(bytes: &[u8], format: Format, folder: Option<&Path>) -> Result<Scene> {
     input::check_content(bytes, format)?;
     let plain = |mesh| (mesh, Document::None);
-    let (mesh, document) = match format {
+    let (mut mesh, document) = match format {
         Format::Obj => obj::read(bytes).map(|(mesh, libraries)| {
             (mesh, Document::Obj(obj::Libraries { folder: folder.map(Path::to_path_buf), ..libraries }))
         }),
@@ -148,7 +152,9 @@ pub fn read_scene_bytes(bytes: &[u8], format: Format, folder: Option<&Path>) -> 
     if mesh.positions.len() > u32::MAX as usize / 2 || mesh.faces.len() > u32::MAX as usize / 3 {
         mesh.check()?;
     }
-    Ok(Scene { mesh, document })
+    let mut warnings = Vec::from_iter(not_finite::to_zero(&mut mesh));
+    warnings.extend(document.gltf().and_then(|document| document.tell_foreign_joints(&mesh)));
+    Ok(Scene { mesh, document, warnings })
 }
 
 /// Reads a scene of `format` from a stream to its end, such as standard input; `folder` as for [`read_scene_bytes`].

@@ -30,6 +30,27 @@ fn warnings_name_the_input() {
     assert!(dir.run("simplify in.obj out.obj -f 4 -g cpu -w -q").succeeds().err.is_empty());
 }
 
+/// By every command that reads a mesh and writes what it carries, or tells of it.
+#[test]
+fn numbers_that_are_not_finite_are_told() {
+    let dir = Dir::new();
+    let corners = "vt 0 0\nvt 1 nan\nvt 1e39 1\nvn 0 0 1\nvn nan 0 1\n";
+    let faces = "f 1/1/1 3/1/1 2/2/1\nf 1/1/1 2/1/1 4/1/2\nf 2/3/1 3/2/1 4/1/2\nf 1/1/1 4/1/2 3/1/1\n";
+    let positions: String =
+        TETRAHEDRON.lines().filter(|line| line.starts_with("v ")).map(|v| format!("{v}\n")).collect();
+    dir.file("in.obj", positions + corners + faces);
+    let told = "not finite, and read as zero: normals 1, texture coordinates of corners 3";
+    let line = format!("coarsen: warning: 'in.obj': {told}\n");
+    let ran = dir.run("simplify in.obj out.obj -f 4 -g cpu --json").succeeds();
+    assert!(ran.err.starts_with(&line), "{}", ran.err);
+    assert_eq!(ran.json()["warnings"], serde_json::json!([told]));
+    assert!(dir.run("inspect in.obj").succeeds().err.contains(&line));
+    let levels = dir.run("lod in.obj level{level}.ply --ratios 100%,50% -g cpu").succeeds();
+    assert_eq!(levels.err.matches(told).count(), 1, "{}", levels.err);
+    // What was written has none.
+    assert!(!dir.run("simplify out.obj again.obj -f 4 -g cpu").succeeds().err.contains("finite"));
+}
+
 #[test]
 fn json_has_its_fields() {
     let dir = Dir::new();

@@ -28,7 +28,7 @@ fn buffers_lie_beside_and_are_written_beside() {
     let missing = formats::read(&at("in.gltf")).expect_err("no bytes");
     assert!(matches!(&missing, Error::Read { path, .. } if path.ends_with("the bytes.bin")), "{missing}");
     fs::write(at("the bytes.bin"), &square().binary).expect("written");
-    let Scene { mesh, document } = formats::read_scene(&at("in.gltf")).expect("a scene");
+    let Scene { mesh, document, .. } = formats::read_scene(&at("in.gltf")).expect("a scene");
     assert_eq!(mesh.faces.len(), 2);
     formats::write_scene(&mesh, &document, &at("the output.gltf"), &WriteOptions::default()).expect("written");
     assert_eq!(json_of(&at("the output.gltf"))["buffers"][0]["uri"], "the%20output.bin");
@@ -51,7 +51,7 @@ fn bytes_of_the_input_are_not_replaced() {
     let at = |name: &str| folder.path().join(name);
     fs::write(at("in.gltf"), text("shared.bin")).expect("written");
     fs::write(at("shared.bin"), &square().binary).expect("written");
-    let Scene { mesh, document } = formats::read_scene(&at("in.gltf")).expect("a scene");
+    let Scene { mesh, document, .. } = formats::read_scene(&at("in.gltf")).expect("a scene");
     let write = |name: &str| formats::write_scene(&mesh, &document, &at(name), &WriteOptions::default());
     let refused = write("shared.gltf").expect_err("the input's buffer");
     assert!(matches!(&refused, Error::Parameter(text) if text.contains("shared.bin'")), "{refused}");
@@ -75,7 +75,8 @@ fn data_uris_stay_data_uris() {
         ("buffer", format!("data:application/gltf-buffer;base64,{}", encoded.trim_end_matches('='))),
     ] {
         fs::write(at("in.gltf"), text(&uri)).expect("written");
-        let Scene { mesh, document } = formats::read_scene(&at("in.gltf")).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let Scene { mesh, document, .. } =
+            formats::read_scene(&at("in.gltf")).unwrap_or_else(|e| panic!("{name}: {e}"));
         formats::write_scene(&mesh, &document, &at("out.gltf"), &WriteOptions::default()).expect("written");
         assert!(!at("out.bin").exists());
         assert_eq!(formats::read(&at("out.gltf")).expect("a mesh"), mesh);
@@ -115,7 +116,7 @@ fn pictures_left_behind_are_told() {
     let mut builder = square();
     builder.json["images"] = json!([{ "uri": "wood.png" }]);
     fs::write(folder.path().join("in.glb"), builder.glb()).expect("written");
-    let Scene { mesh, document } = formats::read_scene(&folder.path().join("in.glb")).expect("a scene");
+    let Scene { mesh, document, .. } = formats::read_scene(&folder.path().join("in.glb")).expect("a scene");
     let warnings = |name: &str, document: &Document| {
         formats::write_scene(&mesh, document, &folder.path().join(name), &WriteOptions::default()).expect("written")
     };

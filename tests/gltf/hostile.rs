@@ -237,3 +237,59 @@ fn mutated_files_give_a_mesh_or_an_error() {
     assert!(read > 200 && refused > 1000, "{read} read, {refused} refused");
     assert!(start.elapsed() < Duration::from_secs(60), "{:?}", start.elapsed());
 }
+
+#[test]
+fn numbers_that_are_not_finite_are_zero_and_told() {
+    let mut builder = square();
+    let (nan, far) = (f32::NAN, f32::INFINITY);
+    let rows = |bad: f32| [[bad, 0.0, 1.0], [0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [0.0, 0.0, 1.0]];
+    let of_four = |bad: f32| [[1.0, 0.0, 0.0, 0.0], [bad, 0.0, 0.0, 1.0], [1.0; 4], [1.0; 4]];
+    let [normals, moved] = [builder.floats(&rows(nan)), builder.floats(&rows(far))];
+    let places = builder.floats(&[[nan, 0.5], [1.0, far], [1.0, 1.0], [0.0, 1.0]]);
+    let [colors, weights, tangents] = [nan, nan, -far].map(|bad| builder.floats(&of_four(bad)));
+    let joints = builder.accessor(&[0; 16], U8, 4, "VEC4");
+    let primitive = &mut builder.json["meshes"][0]["primitives"][0];
+    for (name, accessor) in [
+        ("NORMAL", normals),
+        ("TEXCOORD_0", places),
+        ("COLOR_0", colors),
+        ("JOINTS_0", joints),
+        ("WEIGHTS_0", weights),
+        ("TANGENT", tangents),
+    ] {
+        primitive["attributes"][name] = json!(accessor);
+    }
+    primitive["targets"] = json!([{ "POSITION": moved }]);
+    let scene = builder.scene();
+    let [told] = scene.warnings.as_slice() else { panic!("one warning: {:?}", scene.warnings) };
+    // The first vertex of the square is in both triangles, the second in one.
+    for part in ["zero: normals 1, texture coordinates of corners 3, colors 1, ", "'JOINTS' 1", "'TANGENT' 1"] {
+        assert!(told.contains(part), "{told}");
+    }
+    assert_eq!(told.matches('\'').count(), 6, "and the target: {told}");
+    let mesh = scene.into_mesh();
+    mesh.check().expect("a mesh");
+    let channels = mesh.channels.iter().flat_map(|channel| &channel.values);
+    assert!(channels.chain(mesh.colors.expect("colors").as_flattened()).all(|number| number.is_finite()));
+}
+
+/// Only where a weight moves something, and by the smallest skin that the mesh is shown with.
+#[test]
+fn joints_that_a_skin_does_not_have_are_told() {
+    let told_with = |skin: usize, first_weight: f32| {
+        let mut builder = square();
+        let joints = builder.accessor(&[2, 9, 0, 0, 0, 9, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0], U8, 4, "VEC4");
+        let weights = builder.floats(&[[first_weight, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [1.0; 4], [1.0; 4]]);
+        let attributes = &mut builder.json["meshes"][0]["primitives"][0]["attributes"];
+        (attributes["JOINTS_0"], attributes["WEIGHTS_0"]) = (json!(joints), json!(weights));
+        builder.json["skins"] = json!([{ "joints": [0, 0, 0] }, { "joints": [0, 0] }]);
+        builder.json["nodes"][0]["skin"] = json!(0);
+        builder.node(json!({ "mesh": 0, "skin": skin }));
+        builder.scene().warnings
+    };
+    let told = |count: usize| vec![format!("vertices with weights of joints that their skin does not have: {count}")];
+    assert_eq!(told_with(0, 1.0), Vec::<String>::new());
+    assert_eq!(told_with(7, 1.0), Vec::<String>::new());
+    assert_eq!(told_with(1, 1.0), told(2));
+    assert_eq!(told_with(1, 0.0), told(1));
+}

@@ -79,7 +79,7 @@ fn accessor<'a>(json: &Value, binary: &'a [u8], number: &Value) -> &'a [u8] {
 #[test]
 fn what_nobody_understands_survives() {
     let builder = everything();
-    let Scene { mesh, document } = builder.scene();
+    let Scene { mesh, document, .. } = builder.scene();
     let (json, binary, warnings) = written(&mesh, &document);
     assert!(warnings.is_empty(), "{warnings:?}");
     assert_eq!(without_numbers(&json), without_numbers(&builder.json));
@@ -111,7 +111,7 @@ fn what_nobody_understands_survives() {
 
 #[test]
 fn joints_and_targets_are_channels() {
-    let Scene { mesh, document } = everything().scene();
+    let Scene { mesh, document, .. } = everything().scene();
     let channel = |name: &str| mesh.channels.iter().find(|channel| channel.name == name).expect(name);
     let joints = channel("JOINTS");
     assert_eq!((joints.kind, joints.row(1)), (ChannelKind::Joints, &[1.0, 0.0, 0.0, 0.0, 0.25, 0.75, 0.0, 0.0][..]));
@@ -144,7 +144,7 @@ fn whole_numbers_stay_what_they_were() {
     attributes["_CLASS"] = classes.into();
     attributes["_FEATURE_ID_0"] = features.into();
     attributes["_HEAT"] = heat.into();
-    let Scene { mesh, document } = builder.scene();
+    let Scene { mesh, document, .. } = builder.scene();
     let kind = |name: &str| mesh.channels.iter().find(|channel| channel.name == name).map(|channel| channel.kind);
     let kinds = ["_CLASS", "_FEATURE_ID_0", "_HEAT"].map(kind);
     assert_eq!(kinds, [ChannelKind::Label, ChannelKind::Label, ChannelKind::Linear].map(Some));
@@ -199,7 +199,7 @@ fn a_primitive_without_faces_goes_and_its_node_stays() {
     let (positions, indices) = (builder.floats(&SQUARE), builder.indices(&[0, 1, 2]));
     builder.mesh(json!([{ "attributes": { "POSITION": positions }, "indices": indices }]));
     builder.json["nodes"] = json!([{ "mesh": 0, "name": "a" }, { "mesh": 1, "name": "b" }]);
-    let Scene { mut mesh, document } = builder.scene();
+    let Scene { mut mesh, document, .. } = builder.scene();
     mesh.faces.retain(|face| face[0] >= 4);
     mesh.materials = Some(Materials { of_face: vec![1], names: mesh.materials.expect("two").names });
     let (json, _, warnings) = written(&mesh, &document);
@@ -214,7 +214,7 @@ fn hidden_numbers_stay_right() {
     let mut builder = square();
     let sound = builder.view(b"a sound");
     builder.json["nodes"][0]["extensions"] = json!({ "ACME_sound": { "clips": [{ "bufferView": sound }] } });
-    let Scene { mesh, document } = builder.scene();
+    let Scene { mesh, document, .. } = builder.scene();
     let (json, binary, _) = written(&mesh, &document);
     assert_eq!(json["nodes"], builder.json["nodes"]);
     assert_eq!(view(&json, &binary, &json!(sound)), b"a sound");
@@ -275,7 +275,7 @@ fn what_is_two_things_is_numbers() {
     first["targets"] = json!([{ "POSITION": moved }]);
     second["attributes"]["target_0.POSITION"] = own.into();
     builder.json["meshes"][0]["primitives"].as_array_mut().expect("a list").push(second);
-    let Scene { mesh, document } = builder.scene();
+    let Scene { mesh, document, .. } = builder.scene();
     mesh.check().expect("a valid mesh");
     let channel = &mesh.channels[0];
     assert_eq!((channel.kind, channel.row(0)), (ChannelKind::Linear, &[1.0, 2.0, 3.0, 0.0][..]));
@@ -288,12 +288,12 @@ fn what_is_two_things_is_numbers() {
 fn real_files_come_back() {
     for path in models::all().iter().filter(|path| path.extension().is_some_and(|e| e == "glb" || e == "gltf")) {
         let name = path.display();
-        let Scene { mesh, document } = formats::read_scene(path).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let Scene { mesh, document, .. } = formats::read_scene(path).unwrap_or_else(|error| panic!("{name}: {error}"));
         let mut bytes = Vec::new();
         let warnings = formats::write_scene_to(&mesh, &document, Format::Glb, &WriteOptions::default(), &mut bytes);
         assert!(warnings.expect("written").is_empty());
         let second = formats::read_scene_bytes(&bytes, Format::Glb, None).expect("a scene");
-        let Scene { mesh: again, document } = &second;
+        let Scene { mesh: again, document, .. } = &second;
         assert_eq!((&again.faces, &again.materials, &again.texcoords), (&mesh.faces, &mesh.materials, &mesh.texcoords));
         assert_eq!((&again.channels, &again.colors), (&mesh.channels, &mesh.colors), "{name}");
         let far = |(a, b): (&coarsen::math::DVec3, &coarsen::math::DVec3)| a.distance(*b);

@@ -31,16 +31,18 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
     let clock = Instant::now();
     let setup = &job.setup;
     let device = setup.open()?;
-    let (Scene { mesh: input, document }, read) = setup.read(&device)?;
+    let (Scene { mesh: input, document, warnings }, read) = setup.read(&device)?;
     job.outputs.paths().into_iter().try_for_each(|path| document.check_output(path))?;
     let device = setup.within_limit(&input, &job.budgets, device)?;
     let method = weights::method(setup)?;
     weights::write_features(setup, &input, &device)?;
-    let (outcomes, solve) =
+    let (mut outcomes, solve) =
         setup.solve(|on_round| simplify_levels(&input, &method, &job.budgets, &device, Some(on_round)))?;
     if outcomes.iter().any(|outcome| outcome.stop == StopReason::Cancelled) {
         return Err(refuse(Exit::Interrupted, "interrupted, nothing is written"));
     }
+    // Told once, however many have it.
+    outcomes.iter_mut().for_each(|outcome| drop(outcome.warnings.splice(0..0, warnings.iter().cloned())));
     let (written, write) = timed(|| interrupt::shielded(|| device.install(|| write::write(job, &document, &outcomes))));
     let ranges = written?;
     let (measured, measure) = timed(|| measure(job, &input, &outcomes, &device));

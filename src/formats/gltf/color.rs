@@ -62,7 +62,8 @@ mod tests {
     fn the_curve_is_that_of_screens() {
         // Half of the light is shown by 188 of 255.
         assert_eq!((of_light(&[0.5, 0.0, 1.0])[0] * 255.0).round(), 188.0);
-        assert_eq!(of_light(&[7.0, -1.0, f32::NAN, 0.25]), [1.0, 0.0, 0.0, 0.25]);
+        assert_eq!(of_light(&[7.0, -1.0, 0.0, 0.25]), [1.0, 0.0, 0.0, 0.25]);
+        assert!(of_light(&[f32::NAN; 3])[..3].iter().all(|channel| channel.is_nan()));
         for light in [0.001_f32, 0.02, 0.3, 0.7, 0.999] {
             assert!((to_light(of_light(&[light, 0.0, 0.0]))[0] - light).abs() < 4e-7 * light, "{light}");
         }

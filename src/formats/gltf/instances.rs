@@ -1,7 +1,6 @@
 //! Meshes that several nodes show: simplified once, where one of them puts it; a file without nodes gets all.
 
 use super::document::Gltf;
-use super::read::finite;
 use super::scene::{Instance, Placement};
 use crate::math::Vec3;
 use crate::mesh::{Channel, ChannelKind, Mesh, take};
@@ -172,4 +171,9 @@ fn append_row(values: &mut Vec<f32>, channel: &Channel, vertex: usize, place: &P
         (ChannelKind::Tangent, &[x, y, z, side]) => values.extend(place.tangent_to_scene([x, y, z, side]).map(finite)),
         (_, row) => values.extend(row),
     }
+}
+
+/// A number that others can be added to.
+fn finite(number: f32) -> f32 {
+    if number.is_finite() { number } else { 0.0 }
 }

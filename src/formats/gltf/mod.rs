@@ -33,6 +33,7 @@ mod part;
 mod read;
 mod references;
 mod scene;
+mod skins;
 mod untextured;
 mod write;
 

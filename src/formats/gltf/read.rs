@@ -134,13 +134,13 @@ impl Assembly {
                             let start = channel.values.len();
                             match (kind, <[f32; 4]>::try_from(row)) {
                                 (ChannelKind::Tangent, Ok(row)) => {
-                                    channel.values.extend(placement.tangent_to_scene(row).map(finite));
+                                    channel.values.extend(placement.tangent_to_scene(row));
                                 }
                                 (ChannelKind::Displacement, _) => {
                                     let displaced = placement.vector_to_scene(Vec3::from_slice(row));
-                                    channel.values.extend(displaced.to_array().map(finite));
+                                    channel.values.extend(displaced.to_array());
                                 }
-                                _ => channel.values.extend(row.iter().copied().map(finite)),
+                                _ => channel.values.extend(row),
                             }
                             channel.values.resize(start + channel.width, 0.0);
                         }
@@ -164,7 +164,7 @@ impl Assembly {
             if channel.values.len() < start + width {
                 channel.values.resize(start + width, 0.0);
             }
-            channel.values[start + at..][..4].iter_mut().zip(row).for_each(|(to, &from)| *to = finite(from));
+            channel.values[start + at..][..4].copy_from_slice(row);
         }
     }
 
@@ -180,9 +180,4 @@ impl Assembly {
 
 fn empty(name: &str, kind: ChannelKind, width: usize) -> Channel {
     Channel { name: name.into(), kind, width, values: Vec::new() }
-}
-
-/// A number that others can be added to.
-pub(super) fn finite(number: f32) -> f32 {
-    if number.is_finite() { number } else { 0.0 }
 }

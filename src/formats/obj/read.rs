@@ -165,7 +165,7 @@ mod tests {
         // A seam at vertex 1, a dart split by ears, a face and a corner without any, an index from the end.
         let text = b"v 0 0 0\nv 1 1 0\nv 0 2 0\nv 0.5 1 0\nvt 0.5\nvt 0 1 7\nvt 1e39 nan\nvt 0.1 0.25\n\
             f 1/1 2/2 3/4\nf 2/4 1/-2 4/1\nf 1 2 3\nf 1/1 2// 3/2\nf 1/1 2/2 3/3 4/4\n";
-        let mesh = read(text).unwrap();
+        let mesh = crate::formats::read_bytes(text, crate::formats::Format::Obj).unwrap();
         let [a, b, c, d] = [(0.5, 0.0), (0.0, 1.0), (0.0, 0.0), (0.1, 0.25)].map(Vec2::from);
         let rows = mesh.texcoords.unwrap();
         assert_eq!(rows[..4], [[a, b, d], [d, c, a], [Vec2::ZERO; 3], [a, Vec2::ZERO, b]]);

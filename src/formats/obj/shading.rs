@@ -6,14 +6,18 @@ use super::words::NONE;
 use crate::math::{DVec3, Vec3};
 use crate::mesh::Mesh;
 
-/// A direction at unit length, zero where there is none.
+/// A direction at unit length, zero where there is none, and none of its numbers where one is not finite.
 pub(super) fn unit(direction: DVec3) -> Vec3 {
+    if !direction.is_finite() {
+        return Vec3::NAN;
+    }
     // A zero has no sign here, or equal normals would differ.
     direction.normalize_or_zero().as_vec3() + Vec3::ZERO
 }
 
 /// Gives vertices the normals of their corners, `rows` of numbers into `normals`. A vertex whose corners disagree is repeated at
-/// the end, once for each further normal; corners without one go with the first. None where no corner has any.
+/// the end, once for each further normal; corners without one, or one that is not finite, go with the first. None where no corner
+/// has any.
 pub(super) fn shade(mesh: &mut Mesh, rows: &[[u32; 3]], normals: &[Vec3]) {
     let mut of_vertex = vec![NONE; mesh.positions.len()];
     let mut repeated: Vec<u32> = Vec::new();
@@ -24,9 +28,9 @@ pub(super) fn shade(mesh: &mut Mesh, rows: &[[u32; 3]], normals: &[Vec3]) {
                 continue;
             };
             let held = of_vertex[*corner as usize];
-            if held == NONE {
+            if held == NONE || normals[held as usize].is_nan() {
                 of_vertex[*corner as usize] = normal;
-            } else if held != normal && normals[held as usize] != direction {
+            } else if held != normal && normals[held as usize] != direction && !direction.is_nan() {
                 let vertex = *corner;
                 *corner = *further.entry((vertex, direction.to_array().map(f32::to_bits))).or_insert_with(|| {
                     repeated.push(vertex);

@@ -114,7 +114,7 @@ fn write_vertices(mesh: &Mesh, rows: &Rows, out: &mut dyn Write) -> io::Result<(
         output::push_floats(buffer, &mesh.positions[vertex].to_array());
         if let Some(colors) = &mesh.colors {
             // Fractions outside the unit range would read back as bytes.
-            output::push_floats(buffer, &[0, 1, 2].map(|i| attributes::channel(f64::from(colors[vertex][i]), 1.0)));
+            output::push_floats(buffer, &[0, 1, 2].map(|i| attributes::written_channel(colors[vertex][i])));
         }
         buffer.push(b'\n');
     })?;

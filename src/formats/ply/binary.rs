@@ -7,7 +7,7 @@ use super::face::{FaceLayout, Faces};
 use super::fixed::{TriangleRow, Triple, fields};
 use super::header::{Element, Header, Kind, Role};
 use super::scalar::{Order, Scalar};
-use super::vertex::{VertexLayout, Vertices, normal, scalar_of, texcoord};
+use super::vertex::{VertexLayout, Vertices, normal, texcoord};
 use crate::error::{Error, Place, Result};
 use crate::formats::attributes;
 use crate::math::DVec3;
@@ -126,7 +126,7 @@ fn read_vertices(cursor: &mut Cursor<'_>, element: &Element, layout: &VertexLayo
         faces: Vec::new(),
         normals: layout.normal.map(|places| rows().map(|row| normal(places, |place| value(row, place))).collect()),
         colors: layout.color.as_ref().map(|color| rows().map(|row| color.color(|place| value(row, place))).collect()),
-        channels: layout.channels(|place| rows().map(|row| scalar_of(value(row, place))).collect()),
+        channels: layout.channels(|place| rows().map(|row| value(row, place) as f32).collect()),
         ..Mesh::default()
     };
     let texcoords = layout.texcoord.map(|places| rows().map(|row| texcoord(places, |at| value(row, at))).collect());

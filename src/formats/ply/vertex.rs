@@ -89,7 +89,7 @@ impl VertexLayout {
             texcoords.push(texcoord(places, &value));
         }
         for ((.., place), channel) in self.channels.iter().zip(&mut mesh.channels) {
-            channel.values.push(scalar_of(value(*place)));
+            channel.values.push(value(*place) as f32);
         }
     }
 
@@ -114,12 +114,6 @@ impl VertexLayout {
         };
         Vertices { mesh, texcoords: self.texcoord.is_some().then(Vec::new) }
     }
-}
-
-/// A number of a channel, which others can be added to.
-pub(super) fn scalar_of(value: f64) -> f32 {
-    let value = value as f32;
-    if value.is_finite() { value } else { 0.0 }
 }
 
 /// The texture coordinates of a row.
