@@ -226,6 +226,32 @@ fn normals_and_colors_come_along() {
     }
 }
 
+/// In one piece and in several.
+#[test]
+fn attributes_that_are_not_finite_are_zero_and_told() {
+    let mut mesh = shapes::icosphere(5);
+    // Not the numbers of positions, which are looked for below.
+    mesh.normals = Some(mesh.positions.iter().map(|p| -p.as_vec3().normalize()).collect());
+    mesh.colors = Some(vec![[0.5; 4]; mesh.positions.len()]);
+    let bench = Bench::new(&mesh);
+    let mut bytes = fs::read(bench.path()).expect("the file");
+    let normal: Vec<u8> =
+        mesh.normals.as_ref().expect("normals")[7].to_array().iter().flat_map(|x| x.to_le_bytes()).collect();
+    let at = bytes.windows(12).position(|window| window == normal).expect("the normal");
+    bytes[at..at + 4].copy_from_slice(&f32::NAN.to_le_bytes());
+    for (content, most, is_told) in
+        [(&bytes, 4_000, true), (&bytes, 1 << 20, true), (&fs::read(bench.path()).expect("the file"), 4_000, false)]
+    {
+        fs::write(bench.path(), content).expect("a file");
+        // Nothing goes but what is asked for least, so that the vertex stays.
+        let outcome = bench.run(Budget::keep(0.9), most).outcome;
+        let told =
+            outcome.warnings.iter().any(|warning| warning == "normals or colors that are not finite are read as zero");
+        assert_eq!(told, is_told, "{:?}", outcome.warnings);
+        assert!(outcome.mesh.normals.expect("normals").iter().all(|normal| normal.is_finite()));
+    }
+}
+
 #[test]
 fn broken_meshes_give_a_result_or_an_error() {
     let mut mesh = sample("statue", Some(20_000)).expect("a sample");

@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::Exit;
 use super::console::{self, Verbosity};
-use super::simplify::warn_of_losses;
+use super::simplify::warn_about;
 use super::source::Source;
 
 /// A mesh, as `--json` prints it. Fields are only ever added under this `schema`.
@@ -77,7 +77,7 @@ struct Bounds {
 /// An input that cannot be read, an output that cannot be written.
 pub fn run(source: &Source, json: bool) -> anyhow::Result<Exit> {
     let Scene { mesh, document, warnings } = source.read_scene()?;
-    warn_of_losses(Verbosity::Normal, source, &warnings);
+    warn_about(Verbosity::Normal, source, &warnings);
     let shown = match document.all_shown(&mesh) {
         (Cow::Owned(all), _) => Some(Shown { faces: all.faces.len(), bounds: Bounds::of(&all) }),
         (Cow::Borrowed(_), _) => None,

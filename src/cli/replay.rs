@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::console::{self, Verbosity};
 use super::failure::{at, refuse};
 use super::resolve::{Problems, face_budget};
-use super::simplify::warn_of_losses;
+use super::simplify::warn_about;
 use super::sink::{Sink, same_file};
 use super::source::Source;
 use super::{Exit, args, interrupt, memory};
@@ -123,7 +123,7 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
     let mesh = replay.mesh();
     let replayed = clock.elapsed().as_secs_f64();
     let losses = interrupt::shielded(|| job.sink.write(&mesh, &document, &job.writing))?;
-    warn_of_losses(job.verbosity, &job.source, &[warnings, losses].concat());
+    warn_about(job.verbosity, &job.source, &[warnings, losses].concat());
     let total = clock.elapsed().as_secs_f64();
 
     let record = Record {

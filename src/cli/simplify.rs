@@ -63,7 +63,7 @@ pub fn write(job: &Job, document: &Document, outcome: &Outcome) -> anyhow::Resul
         Some(regions) => sink.write_polygons(&outcome.mesh, &regions.polygons, document, &setup.writing)?,
         None => sink.write(&outcome.mesh, document, &setup.writing)?,
     };
-    warn_of_losses(setup.verbosity, &setup.source, &losses);
+    warn_about(setup.verbosity, &setup.source, &losses);
     regions::write(job, outcome)?;
     if let (Some(path), Some(log)) = (&job.setup.log, &outcome.log) {
         log.write(path)?;
@@ -71,9 +71,9 @@ pub fn write(job: &Job, document: &Document, outcome: &Outcome) -> anyhow::Resul
     Ok(losses)
 }
 
-/// Says what was not written.
-pub fn warn_of_losses(verbosity: Verbosity, source: &Source, losses: &[String]) {
-    losses.iter().for_each(|loss| console::warning(verbosity, &format!("'{source}': {loss}")));
+/// Warns of these, a line each: what was not read or not written as it stands in the input.
+pub fn warn_about(verbosity: Verbosity, source: &Source, warnings: &[String]) {
+    warnings.iter().for_each(|warning| console::warning(verbosity, &format!("'{source}': {warning}")));
 }
 
 /// Says what was done; a target that was required and missed is an error though the result stands.

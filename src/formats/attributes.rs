@@ -26,15 +26,19 @@ pub(super) fn unit_factor(greatest: f64) -> f64 {
     if greatest >= 2.0 { 1.0 / 255.0 } else { 1.0 }
 }
 
-/// A stored channel scaled and clamped to `[0, 1]`; NaN stays.
+/// A stored channel scaled and clamped to `[0, 1]`; what is not finite stays.
 pub(super) fn channel(stored: f64, factor: f64) -> f32 {
     let value = (stored * factor) as f32;
-    if value <= 0.0 { 0.0 } else { value.clamp(0.0, 1.0) }
+    match stored.is_finite() {
+        true if value > 0.0 => value.min(1.0),
+        true => 0.0,
+        false => value,
+    }
 }
 
 /// A channel as it is written, within `[0, 1]`; NaN becomes 0, since text has none that every reader takes.
 pub(super) fn written_channel(value: f32) -> f32 {
-    if value.is_nan() { 0.0 } else { channel(value.into(), 1.0) }
+    if value > 0.0 { value.min(1.0) } else { 0.0 }
 }
 
 /// A stored normal at unit length, unchanged when it is that already or not finite; zero when it has no direction.
@@ -84,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn hostile_normals_become_zero_or_unit() {
+    fn hostile_normals_become_zero_or_unit_or_stay() {
         assert!(unit_normal(Vec3::NAN).is_nan() && unit_normal(Vec3::INFINITY) == Vec3::INFINITY);
         assert_eq!(unit_normal(Vec3::new(0.0, 0.0, 5.0)), Vec3::Z);
     }

@@ -19,8 +19,8 @@
 //! - colors become `[0, 1]` with alpha 1 where none is stored; normals become unit length, zero where a vertex has none;
 //! - texture coordinates belong to corners, zero where a corner has none or one that is not finite; those that a file has
 //!   at its vertices (PLY, OFF with `ST`) are given to the corners, and what no corner has is none;
-//! - numbers of normals, colors and what else vertices have that are not finite are zero, all of a normal where one is, and
-//!   [`Scene::warnings`] counts these and such texture coordinates;
+//! - numbers of normals, colors and what else vertices have that are not finite in single precision are zero, all of a normal
+//!   where one is (a color in OBJ is refused), and [`Scene::warnings`] counts these and such texture coordinates;
 //! - a polygon's color goes to each of its triangles;
 //! - what OBJ and glTF tell of materials becomes [`Mesh::materials`], what PLY and glTF have at vertices beside the standard
 //!   attributes becomes [`Mesh::channels`]; a vertex with several normals in an OBJ is repeated.
@@ -240,7 +240,8 @@ pub fn read(path: &Path) -> Result<Mesh> {
     read_scene(path).map(Scene::into_mesh)
 }
 
-/// Reads a mesh of `format` from the uncompressed content of a file.
+/// Reads a mesh of `format` from the uncompressed content of a file; [`read_scene_bytes`] also tells of what was not read as it
+/// stands there.
 ///
 /// # Errors
 /// As [`read`], without those of the system.

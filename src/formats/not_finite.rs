@@ -26,7 +26,7 @@ pub(super) fn to_zero(mesh: &mut Mesh) -> Option<String> {
     for channel in &mut mesh.channels {
         tell(&format!("'{}'", channel.name), numbers(&mut channel.values, channel.width));
     }
-    (!told.is_empty()).then(|| format!("not finite, and read as zero: {}", told.join(", ")))
+    (!told.is_empty()).then(|| format!("not finite in single precision, read as zero: {}", told.join(", ")))
 }
 
 /// Takes rows of so many numbers to zero where one is not finite; returns how many.
@@ -81,8 +81,7 @@ mod tests {
         mesh.texcoords.as_mut().expect("a texture")[3][0] = Vec2::NAN;
         mesh.channels[0].values[2 * far + 1] = f32::NEG_INFINITY;
         let told = to_zero(&mut mesh);
-        let expected =
-            "not finite, and read as zero: normals 1, texture coordinates of corners 2, colors 1, 'quality' 1";
+        let expected = "not finite in single precision, read as zero: normals 1, texture coordinates of corners 2, colors 1, 'quality' 1";
         assert_eq!(told.as_deref(), Some(expected));
         assert_eq!(mesh.normals.as_ref().expect("normals")[far - 1..], [Vec3::Z, Vec3::ZERO]);
         assert_eq!(mesh.colors.as_ref().expect("colors")[7], [0.5, 0.5, 0.0, 0.5]);

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::ply::Tables;
 use super::stl::Facets;
-use super::{Compression, Format};
+use super::{Compression, Format, not_finite};
 use crate::error::{Error, Place, Result};
 use crate::math::DVec3;
 use crate::mesh::{Mesh, first_where};
@@ -107,7 +107,8 @@ impl Stream {
         }
     }
 
-    /// Appends the vertices of these ascending numbers to `mesh`, which holds what [`Stream::rows`] says.
+    /// Appends the vertices of these ascending numbers to `mesh`, which holds what [`Stream::rows`] says; when all are there it is to
+    /// be [put right](Stream::put_right).
     ///
     /// # Errors
     /// [`Error::Format`] where the file ends.
@@ -131,6 +132,12 @@ impl Stream {
                 Ok(())
             }
         }
+    }
+
+    /// Takes what of a mesh of such vertices is not finite to zero, as readers do; returns a sentence where there was any, without
+    /// a count, for several parts have the same vertices.
+    pub(crate) fn put_right(mesh: &mut Mesh) -> Option<&'static str> {
+        not_finite::to_zero(mesh).map(|_| "normals or colors that are not finite are read as zero")
     }
 
     /// A mesh without rows, ready for [`Stream::append_vertices`].

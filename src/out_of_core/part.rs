@@ -19,6 +19,8 @@ pub struct Part {
     pub vertices: Vec<u32>,
     /// Which of them other parts use too.
     pub frozen: Arc<[bool]>,
+    /// What was not read as it stands in the file.
+    pub told: Option<&'static str>,
 }
 
 impl Part {
@@ -39,9 +41,10 @@ impl Part {
             stream.append_vertices(&vertices[first..], &mut room, &mut mesh)
         })?;
         used.clear();
+        let told = Stream::put_right(&mut mesh);
         mesh.faces = faces;
         let frozen = vertices.iter().map(|&v| frozen.contains(v)).collect();
-        Ok(Self { mesh, vertices, frozen })
+        Ok(Self { mesh, vertices, frozen, told })
     }
 
     /// Freezes those of its vertices that are marked too.

@@ -93,6 +93,7 @@ pub fn run(
     let mut error_estimate = 0.0_f64;
     for number in 0..cut.part_count() {
         let part = Part::load(stream, spill.faces(&cut, number)?, &merge.frozen, &mut used)?;
+        part.told.into_iter().for_each(|told| notes.add(told.into()));
         let faces = part.mesh.faces.len();
         let mut report = |step: Progress| progress(Progress { faces: now.faces - (faces - step.faces), ..now });
         let least = (faces as f64 * share * LEAST_KEPT) as usize;

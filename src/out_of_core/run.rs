@@ -164,7 +164,8 @@ impl Run<'_> {
 
     /// The last pass, over the whole.
     fn finish(mut self, left: Stream, report: &mut OnProgress<'_>) -> Result<Outcome> {
-        let whole = whole(&left)?;
+        let mut whole = whole(&left)?;
+        Stream::put_right(&mut whole).into_iter().for_each(|told| self.notes.add(told.into()));
         drop(left);
         let spent = self.spent();
         let budget = Budget {

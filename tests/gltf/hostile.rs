@@ -260,6 +260,8 @@ fn numbers_that_are_not_finite_are_zero_and_told() {
         primitive["attributes"][name] = json!(accessor);
     }
     primitive["targets"] = json!([{ "POSITION": moved }]);
+    // Turned, so that directions are not taken as they are.
+    builder.json["nodes"][0]["rotation"] = json!([0.0, 0.6, 0.0, 0.8]);
     let scene = builder.scene();
     let [told] = scene.warnings.as_slice() else { panic!("one warning: {:?}", scene.warnings) };
     // The first vertex of the square is in both triangles, the second in one.

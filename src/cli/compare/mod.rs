@@ -169,7 +169,7 @@ impl Input {
         let folder = source.path().and_then(Path::parent);
         let are_seen = job.images || job.picture.is_some();
         let mut looks = if are_seen { formats::looks(&scene, folder) } else { Looks::default() };
-        looks.warnings.extend(untold);
+        looks.warnings.extend(scene.warnings.iter().cloned().chain(untold));
         looks.warnings.iter_mut().for_each(|warning| *warning = format!("'{source}': {warning}"));
         Ok(Self { scene, looks })
     }

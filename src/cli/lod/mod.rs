@@ -41,8 +41,9 @@ pub fn run(job: &Job) -> anyhow::Result<Exit> {
     if outcomes.iter().any(|outcome| outcome.stop == StopReason::Cancelled) {
         return Err(refuse(Exit::Interrupted, "interrupted, nothing is written"));
     }
-    // Told once, however many have it.
-    outcomes.iter_mut().for_each(|outcome| drop(outcome.warnings.splice(0..0, warnings.iter().cloned())));
+    if let Some(outcome) = outcomes.first_mut() {
+        outcome.warnings.splice(0..0, warnings);
+    }
     let (written, write) = timed(|| interrupt::shielded(|| device.install(|| write::write(job, &document, &outcomes))));
     let ranges = written?;
     let (measured, measure) = timed(|| measure(job, &input, &outcomes, &device));

@@ -4,7 +4,7 @@ use coarsen::formats::{self, Document, Format};
 use coarsen::{Mesh, Outcome, lod};
 
 use super::job::{Job, Outputs};
-use crate::cli::simplify::warn_of_losses;
+use crate::cli::simplify::warn_about;
 
 /// Where the indices of each level are in their file, first and count; none where there is no such file.
 pub type Ranges = Vec<[usize; 2]>;
@@ -18,13 +18,13 @@ pub fn write(job: &Job, document: &Document, outcomes: &[Outcome]) -> anyhow::Re
         Outputs::Each(files) => {
             for (file, outcome) in files.iter().zip(outcomes) {
                 let losses = formats::write_scene(&outcome.mesh, document, file, &job.setup.writing)?;
-                warn_of_losses(job.setup.verbosity, &job.setup.source, &losses);
+                warn_about(job.setup.verbosity, &job.setup.source, &losses);
             }
             Ranges::new()
         }
         Outputs::Shared { .. } => {
             let losses = outcomes.first().and_then(|outcome| left_out(&outcome.mesh, document));
-            warn_of_losses(job.setup.verbosity, &job.setup.source, losses.as_slice());
+            warn_about(job.setup.verbosity, &job.setup.source, losses.as_slice());
             write_shared(job, outcomes)?
         }
     };

@@ -118,7 +118,8 @@ impl Placement {
     }
 
     fn direction(&self, direction: Vec3, matrix: DMat3) -> Vec3 {
-        if self.keeps_directions {
+        // What is not finite is told later.
+        if self.keeps_directions || !direction.is_finite() {
             return direction;
         }
         (matrix * direction.as_dvec3()).normalize_or_zero().as_vec3()

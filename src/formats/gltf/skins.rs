@@ -12,20 +12,21 @@ impl Gltf {
         let (joints, materials) =
             (mesh.channels.iter().find(|channel| channel.kind == ChannelKind::Joints)?, mesh.materials.as_ref()?);
         let counts = self.fewest_joints();
-        let mut are_foreign = vec![false; mesh.positions.len()];
+        counts.iter().flatten().next()?;
+        // Parts share no vertices.
+        let (mut are_known, mut foreign) = (vec![false; mesh.positions.len()], 0);
         for (face, &part) in mesh.faces.iter().zip(&materials.of_face) {
             let Some(count) = self.parts.get(part as usize).and_then(|part| counts.get(part.mesh).copied().flatten())
             else {
                 continue;
             };
-            for &vertex in face {
+            for &vertex in face.iter().filter(|&&vertex| !std::mem::replace(&mut are_known[vertex as usize], true)) {
                 let (joints, weights) = joints.row(vertex as usize).split_at(joints.width / 2);
                 let is_foreign = |(&joint, &weight): (&f32, &f32)| joint as usize >= count && weight > 0.0;
-                are_foreign[vertex as usize] |= joints.iter().zip(weights).any(is_foreign);
+                foreign += usize::from(joints.iter().zip(weights).any(is_foreign));
             }
         }
-        let count = are_foreign.into_iter().filter(|is_foreign| *is_foreign).count();
-        (count > 0).then(|| format!("vertices with weights of joints that their skin does not have: {count}"))
+        (foreign > 0).then(|| format!("vertices with weights of joints that their skin does not have: {foreign}"))
     }
 
     /// How many joints each mesh may name: those of the smallest skin of a node that has it; none without skins.

@@ -6,7 +6,7 @@ use super::words::NONE;
 use crate::math::{DVec3, Vec3};
 use crate::mesh::Mesh;
 
-/// A direction at unit length, zero where there is none, and none of its numbers where one is not finite.
+/// A direction at unit length, zero where there is none, and NaN where a number is not finite.
 pub(super) fn unit(direction: DVec3) -> Vec3 {
     if !direction.is_finite() {
         return Vec3::NAN;
