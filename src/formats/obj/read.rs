@@ -160,6 +160,16 @@ mod tests {
         assert_eq!((mesh.positions[4], mesh.positions[5]), (DVec3::ZERO, DVec3::Y));
     }
 
+    /// Whichever of its corners comes first.
+    #[test]
+    fn normals_that_are_not_finite_give_way_and_repeat_nothing() {
+        let text = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\nvn nan 0 1\nf 1//2 2//1 3//1\nf 1//1 3//2 4//2\n";
+        let mesh = read(text).unwrap();
+        let normals = mesh.normals.unwrap();
+        assert_eq!((normals[..3].to_vec(), normals.len()), (vec![Vec3::Z; 3], 4));
+        assert!(normals[3].is_nan() && mesh.faces == [[0, 1, 2], [0, 2, 3]]);
+    }
+
     #[test]
     fn corners_keep_their_texture_coordinates() {
         // A seam at vertex 1, a dart split by ears, a face and a corner without any, an index from the end.
