@@ -17,12 +17,15 @@ const FAR_SHARE: f64 = 0.7;
 const FAR: usize = 3;
 /// The same for `plane`, whose accumulated costs grow as neighbors contract.
 const PLANE_SHARE: f64 = 0.15;
-/// Candidates for every contraction still needed; and in large rounds, of which another would cost more than the order of the last few
-/// is worth.
+/// Candidates for every contraction still needed, and in large rounds.
 const CANDIDATES_EACH: f64 = 1.5;
 const LARGE_EACH: f64 = 2.0;
 /// The same where [`FAR_SHARE`] holds.
 const FAR_EACH: f64 = 2.5;
+/// The same of large rounds where it is to be the last, for it removes no more than this share of its faces: another would cost more than
+/// the order of these few is worth. It is over as soon as it has enough.
+const LAST_EACH: f64 = 4.0;
+const LAST: f64 = 0.1;
 /// The same of triangles, each of which has a corner in common with a dozen others.
 const TRIANGLES_EACH: f64 = 4.0;
 /// Candidates for every contraction still needed that pass whatever they cost; of `volume` the others only where they cost little more
@@ -91,9 +94,11 @@ impl Gate {
             Metric::Plane => PLANE_SHARE,
         };
         let needed = (faces - target).div_ceil(of.most_faces()) as f64;
+        let is_last = (faces - target) as f64 <= LAST * faces as f64;
         let each = match of {
-            Candidates::Pairs if faces >= LARGE_ROUND => LARGE_EACH,
-            Candidates::Pairs => CANDIDATES_EACH,
+            Candidates::Pairs if faces < LARGE_ROUND => CANDIDATES_EACH,
+            Candidates::Pairs if is_last => LAST_EACH,
+            Candidates::Pairs => LARGE_EACH,
             Candidates::Triangles => TRIANGLES_EACH,
         };
         let beside = (REFUSED_EACH * refused.share, REFUSED_EACH * refused.count as f64);
@@ -133,13 +138,13 @@ mod tests {
     }
 
     #[test]
-    fn large_rounds_let_more_through() {
+    fn large_rounds_let_more_through_and_the_last_most() {
         let each = |faces: usize, needed: usize| {
             let wanted = wanted(faces, faces - 2 * needed, Refused::default(), 100_000);
             wanted as f64 / needed as f64
         };
-        assert_eq!([4_000, 1_001, 400].map(|needed| each(20_000, needed)), [2.0; 3]);
-        assert_eq!([10_000, 9_998].map(|faces| each(faces, 400)), [2.0, 1.5]);
+        assert_eq!([4_000, 1_001, 1_000, 400].map(|needed| each(20_000, needed)), [2.0, 2.0, 4.0, 4.0]);
+        assert_eq!([10_000, 9_998].map(|faces| each(faces, 400)), [4.0, 1.5]);
     }
 
     #[test]
