@@ -138,19 +138,26 @@ pub fn all_keep<'a>(
 
 /// [`all_keep`] of triangles in the texture, the first corner of which moves, and whether each vanishes.
 fn all_triangles_keep(faces: impl Iterator<Item = ([DVec2; 3], bool)>, at: DVec2) -> bool {
-    // Whether an area is positive, and negative, and whether all of those after have such a sign.
-    let (mut has, mut keep) = ([false; 2], [true; 2]);
+    // The least and the greatest of all areas, and of those after of faces that could turn over.
+    let (mut areas, mut left) = ([0.0_f64; 2], [f64::INFINITY, f64::NEG_INFINITY]);
     for ([a, b, c], dies) in faces {
         let (area, after) = (orientation(a, b, c), orientation(at, b, c));
-        has = [has[0] | (area > 0.0), has[1] | (area < 0.0)];
+        areas = with(areas, [area; 2]);
         let is_free = dies | ((area == 0.0) & (after == 0.0));
-        keep = [keep[0] & (is_free | (after > 0.0)), keep[1] & (is_free | (after < 0.0))];
+        left = with(left, if is_free { [f64::INFINITY, f64::NEG_INFINITY] } else { [after; 2] });
     }
-    match has {
+    match [areas[1] > 0.0, areas[0] < 0.0] {
         [true, true] => false,
         [false, false] => true,
-        [_, is_negative] => keep[usize::from(is_negative)],
+        [true, false] => left[0] > 0.0,
+        [false, true] => left[1] < 0.0,
     }
+}
+
+/// The least and the greatest of both.
+#[inline(always)]
+fn with([low, high]: [f64; 2], [least, greatest]: [f64; 2]) -> [f64; 2] {
+    [if least < low { least } else { low }, if greatest > high { greatest } else { high }]
 }
 
 /// Whether a place lies in the repeat of the picture that a corner lies in, or in its closure: in those of all faces at the corner,

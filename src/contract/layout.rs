@@ -120,6 +120,8 @@ pub struct Layout {
     pub are_texcoords: Vec<Numbers<f32>>,
     /// Whether there are others.
     pub has_others: bool,
+    /// Of all numbers of a row, what those of the mesh are multiplied by, and how far from zero they may be.
+    scales: Vec<[f32; 2]>,
     /// Of all numbers of a row, no bits where shading is made of it, all of them where it is not.
     not_shading: Vec<u32>,
     /// Numbers of a row.
@@ -229,6 +231,10 @@ impl Layout {
             layout.layers.push(Layer { first: layout.width, ..layer });
             layout.width += layer.width;
         }
+        for layer in &layout.layers {
+            let most = if layer.first < layout.costed { MOST } else { f32::INFINITY };
+            layout.scales.extend(std::iter::repeat_n([layer.scale, most], layer.width));
+        }
         layout.not_shading = vec![u32::MAX; layout.width];
         for layer in layout.layers.iter().filter(|layer| layer.is_shading()) {
             layout.not_shading[layer.first..layer.first + layer.width].fill(0);
@@ -246,14 +252,11 @@ impl Layout {
     pub fn read(&self, mesh: &Mesh, face: usize, corner: usize, row: &mut [f32]) {
         let vertex = mesh.faces[face][corner] as usize;
         for layer in &self.layers {
-            let most = if layer.first < self.costed { MOST } else { f32::INFINITY };
-            let place = |x: f32| if x.is_finite() { (x * layer.scale).clamp(-most, most) } else { 0.0 };
             let out = layer.of_mut(row);
-            // Of known length where it is known: these are read for every wedge.
             match layer.origin {
                 Origin::Normals => {
                     let normal = mesh.normals.as_ref().map_or(Vec3::ZERO, |rows| rows[vertex]);
-                    out.copy_from_slice(&normal.to_array().map(place));
+                    out.copy_from_slice(&normal.to_array());
                 }
                 Origin::Colors => {
                     let mut color = mesh.colors.as_ref().map_or([0.0; 4], |rows| rows[vertex]);
@@ -263,18 +266,22 @@ impl Layout {
                         let [l, u, v] = luv.map(|x| (x / LUV) as f32);
                         color = [l, u, v, alpha];
                     }
-                    out.copy_from_slice(&color.map(place));
+                    out.copy_from_slice(&color);
                 }
                 Origin::Texcoords => {
                     let at = mesh.texcoords.as_ref().map_or([0.0; 2], |rows| rows[face][corner].to_array());
-                    out.copy_from_slice(&at.map(place));
+                    out.copy_from_slice(&at);
                 }
-                Origin::Channel(number) => {
-                    let stored = mesh.channels[number].row(vertex);
-                    out.iter_mut().zip(stored).for_each(|(out, &x)| *out = place(x));
-                }
-                Origin::Pose(motion) => out.copy_from_slice(&self.pose.read(mesh, vertex, motion).map(place)),
+                Origin::Channel(number) => out.copy_from_slice(mesh.channels[number].row(vertex)),
+                Origin::Pose(motion) => out.copy_from_slice(&self.pose.read(mesh, vertex, motion)),
             }
+        }
+        // Side by side, whatever they are: rows are read for every wedge.
+        for (x, &[scale, most]) in row.iter_mut().zip(&self.scales) {
+            let (scaled, is_finite) = (*x * scale, x.is_finite());
+            let low = if scaled < -most { -most } else { scaled };
+            let held = if low > most { most } else { low };
+            *x = if is_finite { held } else { 0.0 };
         }
     }
 

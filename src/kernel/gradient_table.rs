@@ -68,8 +68,7 @@ impl<S: Simd> WideGradients<S> {
 /// Of the numbers of a face from `first` on.
 #[inline(always)]
 fn gradients_of<S: Simd>(simd: S, f: usize, first: usize, rows: Rows<'_>) -> WideGradients<S> {
-    let row = rows.operators[f];
-    let corners = rows.corners[f];
+    let (row, corners) = (&rows.operators[f], &rows.corners[f]);
     let a = numbers_at(simd, corners.a, first, rows);
     let b = numbers_at(simd, corners.b, first, rows) - a;
     let c = numbers_at(simd, corners.c, first, rows) - a;
@@ -124,12 +123,14 @@ impl<'a> GradientTable<'a> {
     /// Finds those of these faces, in place of others.
     #[inline(always)]
     pub fn fill<S: Simd>(&mut self, simd: S, faces: Range<usize>) {
-        let (count, blocks) = (faces.len(), self.rows.costed.div_ceil(NUMBERS));
+        // Apart from the table, so that registers hold them.
+        let rows = self.rows;
+        let (count, blocks) = (faces.len(), rows.costed.div_ceil(NUMBERS));
         self.gradients.resize(self.gradients.len().max(count * blocks), Gradients::default());
         for block in 0..blocks {
             let gradients = &mut self.gradients[block * count..][..count];
             for (f, gradients) in faces.clone().zip(gradients) {
-                *gradients = gradients_of(simd, f, block * NUMBERS, self.rows).store();
+                *gradients = gradients_of(simd, f, block * NUMBERS, rows).store();
             }
         }
         self.faces = faces;

@@ -26,12 +26,11 @@ pub type Numbers<T> = [T; NUMBERS];
 #[expect(clippy::inline_always, reason = "compiled for the instruction set of its caller")]
 #[inline(always)]
 pub fn numbers_at<const COUNT: usize>(rows: &[f32], start: usize) -> [f32; COUNT] {
-    let from = rows.get(start..).unwrap_or_default();
     let last;
-    *match from.first_chunk() {
+    *match rows.get(start..).and_then(<[f32]>::first_chunk) {
         Some(numbers) => numbers,
         None => {
-            last = last_numbers(from);
+            last = last_numbers(rows, start);
             &last
         }
     }
@@ -40,8 +39,8 @@ pub fn numbers_at<const COUNT: usize>(rows: &[f32], start: usize) -> [f32; COUNT
 /// Apart, or vectors would be put together number by number everywhere.
 #[cold]
 #[inline(never)]
-fn last_numbers<const COUNT: usize>(from: &[f32]) -> [f32; COUNT] {
-    std::array::from_fn(|j| from.get(j).copied().unwrap_or_default())
+fn last_numbers<const COUNT: usize>(rows: &[f32], start: usize) -> [f32; COUNT] {
+    std::array::from_fn(|j| start.checked_add(j).and_then(|place| rows.get(place)).copied().unwrap_or_default())
 }
 
 /// A block of rows of `WORDS` 32-bit scalars, each scalar in a column of its own.
