@@ -24,7 +24,7 @@ pub enum Creases {
     Sharp,
 }
 
-/// The share of vertices with more than two wedges from which normals are those of facets.
+/// The share of vertices with more than two normals from which normals are those of facets.
 const FACETS: f64 = 0.5;
 
 /// The cosine of the least angle that is a crease of facets: 30°.
@@ -93,6 +93,21 @@ impl Found {
         }
     }
 
+    /// Whether the wedges from one on have more than two normals; what else parts them does not count.
+    fn has_many_normals(&self, layout: &Layout, first: usize) -> bool {
+        let row = |wedge: usize| &self.rows[wedge * layout.width..][..layout.width];
+        let agree = |a: usize, b: usize| layout.of_kind(Kind::Normal).all(|layer| layer.of(row(a)) == layer.of(row(b)));
+        let mut known = [first; 2];
+        for wedge in first..self.origin.len() {
+            match known.map(|other| agree(wedge, other)) {
+                [true, _] | [_, true] => {}
+                _ if known[0] == known[1] => known[1] = wedge,
+                _ => return true,
+            }
+        }
+        false
+    }
+
     /// Brings the sums from a wedge on to unit length.
     fn finish(&mut self, layout: &Layout, first: usize) {
         for wedge in (first..self.origin.len()).filter(|&wedge| self.origin[wedge] & MOVED_FROM != 0) {
@@ -137,8 +152,7 @@ pub fn gather(
     Some(assemble(&found?, rings, faces))
 }
 
-/// Counts vertices with more than two wedges: where those are most and normals are among what they disagree in, every face has its
-/// own, and no vertex could go anywhere.
+/// Counts vertices with more than two normals: where those are most, every face has its own, and no vertex could go anywhere.
 struct Facets {
     most: usize,
     many: AtomicUsize,
@@ -150,10 +164,10 @@ impl Facets {
         Self { most: (FACETS * vertices as f64) as usize, many: AtomicUsize::new(0) }
     }
 
-    /// Counts a vertex with so many wedges; returns whether it is plain that normals are those of facets. The total decides, so
-    /// that neither order nor threads do.
-    fn are_found_with(&self, wedges: usize) -> bool {
-        let before = if wedges > 2 { self.many.fetch_add(1, Relaxed) + 1 } else { self.many.load(Relaxed) };
+    /// Counts a vertex, of which it is told whether it has many normals; returns whether it is plain that they are those of facets.
+    /// The total decides, so that neither order nor threads do.
+    fn are_found_at(&self, has_many_normals: bool) -> bool {
+        let before = if has_many_normals { self.many.fetch_add(1, Relaxed) + 1 } else { self.many.load(Relaxed) };
         before > self.most
     }
 }
@@ -181,25 +195,58 @@ impl Input<'_> {
         let mut row = vec![0.0; self.layout.width];
         self.warm_up(rings, vertices.clone());
         for vertex in vertices {
-            let (first, corners_before) = (found.origin.len(), found.of_corners.len());
-            found.sources.clear();
-            for &f in rings.ring(vertex as u32) {
-                let k = corner_of(self.faces[f as usize], vertex as u32);
-                let corner = input_corner(self.face_origin[f as usize], k);
-                let wedge = self.wedge(corner, &mut found, first, &mut row);
-                found.of_corners.push((wedge - first) as u32);
-            }
-            found.finish(self.layout, first);
-            let count = found.origin.len() - first;
-            if facets.is_some_and(|facets| facets.are_found_with(count)) {
+            let count = match self.only_source(rings.ring(vertex as u32), vertex as u32) {
+                Some((face, corner)) => {
+                    self.add(face, corner, &mut found);
+                    1
+                }
+                None => self.find_all(rings.ring(vertex as u32), vertex as u32, &mut found, &mut row),
+            };
+            let has_many_normals = || count > 2 && found.has_many_normals(self.layout, found.origin.len() - count);
+            if facets.is_some_and(|facets| facets.are_found_at(has_many_normals())) {
                 return None;
             }
             found.counts.push(count as u32);
-            if count == 1 {
-                found.of_corners.truncate(corners_before);
-            }
         }
         Some(found)
+    }
+
+    /// The corner of the input that a vertex's corner in a face is.
+    fn corner(&self, face: u32, vertex: u32) -> (usize, usize) {
+        input_corner(self.face_origin[face as usize], corner_of(self.faces[face as usize], vertex))
+    }
+
+    /// The first corner of a vertex, where all of them began as the same: one look at each tells, and one row is read.
+    fn only_source(&self, ring: &[u32], vertex: u32) -> Option<(usize, usize)> {
+        let (&first, others) = ring.split_first()?;
+        let source = |(face, corner): (usize, usize)| Source::of(self.mesh, self.layout, face, corner);
+        let corner = self.corner(first, vertex);
+        let is_same = |&f: &u32| source(self.corner(f, vertex)) == source(corner);
+        others.iter().all(is_same).then_some(corner)
+    }
+
+    /// Adds the row of a corner of the input.
+    fn add(&self, face: usize, corner: usize, found: &mut Found) {
+        let (place, width) = (found.rows.len(), self.layout.width);
+        found.rows.resize(place + width, 0.0);
+        self.layout.read(self.mesh, face, corner, &mut found.rows[place..]);
+        found.origin.push((3 * face + corner) as u32);
+    }
+
+    /// Finds the wedges of a vertex, whatever its corners began as; returns how many. `row` is overwritten.
+    fn find_all(&self, ring: &[u32], vertex: u32, found: &mut Found, row: &mut [f32]) -> usize {
+        let (first, corners_before) = (found.origin.len(), found.of_corners.len());
+        found.sources.clear();
+        for &f in ring {
+            let wedge = self.wedge(self.corner(f, vertex), found, first, row);
+            found.of_corners.push((wedge - first) as u32);
+        }
+        found.finish(self.layout, first);
+        let count = found.origin.len() - first;
+        if count == 1 {
+            found.of_corners.truncate(corners_before);
+        }
+        count
     }
 
     /// Reads once what corners of consecutive vertices begin as, by loads that do not wait for each other.
@@ -322,6 +369,22 @@ mod tests {
         let more = (half..vertices).find(|&limit| many_below(limit) > vertices / 2).expect("a limit");
         assert!(is_gathered(half, true, Creases::All) && !is_gathered(more, true, Creases::All));
         assert!(is_gathered(more, false, Creases::All) && is_gathered(more, true, Creases::Sharp));
+    }
+
+    /// A sphere of smooth normals in whose texture every face has a chart of its own.
+    #[test]
+    fn what_a_texture_parts_are_no_facets() {
+        let mut mesh = shapes::icosphere(3);
+        mesh.normals = Some(mesh.positions.iter().map(|p| p.as_vec3().normalize()).collect());
+        let chart = |f: usize| [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[u, v]| Vec2::new(2.0 * f as f32 + u, v));
+        mesh.texcoords = Some((0..mesh.faces.len()).map(chart).collect());
+        let vertices = mesh.positions.len();
+        let frame = Frame::new(&mesh.faces, |v| mesh.positions[v as usize], mesh.bounds());
+        let layout = Layout::new(&mesh, &Attributes::default(), Metric::Volume, frame, false).expect("attributes");
+        let rings = Rings::new(&mesh.faces, vertices);
+        let origins: Vec<u32> = (0..mesh.faces.len() as u32).collect();
+        let found = gather(&mesh, &layout, &rings, &origins, &mesh.faces, Creases::All).expect("no facets");
+        assert_eq!(found.origin.len(), 3 * mesh.faces.len());
     }
 
     /// Vertices of several tasks, cut along every tenth column: every corner has the row that it has
