@@ -5,7 +5,7 @@ mod support;
 use std::ops::ControlFlow;
 
 use coarsen::contract::Options;
-use coarsen::math::{DVec3, Vec2};
+use coarsen::math::{DVec3, Vec2, Vec3};
 use coarsen::mesh::shapes;
 use coarsen::simplify::Progress;
 use coarsen::{Budget, Error, Mesh, Method, StopReason, formats, simplify};
@@ -40,6 +40,24 @@ fn an_open_mesh_ends_at_any_count_exactly() {
             assert_eq!(outcome.mesh.faces.len(), target, "{metric:?}: {:?} {:?}", outcome.stop, outcome.blocked);
             assert_eq!(topology(&outcome.mesh).border_loops, 1, "{metric:?} → {target}");
         }
+    }
+}
+
+/// A flat ground, whose last two faces no pair inside can remove, under closed spheres: of the ground alone one face can go, half of it.
+#[test]
+fn an_odd_count_is_undercut_where_its_last_face_would_cost_far_more_than_all_others() {
+    let mut scene = grid(20, 20);
+    for place in [[5.0, 5.0], [15.0, 5.0], [5.0, 15.0], [15.0, 15.0]] {
+        let (ball, first) = (sphere(3), scene.positions.len() as u32);
+        scene.positions.extend(ball.positions.iter().map(|p| *p + DVec3::new(place[0], place[1], 3.0)));
+        scene.faces.extend(ball.faces.iter().map(|face| face.map(|v| v + first)));
+    }
+    for metric in METRICS {
+        let [even, odd] = [300, 301].map(|faces| contract(&scene, &options(metric), Budget::faces(faces)).mesh);
+        assert_eq!((even.faces.len(), odd.faces.len()), (300, 300), "{metric:?}");
+        let share = odd.area() / even.area();
+        assert!((share - 1.0).abs() < 0.01, "{metric:?}: {share} of the area");
+        assert_eq!(topology(&odd).border_loops, 1, "{metric:?}");
     }
 }
 
@@ -188,6 +206,9 @@ fn meshes_that_are_none_are_refused() {
         Mesh { texcoords: Some(vec![[Vec2::ZERO; 3]; 2]), ..with(0, DVec3::ZERO) },
         Mesh { face_colors: Some(vec![[0.0; 4]; 2]), ..with(0, DVec3::ZERO) },
         Mesh { texcoords: Some(vec![[Vec2::ZERO, Vec2::NAN, Vec2::ZERO]]), ..with(0, DVec3::ZERO) },
+        Mesh { normals: Some(vec![Vec3::Z, Vec3::Z, Vec3::INFINITY]), ..with(0, DVec3::ZERO) },
+        Mesh { colors: Some(vec![[0.0; 4], [0.5, 0.5, f32::NAN, 1.0], [1.0; 4]]), ..with(0, DVec3::ZERO) },
+        Mesh { face_colors: Some(vec![[0.0, 0.0, 0.0, f32::NEG_INFINITY]]), ..with(0, DVec3::ZERO) },
     ];
     for mesh in bad {
         let result = try_contract(&mesh, Options::default(), Budget::faces(1));

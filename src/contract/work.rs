@@ -2,7 +2,7 @@
 //!
 //! # Invariants
 //! - No vertex is an end of two contractions of a round.
-//! - The quota is never passed, except by one face where it says so.
+//! - The quota is never passed, except by one face where it says so, and where parts join by the faces that cancel each other out.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -27,9 +27,9 @@ use super::star::Outside;
 
 /// How many faces a round may remove.
 ///
-/// Interior pairs remove two and border pairs one. Where one is left to remove, only a border pair will do, unless the
-/// quota may be overshot by one face because no border pair did. Triangles remove up to four, and leave what is less to
-/// pairs.
+/// Interior pairs remove two and border pairs one; where parts join also what cancels out, which no quota foretells. Where one
+/// is left to remove, only a border pair will do, unless the quota may be overshot by one face because no border pair did, or each
+/// is far dearer than all before. Triangles remove up to four, and leave what is less to pairs.
 #[derive(Debug, Clone, Copy)]
 pub struct Quota {
     pub faces: usize,
@@ -40,6 +40,8 @@ pub struct Quota {
 /// How many times as much as the dearest of the run before, or its own first, a contraction costs at most in a commit of all pairs, of
 /// those on the whole surface. Where nearly all are refused, as those across a thin sheet, what nobody needs is soon among the first that are legal.
 const DEARER: f32 = 8.0;
+/// The same for the last face of a quota, which nothing but a pair at a border removes: 64 times as far off.
+const LAST: f32 = 4096.0;
 /// One attempt in this many is timed: a clock takes as long as a tenth of an attempt.
 const TIMED: u32 = 16;
 /// How many times as much a pair costs whose faces come to pass through others, where it is not refused: eight times as far off. With
@@ -152,11 +154,32 @@ impl<'a> Work<'a> {
                 overshooting.push(candidate);
                 continue;
             }
+            // The last face is not worth any price: half of a ground went for it. Another round may pass the quota for less. Before all
+            // others nothing tells what is dear.
+            if left == 1 && self.dearest > 0.0 && f32::from_bits(candidate.key) > LAST * self.dearest {
+                if quota.may_overshoot {
+                    self.overshoot(std::mem::take(&mut overshooting), quota, candidate.key);
+                }
+                if !quota.may_overshoot || self.committed.faces_removed >= quota.faces {
+                    return;
+                }
+            }
             self.attempt(candidate);
         }
-        let mut rest = overshooting.into_iter().peekable();
-        while quota.may_overshoot && self.committed.faces_removed < quota.faces {
-            let Some(candidate) = self.next(&mut rest) else { break };
+        if quota.may_overshoot {
+            self.overshoot(overshooting, quota, u32::MAX);
+        }
+    }
+
+    /// Contracts the first of `candidates` that is legal and costs no more than `most`, as bits, though the quota is passed.
+    fn overshoot(&mut self, candidates: Vec<Candidate>, quota: Quota, most: u32) {
+        let mut rest = candidates.into_iter().peekable();
+        while self.committed.faces_removed < quota.faces {
+            let Some(candidate) = self.next(&mut rest) else { return };
+            if candidate.key > most {
+                self.dearer.push(Reverse((candidate.key, candidate.half_edge)));
+                return;
+            }
             self.attempt(candidate);
         }
     }
@@ -164,8 +187,8 @@ impl<'a> Work<'a> {
     /// Whether a commit of all pairs has done enough: cheaper ones may be free in the next.
     fn is_too_dear(&self, candidate: Candidate) -> bool {
         let Examiner { rules, may_wait, .. } = &self.examiner;
-        let most = DEARER * self.dearest.max(self.cheapest);
         let may_end = self.of == Candidates::Pairs && !(*may_wait || rules.joins);
+        let most = DEARER * self.dearest.max(self.cheapest);
         may_end && self.committed.contracted > 0 && f32::from_bits(candidate.key) > most
     }
 
