@@ -139,6 +139,22 @@ fn materials_of_a_glb_become_a_library() {
     assert!(!text.contains("mtllib") && text.contains("usemtl glass"), "{text}");
 }
 
+#[test]
+fn pictures_that_go_on_in_mirror_images_are_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_inputs(folder.path());
+    let at = |name: &str| folder.path().join(name);
+    converted(&formats::read_scene(&at("things.obj")).expect("a scene"), &at("things.gltf"));
+    let text = fs::read_to_string(at("things.gltf")).expect("text");
+    let told = |wrap: &str| {
+        fs::write(at("things.gltf"), text.replacen("33071", wrap, 1)).expect("written");
+        converted(&formats::read_scene(&at("things.gltf")).expect("a scene"), &at("back.obj")).join("; ")
+    };
+    assert!(text.matches("33071").count() == 2 && !told("10497").contains("mirror"));
+    let mirrored = told("33648");
+    assert!(mirrored.contains("goes on in mirror images, which a library cannot say: it repeats"), "{mirrored}");
+}
+
 /// What libraries are made of, and what breaks them.
 const ALPHABET: &[u8] = b"newmtl KdTrNs map_-osc\n\n 0.1e9-\xff/\\.";
 

@@ -14,8 +14,7 @@ use super::Compression;
 ///
 /// On an error the temporary file is removed. What exists and is no regular file is written in place.
 pub(super) fn atomically(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
-    // A rename would put a file in the place of the link.
-    let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let path = &target(path);
     match fs::metadata(path) {
         Ok(metadata) if metadata.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
         Ok(metadata) if !metadata.is_file() => return write(&mut OpenOptions::new().write(true).open(path)?),
@@ -28,6 +27,18 @@ pub(super) fn atomically(path: &Path, write: impl FnOnce(&mut File) -> io::Resul
         // The first error is the one to tell.
         let _ = fs::remove_file(&temporary);
     })
+}
+
+/// What a path stands for where it is a link, even if nothing is there yet: a rename would put a file in the place of the link.
+fn target(path: &Path) -> PathBuf {
+    /// As many links in a row as systems follow.
+    const MOST_LINKS: usize = 40;
+    if let Ok(path) = fs::canonicalize(path) {
+        return path;
+    }
+    let follow = |path: &PathBuf| Some(path.parent()?.join(fs::read_link(path).ok()?));
+    let links = std::iter::successors(Some(path.to_path_buf()), follow);
+    links.take(MOST_LINKS).last().unwrap_or_else(|| path.to_path_buf())
 }
 
 fn create_beside(path: &Path) -> io::Result<(File, PathBuf)> {
@@ -173,6 +184,22 @@ mod tests {
             buffer.push(b' ');
         }
         assert_eq!(buffer, b"0 9 10 4294967295 ");
+    }
+
+    /// By a link beside it to another, where nothing is there yet.
+    #[cfg(unix)]
+    #[test]
+    fn links_to_what_is_not_there_stay_links() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::os::unix::fs::symlink("inner", path("outer")).unwrap();
+        std::os::unix::fs::symlink(path("new"), path("inner")).unwrap();
+        atomically(&path("outer"), |file| file.write_all(b"all")).unwrap();
+        assert!(["inner", "outer"].iter().all(|link| path(link).is_symlink()));
+        assert_eq!((fs::read(path("new")).unwrap(), path("new").is_symlink()), (b"all".to_vec(), false));
+        // Links that lead round in a circle lead nowhere.
+        std::os::unix::fs::symlink("round", path("round")).unwrap();
+        assert!(target(&path("round")).is_symlink());
     }
 
     #[test]

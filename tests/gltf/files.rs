@@ -122,6 +122,12 @@ fn pictures_left_behind_are_told() {
     };
     assert!(warnings("out.glb", &document).is_empty());
     assert!(warnings("out/out.glb", &document)[0].contains("pictures"));
-    assert!(warnings("out.ply", &document)[0].contains("PLY has none"));
+    assert_eq!(warnings("out.ply", &document), ["textures are not written: PLY has none"]);
+    builder.json["meshes"][0]["primitives"]
+        .as_array_mut()
+        .expect("primitives")
+        .push(json!({ "mode": 0, "attributes": {} }));
+    let lines = builder.scene().document;
+    assert_eq!(warnings("out.ply", &lines), ["points and lines and textures are not written: PLY has none"]);
     assert!(warnings("out.ply", &Document::None).is_empty());
 }

@@ -279,6 +279,32 @@ fn what_several_nodes_show_is_written_for_each() {
     assert_eq!(builder.scene().with_instances().0.mesh.faces.len(), 2);
 }
 
+/// Instances that a node tells by accessors are as those of two nodes.
+#[test]
+fn instances_of_an_extension_are_shown() {
+    let mut builder = square();
+    let shifts = builder.floats(&[[0.0, 0.0, 0.0], [9.0, 0.0, 0.0]]);
+    let sizes = builder.floats(&[[1.0, 1.0, 1.0], [-2.0, 2.0, 2.0]]);
+    let turns = builder.floats(&[[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 2.0]]);
+    let told = json!({ "attributes": { "TRANSLATION": shifts, "SCALE": sizes, "ROTATION": turns } });
+    builder.json["extensionsUsed"] = json!(["EXT_mesh_gpu_instancing"]);
+    builder.json["nodes"] =
+        json!([{ "mesh": 0, "translation": [0, 0, 1], "extensions": { "EXT_mesh_gpu_instancing": told } }]);
+    let mut by_nodes = square();
+    by_nodes.json["nodes"] = json!([
+        { "mesh": 0, "translation": [0, 0, 1] },
+        { "mesh": 0, "scale": [-2, 2, 2], "translation": [9, 0, 1] },
+    ]);
+    let (all, expected) = (builder.scene().with_instances().0.mesh, by_nodes.scene().with_instances().0.mesh);
+    assert_eq!(all.faces.len(), 4);
+    assert_eq!(all, expected);
+    // As many of each.
+    let fewer = builder.floats(&[[1.0; 3]]);
+    builder.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["SCALE"] = fewer.into();
+    let error = builder.error().to_string();
+    assert!(error.contains("elements, another attribute"), "{error}");
+}
+
 /// What a mirrored second node shows of two primitives is what a mesh of its own would be, to rounding.
 #[test]
 fn instances_are_as_meshes_of_their_own() {

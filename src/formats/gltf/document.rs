@@ -8,7 +8,7 @@ use super::accessor::Store;
 use super::container::{Buffer, Origin};
 use super::json::{Json, array_mut, list_mut, object_mut};
 use super::number::Number;
-use super::orphans::stop_animations;
+use super::orphans::{follow_in_extensions, stop_animations};
 use super::part::Part;
 use super::references;
 use super::scene::Instances;
@@ -171,8 +171,8 @@ pub(super) fn forget(json: &mut Value, extension: &str) {
     }
 }
 
-/// Removes primitives, and the meshes that have none left from their nodes.
-pub(super) fn drop_primitives(json: &mut Value, lost: &[[usize; 2]]) {
+/// Removes primitives, and the meshes that have none left from their nodes; returns how often an extension names such a mesh.
+pub(super) fn drop_primitives(json: &mut Value, lost: &[[usize; 2]]) -> usize {
     let mut numbers = Vec::new();
     let mut next = 0;
     for (number, mesh) in array_mut(json, "meshes").iter_mut().enumerate() {
@@ -200,6 +200,7 @@ pub(super) fn drop_primitives(json: &mut Value, lost: &[[usize; 2]]) {
         }
     }
     stop_animations(json, &bereft, &numbers);
+    follow_in_extensions(json, &numbers)
 }
 
 /// Whether a primitive is left whose numbers are what only `KHR_mesh_quantization` allows.

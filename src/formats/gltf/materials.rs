@@ -12,8 +12,9 @@ use crate::error::Result;
 use crate::formats::material::{Map, Material, Picture, kind_of};
 use crate::math::DVec2;
 
-/// What a picture does beside its sides.
+/// What a picture does beside its sides: end, or go on in its mirror image.
 const CLAMP: usize = 33071;
+const MIRROR: usize = 33648;
 
 /// The materials of a document under the names of [`materials`], but for those without a number; and what is not told of them.
 pub(in crate::formats) fn described(document: &Gltf) -> (Vec<Material>, Vec<String>) {
@@ -51,14 +52,19 @@ fn describe(document: &Gltf, json: &Json<'_>, warnings: &mut Vec<String>) -> Res
     }
     if let Some(texture) = surface.get(texture) {
         match map(document, &texture) {
-            Ok(map) => material.map = Some(map),
+            Ok((map, is_mirrored)) => {
+                let why = "goes on in mirror images, which a library cannot say: it repeats";
+                warnings.extend(is_mirrored.then(|| format!("the texture of {} {why}", json.path)));
+                material.map = Some(map);
+            }
             Err(error) => warnings.push(format!("the texture of {} is not written: {error}", json.path)),
         }
     }
     Ok(material)
 }
 
-fn map(document: &Gltf, named: &Json<'_>) -> Result<Map> {
+/// The picture of a texture and where it lies, and whether beside its sides it should be its mirror image.
+fn map(document: &Gltf, named: &Json<'_>) -> Result<(Map, bool)> {
     let root = Json::root(&document.json);
     let texture = root.element("textures", named.need("index")?.whole()?)?;
     let image = root.element("images", texture.need("source")?.whole()?)?;
@@ -83,9 +89,11 @@ fn map(document: &Gltf, named: &Json<'_>) -> Result<Map> {
         return Err(named.error(format!("goes by TEXCOORD_{set}, which a library cannot say")));
     }
     let sampler = texture.optional_whole("sampler")?.map(|sampler| root.element("samplers", sampler)).transpose()?;
-    let wrap = sampler.as_ref().map(|sampler| sampler.optional_whole("wrapS")).transpose()?.flatten();
-    let down = Map { picture, scale, offset, is_clamped: wrap == Some(CLAMP) };
-    Ok(Map { offset: down.turned_offset(), ..down })
+    let wrap = |side: &str| sampler.as_ref().map(|sampler| sampler.optional_whole(side)).transpose();
+    let [across, down] = [wrap("wrapS")?.flatten(), wrap("wrapT")?.flatten()];
+    let upside_down = Map { picture, scale, offset, is_clamped: across == Some(CLAMP) };
+    let is_mirrored = [across, down].contains(&Some(MIRROR));
+    Ok((Map { offset: upside_down.turned_offset(), ..upside_down }, is_mirrored))
 }
 
 /// Puts materials into a document, of those names that are described and of the others the name; pictures go into its bytes, where

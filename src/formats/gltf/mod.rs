@@ -32,6 +32,7 @@ mod orphans;
 mod part;
 mod read;
 mod references;
+mod repeats;
 mod scene;
 mod skins;
 mod untextured;
@@ -132,7 +133,11 @@ impl Gltf {
     pub(super) fn told_parts(&self, keeps_colors: bool) -> Option<String> {
         let count = |key: &str| self.json.get(key).and_then(Value::as_array).map_or(0, Vec::len);
         let materials = if keeps_colors { "all of materials but base colors" } else { "materials" };
+        let is_flat = |primitive: &Value| primitive.get("mode").and_then(Value::as_u64).is_some_and(|mode| mode < 4);
+        let meshes = self.json.get("meshes").and_then(Value::as_array).into_iter().flatten();
+        let mut primitives = meshes.filter_map(|mesh| mesh.get("primitives")?.as_array()).flatten();
         let kinds = [
+            ("points and lines", primitives.any(is_flat)),
             // One alone puts the mesh where it is written.
             ("nodes", count("nodes") > 1),
             ("cameras", count("cameras") > 0),

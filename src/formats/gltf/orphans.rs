@@ -40,6 +40,35 @@ pub(super) fn stop_animations(json: &mut Value, bereft: &[u64], numbers: &[Optio
     }
 }
 
+/// Has what extensions name as their `mesh` follow the new `numbers`, whatever they are; returns how often one names a mesh that is
+/// gone, which is left as it is.
+pub(super) fn follow_in_extensions(json: &mut Value, numbers: &[Option<usize>]) -> usize {
+    follow(json, false, numbers)
+}
+
+fn follow(json: &mut Value, is_extension: bool, numbers: &[Option<usize>]) -> usize {
+    let mut gone = 0;
+    match json {
+        Value::Array(values) => {
+            gone += values.iter_mut().map(|value| follow(value, is_extension, numbers)).sum::<usize>()
+        }
+        Value::Object(map) => {
+            for (key, value) in map {
+                let named = value.as_u64().filter(|_| is_extension && key == "mesh");
+                match named.and_then(|number| numbers.get(number as usize)) {
+                    Some(Some(number)) => *value = (*number).into(),
+                    Some(None) => gone += 1,
+                    // What applications keep for themselves is theirs.
+                    None if key == "extras" => {}
+                    None => gone += follow(value, is_extension || key == "extensions", numbers),
+                }
+            }
+        }
+        _ => {}
+    }
+    gone
+}
+
 enum Renamed {
     To(String),
     Gone,
@@ -101,6 +130,20 @@ mod tests {
         let mut only = json!({ "animations": [{ "channels": [weigh(0)] }] });
         stop_animations(&mut only, &[0], &[None]);
         assert_eq!(only, json!({}));
+    }
+
+    #[test]
+    fn extensions_name_the_meshes_that_they_did() {
+        let mut json = json!({
+            "nodes": [{ "mesh": 2, "extras": { "mesh": 2 }, "extensions": { "A": { "mesh": 2, "extras": { "mesh": 2 } } } }],
+            "extensions": { "B": { "colliders": [{ "mesh": 0 }, { "mesh": 1 }, { "mesh": "1", "meshes": 2 }] } },
+        });
+        assert_eq!(follow_in_extensions(&mut json, &[None, Some(0), Some(1)]), 1);
+        let expected = json!({
+            "nodes": [{ "mesh": 2, "extras": { "mesh": 2 }, "extensions": { "A": { "mesh": 1, "extras": { "mesh": 2 } } } }],
+            "extensions": { "B": { "colliders": [{ "mesh": 0 }, { "mesh": 0 }, { "mesh": "1", "meshes": 2 }] } },
+        });
+        assert_eq!(json, expected);
     }
 
     #[test]

@@ -153,11 +153,15 @@ pub(super) struct Instances {
 }
 
 /// The instances of each mesh. With a skin, whose joints place it, it stays where it is, once for all such nodes; so does one
-/// whose transform cannot be undone, which is shown nowhere.
+/// whose transform cannot be undone, which is shown nowhere. `repeats` tells the transforms of a node's instances to its space,
+/// where these are not nodes.
 ///
 /// # Errors
-/// [`crate::Error::Format`] for nodes that are their own descendants or have two parents.
-pub(super) fn instances(json: &Value) -> Result<Vec<Instances>> {
+/// [`crate::Error::Format`] for nodes that are their own descendants or have two parents; those of `repeats`.
+pub(super) fn instances(
+    json: &Value,
+    repeats: impl Fn(&Json<'_>) -> Result<Option<Vec<DAffine3>>>,
+) -> Result<Vec<Instances>> {
     let root = Json::root(json);
     let nodes = root.elements("nodes")?;
     let transforms = world_transforms(&nodes)?;
@@ -171,13 +175,19 @@ pub(super) fn instances(json: &Value) -> Result<Vec<Instances>> {
             return Err(node.error(format!("has no meshes[{mesh}]")));
         }
         let is_skinned = node.get("skin").is_some();
-        let placement = if is_skinned { Some(Placement::IDENTITY) } else { Placement::of(transform) };
+        let repeated = if is_skinned { None } else { repeats(node)? };
         let name = node.value.get("name").and_then(Value::as_str).unwrap_or_default();
-        let instance = placement.map(|placement| Instance { placement, name: name.into() });
+        let instance = |placement| Instance { placement, name: name.into() };
+        let transforms = repeated.unwrap_or_else(|| vec![DAffine3::IDENTITY]);
+        let placements = transforms.into_iter().filter_map(|own| match is_skinned {
+            true => Some(Placement::IDENTITY),
+            false => Placement::of(transform * own),
+        });
+        let mut all = placements.map(instance);
         if are_shown[number] && !(is_skinned && std::mem::replace(&mut has_skin[mesh], true)) {
-            of_shown[mesh].extend(instance);
+            of_shown[mesh].extend(all);
         } else if of_others[mesh].is_none() {
-            of_others[mesh] = instance;
+            of_others[mesh] = all.next();
         }
     }
     Ok(of_shown.into_iter().zip(of_others).map(|(shown, other)| Instances::of(shown, other)).collect())
@@ -278,7 +288,7 @@ mod tests {
     use super::*;
 
     fn of(nodes: Value) -> Result<Vec<Instances>> {
-        instances(&json!({ "nodes": nodes, "meshes": [{}, {}] }))
+        instances(&json!({ "nodes": nodes, "meshes": [{}, {}] }), |_| Ok(None))
     }
 
     #[test]
@@ -308,7 +318,7 @@ mod tests {
             let mut file =
                 json!({ "nodes": [shift(1.0), shift(2.0), flat, skinned, skinned, shift(7.0)], "meshes": [{}] });
             more.as_object().expect("an object").iter().for_each(|(key, value)| file[key] = value.clone());
-            let Instances { first, others } = instances(&file).expect("a tree").remove(0);
+            let Instances { first, others } = instances(&file, |_| Ok(None)).expect("a tree").remove(0);
             let place = |at: &Instance| at.placement.position_to_scene(DVec3::ZERO).x;
             let others = others.iter().map(|other| place(other) + place(&first)).collect::<Vec<f64>>();
             (place(&first), others)

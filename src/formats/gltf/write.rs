@@ -54,7 +54,9 @@ pub(super) fn fill(mesh: &Mesh, document: &Gltf) -> File {
     if !lost.is_empty() {
         let (count, all) = (lost.len(), document.parts.len());
         file.warnings.push(format!("primitives without faces left, which are not written: {count} of {all}"));
-        drop_primitives(&mut file.json, &lost);
+        let hanging = drop_primitives(&mut file.json, &lost);
+        let told = format!("meshes that extensions name and that have no faces left, which are not written: {hanging}");
+        file.warnings.extend((hanging > 0).then_some(told));
     }
     if !is_quantized(&file.json) {
         forget(&mut file.json, QUANTIZED);

@@ -33,7 +33,12 @@ impl Libraries {
     pub(in crate::formats) fn leaves_behind(&self, output: &Path) -> bool {
         let Some(from) = &self.folder else { return false };
         let to = output.parent().unwrap_or(Path::new(""));
-        self.names.iter().any(|name| from.join(name).is_file() && !to.join(name).is_file())
+        let is_left = |name: &str| from.join(name).is_file() && !to.join(name).is_file();
+        self.names.iter().any(|library| match from.join(library).is_file() {
+            true => is_left(library),
+            // As they are read: several names.
+            false => library.split_whitespace().any(is_left),
+        })
     }
 
     /// What a user should know of what is lost, whatever the mesh is written as.
@@ -226,6 +231,26 @@ fn rounded(number: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_left_behind_is_told_of_one_name_with_spaces_and_of_several() {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::create_dir(folder.path().join("out")).expect("a folder");
+        let beside = |names: &[&str]| {
+            let names = names.iter().map(|name| (*name).to_string()).collect();
+            Libraries { names, folder: Some(folder.path().into()), ..Libraries::default() }
+        };
+        let is_left = |names: &[&str]| beside(names).leaves_behind(&folder.path().join("out/a.obj"));
+        let write = |name: &str| std::fs::write(folder.path().join(name), "newmtl a").expect("a file");
+        assert!(!is_left(&["a.mtl b.mtl"]));
+        write("b.mtl");
+        assert!(is_left(&["a.mtl b.mtl"]) && is_left(&["b.mtl"]) && !is_left(&["a.mtl", "b .mtl"]));
+        write("out/b.mtl");
+        assert!(!is_left(&["a.mtl b.mtl"]));
+        write("a.mtl b.mtl");
+        assert!(is_left(&["a.mtl b.mtl"]));
+        assert!(!beside(&["b.mtl"]).leaves_behind(&folder.path().join("a.obj")));
+    }
 
     #[test]
     fn libraries_are_read_as_far_as_they_go() {
