@@ -5,7 +5,10 @@
 //! - every index in `faces` is below `positions.len()`;
 //! - every coordinate is finite;
 //! - `normals`, `colors` and channels, where present, have one row a vertex;
-//! - `texcoords`, `face_colors` and materials, where present, have one row a face, and all texture coordinates are finite.
+//! - `texcoords`, `face_colors` and materials, where present, have one row a face;
+//! - normals, colors and texture coordinates are finite.
+//!
+//! Functions that return no [`Result`] do not call it, and panic on an index out of range.
 
 pub mod adjacency;
 pub(crate) mod arrange;
@@ -166,6 +169,16 @@ impl Mesh {
         }
         self.channels.iter().try_for_each(|channel| channel.check(vertex_count))?;
         self.materials.iter().try_for_each(|materials| materials.check(self.faces.len()))?;
+        let normals = self.normals.as_deref().unwrap_or_default();
+        if let Some(v) = first_where(normals, |normal| !normal.is_finite()) {
+            return Err(Error::Mesh(format!("vertex {v} has a normal that is not finite: {}", normals[v])));
+        }
+        for (of, colors) in [("vertex", &self.colors), ("face", &self.face_colors)] {
+            let colors = colors.as_deref().unwrap_or_default();
+            if let Some(row) = first_where(colors, |color| !color.iter().all(|channel| channel.is_finite())) {
+                return Err(Error::Mesh(format!("{of} {row} has a color that is not finite: {:?}", colors[row])));
+            }
+        }
         let texcoords = self.texcoords.as_deref().unwrap_or_default();
         if let Some(f) = first_where(texcoords, |corners| corners.iter().any(|uv| !uv.is_finite())) {
             return Err(Error::Mesh(format!(

@@ -6,7 +6,7 @@ use super::atlas::Patch;
 use crate::math::DVec2;
 
 /// Samples at texels after which the texels get larger: a texture that repeats on many faces is sampled on each of them.
-const MOST_SAMPLES: f64 = (1 << 24) as f64;
+const MOST_SAMPLES: f64 = (1 << 20) as f64;
 
 /// The part of the texture that faces use.
 pub(super) struct Extent {

@@ -49,7 +49,7 @@ pub struct MaterialTexture {
 ///
 /// Coordinates outside `[0, 1]` are taken as they are. Faces without an area in the texture take no part. Where no
 /// texel's center lies in a face (tiny charts far apart), the corners, midpoints and centers count as texels. Texels
-/// get larger when the texture is used so often that there would be more than 2²⁴ samples.
+/// get larger when the texture is used so often that there would be more than 2²⁰ samples.
 ///
 /// # Errors
 /// [`Error::Mesh`] for an invalid mesh, [`Error::Parameter`] for no texels or more than 16,384.
