@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
+use std::io;
 use std::path::{Component, Path, PathBuf};
 
 use crate::error::{Error, Result};
@@ -65,11 +66,11 @@ struct Found {
 ///
 /// A folder is searched with all its folders, hidden ones and links to folders left out; folders and globs give the files
 /// whose extension names a mesh format, and none of those in `outputs`, unless it is a folder in there that is searched. A file
-/// that is named itself is an input even if it is not there: reading tells.
+/// that is named itself is an input even if it is not there: reading tells. What has no extension would be a folder.
 ///
 /// # Errors
 /// [`Error::Parameter`] for a glob or folder without a mesh file, and for a malformed glob or sample;
-/// [`Error::Read`] for a folder that cannot be listed.
+/// [`Error::Read`] for a folder that is not there or cannot be listed.
 pub fn list(requests: &[Request], outputs: &Path) -> Result<Vec<Input>> {
     let outputs = fs::canonicalize(outputs).ok();
     let mut found = Vec::new();
@@ -109,6 +110,10 @@ fn find(request: &Request, outputs: Option<&Path>) -> Result<Vec<Found>> {
         walk(&root, &mut files)?;
         root
     } else if path.exists() || *is_literal || !text.contains(['*', '?', '[']) {
+        // Without an extension a folder was meant.
+        if !path.exists() && !is_literal && path.extension().is_none() {
+            return Err(Error::Read { path: path.into(), source: io::ErrorKind::NotFound.into() });
+        }
         let file = absolute(path);
         let root = file.parent().map(Path::to_path_buf);
         return one(Origin::File(file), root);
@@ -126,12 +131,17 @@ fn find(request: &Request, outputs: Option<&Path>) -> Result<Vec<Found>> {
         let folder = if fixed.as_os_str().is_empty() { Path::new(".") } else { &fixed };
         fs::canonicalize(folder).unwrap_or_else(|_| absolute(folder))
     };
+    let found_any = !files.is_empty();
     // Who searches a folder among the outputs means what is in it.
     if let Some(outputs) = outputs.filter(|&outputs| root == outputs || !root.starts_with(outputs)) {
         files.retain(|file| !file.starts_with(outputs));
     }
     if files.is_empty() {
-        return Err(Error::Parameter(format!("'{text}' names no mesh file: known are .obj, .ply, .stl and .off")));
+        let why = match found_any {
+            true => "names none but files in the folder of outputs: give them another",
+            false => "names no mesh file: known are .obj, .ply, .stl, .off, .gltf and .glb, also with .gz or .zst",
+        };
+        return Err(Error::Parameter(format!("'{text}' {why}")));
     }
     let found = |file| Found { origin: Origin::File(file), root: Some(root.clone()), recipe: *recipe };
     Ok(files.into_iter().map(found).collect())

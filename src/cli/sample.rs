@@ -19,6 +19,12 @@ pub fn run(args: &args::Sample) -> anyhow::Result<Exit> {
     let Source::Sample { name, faces, .. } = Source::new(&format!("sample:{spec}"), None)? else {
         return Err(refuse(Exit::Usage, format!("'{}' is no sample", args.sample)));
     };
+    if args.output == "-" {
+        return Err(refuse(
+            Exit::Usage,
+            "a sample is written to a file, not to standard output: name one, such as out.ply",
+        ));
+    }
     let sink = Sink::new(&args.output, None)?;
     sink.check(None, args.overwrite)?;
     let path = args.output.as_ref();

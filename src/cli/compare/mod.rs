@@ -116,7 +116,7 @@ impl Job {
 fn carries_colors(path: &Path) -> anyhow::Result<()> {
     let (format, _) = Format::from_path(path)?;
     if format.traits().colors.is_empty() {
-        let message = format!("{} carries no colors: write the heat map as PLY, OBJ or OFF", format.name());
+        let message = format!("{} carries no colors: write the heat map as PLY, OBJ, OFF, glTF or GLB", format.name());
         return Err(refuse(Exit::Unsupported, message));
     }
     Ok(())
