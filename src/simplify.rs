@@ -58,7 +58,8 @@ impl Default for Method {
     }
 }
 
-/// When to stop: the first limit reached ends the run. Every field is optional, one must be given.
+/// When to stop: the first limit reached ends the run. Contraction and removal need one; clustering does unless a grid is given, and
+/// then takes none; partition takes error limits alone, or none.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Budget {
     /// Faces to keep.
@@ -179,7 +180,7 @@ pub struct Blocked {
     /// Would join two borders or pull a border into the surface.
     pub border: u64,
     /// Both ends are locked, or one is a hub of hundreds of faces; of vertex removal the vertices that stay. Counted when
-    /// a run is stuck.
+    /// a run is stuck, or ends at its error limit.
     pub lock: u64,
     /// Both ends are on a seam of the texture, which stays.
     pub seam: u64,
@@ -344,7 +345,7 @@ pub struct Progress {
     pub target: usize,
 }
 
-/// Called after every round, and after every grid that clustering tries; break to cancel.
+/// Called after every round, every grid that clustering tries and every pass of a partition; break to cancel.
 pub type OnProgress<'a> = dyn FnMut(Progress) -> ControlFlow<()> + Send + 'a;
 
 /// Loads what `method` runs on a GPU, so that the first mesh does not wait for kernels to be compiled. Meant to go on while
@@ -386,8 +387,9 @@ pub fn simplify(
 /// Contraction makes all levels in one run. It meets the budgets from fine to coarse, whatever their order, and restores a mesh
 /// where it meets one, so that each level's contractions are the first of the next one's. A level is as near as a run of its own,
 /// and the same bytes on every device, but not the bytes of that run: rounds are chosen for the coarsest level. Fits and
-/// flips are applied to each level, and the run goes on from where it was. Where seams yield, or creases are compared
-/// ([`Seams`](contract::Seams)), levels come from up to four runs, and each is the best that any of these made of it; one
+/// flips are applied to each level, and the run goes on from where it was. Where seams yield, creases are compared
+/// ([`Seams`](contract::Seams)), or vertices that are not manifold move ([`NonManifold`](contract::NonManifold)), levels come from
+/// several runs, and each is the best that any of these made of it; one
 /// that small parts keep from its number of faces is made by itself without them, and finer ones that are farther off; those that
 /// small holes keep from theirs are made of a mesh without these, by themselves where others close. Every other method runs once
 /// a budget.

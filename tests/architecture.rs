@@ -9,7 +9,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("error", &[]),
     ("math", &[]),
     ("mesh", &["error", "math"]),
-    ("spatial", &["error", "math", "mesh"]),
+    ("spatial", &["math", "mesh"]),
     ("backend", &["error"]),
     // `Device::open` lies here, for it runs the self-test, which is made of kernels.
     ("kernel", &["backend", "error", "math"]),
@@ -21,10 +21,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("partition", &["backend", "error", "kernel", "math", "mesh", "polish", "simplify", "spatial"]),
     // Follows any driver; those take its options along and never call it.
     ("polish", &["backend", "error", "kernel", "math", "mesh", "spatial"]),
-    (
-        "simplify",
-        &["backend", "cluster", "contract", "error", "math", "mesh", "partition", "polish", "progressive", "removal"],
-    ),
+    ("simplify", &["backend", "cluster", "contract", "error", "mesh", "partition", "polish", "progressive", "removal"]),
     // Works on what a run made; its tests run one.
     ("lod", &["backend", "contract", "error", "mesh", "simplify"]),
     // What materials look like: readers make it of files, pictures are made of it.
@@ -42,7 +39,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     // Runs methods and measures what they make: above both.
     ("papers", &["backend", "contract", "error", "mesh", "metrics", "partition", "simplify"]),
-    ("report", &["error", "looks", "math", "mesh", "metrics", "simplify", "spatial"]),
+    ("report", &["error", "looks", "math", "mesh"]),
     // The command line uses the library by its public name and nothing uses the command line.
     ("cli", &[]),
 ];
@@ -83,12 +80,12 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The files of these extensions below `folder`, sorted.
+/// The files of these extensions below `folder`, sorted; with an empty one also those without any.
 fn sources(folder: &str, extensions: &[&str]) -> Vec<Source> {
     let mut files = Vec::new();
     collect(&root().join(folder), &mut files);
     files.sort();
-    let named = |path: &Path| path.extension().is_some_and(|e| extensions.iter().any(|wanted| e == *wanted));
+    let named = |path: &Path| extensions.iter().any(|wanted| path.extension().unwrap_or_default() == *wanted);
     files
         .into_iter()
         .filter(|path| named(path))
@@ -101,7 +98,7 @@ fn sources(folder: &str, extensions: &[&str]) -> Vec<Source> {
 }
 
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).into_iter().flatten() {
+    for entry in fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display())) {
         let path = entry.expect("an entry").path();
         if path.is_dir() { collect(&path, files) } else { files.push(path) }
     }
@@ -157,16 +154,7 @@ fn forbidden_imports(source: &Source) -> Vec<String> {
     let is_driver = MAY_USE.iter().any(|(name, used)| *name == "simplify" && used.contains(&module));
     let mut faults = Vec::new();
     for path in crate_paths(&source.code()) {
-        let mut segments = path.split("::");
-        let used = segments.next().unwrap_or_default();
-        let word = segments.next();
-        // Names that the crate's root gives out stand for the module they come from.
-        let used = match used {
-            "Mesh" => "mesh",
-            "Device" => "backend",
-            "Error" | "Result" => "error",
-            used => used,
-        };
+        let (used, word) = (used_module(&path), path.split("::").nth(1));
         if used != module && !allowed.contains(&used) {
             faults.push(format!("{}: {module} must not use {path}", source.path));
         } else if is_driver && used == "simplify" && !word.is_some_and(|word| DRIVER_WORDS.contains(&word)) {
@@ -206,14 +194,42 @@ fn super_to_the_root(source: &Source) -> Vec<String> {
     faults
 }
 
-/// Names of wgpu outside the files that may know it.
-fn stray_wgpu(source: &Source) -> Vec<String> {
-    let may = source.path.starts_with("src/backend/gpu");
+/// Packages that only files whose paths begin so may know.
+const KNOWN_BY: [(&str, &str); 2] = [("wgpu", "src/backend/gpu"), ("glam", "src/math/")];
+
+/// Names of packages outside the files that may know them.
+fn stray_packages(source: &Source) -> Vec<String> {
     let code = source.code();
-    let names = code
-        .match_indices("wgpu")
-        .filter(|&(at, name)| !code[..at].ends_with(is_word) && !code[at + name.len()..].starts_with(is_word));
-    if may || names.count() == 0 { Vec::new() } else { vec![format!("{}: names wgpu", source.path)] }
+    let is_named = |package: &str| {
+        let is_whole =
+            |(at, name): (usize, &str)| !code[..at].ends_with(is_word) && !code[at + name.len()..].starts_with(is_word);
+        code.match_indices(package).any(is_whole)
+    };
+    let strays = KNOWN_BY.iter().filter(|(package, place)| !source.path.starts_with(place) && is_named(package));
+    strays.map(|(package, _)| format!("{}: names {package}", source.path)).collect()
+}
+
+/// Edges of the table that no source takes.
+fn unused_edges(sources: &[Source]) -> Vec<String> {
+    let taken: BTreeSet<(&str, String)> = sources
+        .iter()
+        .filter_map(|source| Some((source.module()?, source.code())))
+        .flat_map(|(module, code)| crate_paths(&code).into_iter().map(move |path| (module, used_module(&path).into())))
+        .collect();
+    let all = MAY_USE.iter().flat_map(|(module, used)| used.iter().map(move |used| (*module, (*used).to_string())));
+    let unused = all.filter(|edge| !taken.contains(edge));
+    unused.map(|(module, used)| format!("{module} does not use {used}: take it out of the table")).collect()
+}
+
+/// The top-level module that a path below the crate leads to.
+fn used_module(path: &str) -> &str {
+    // Names that the crate's root gives out stand for the module they come from.
+    match path.split("::").next().unwrap_or_default() {
+        "Mesh" => "mesh",
+        "Device" => "backend",
+        "Error" | "Result" => "error",
+        used => used,
+    }
 }
 
 /// The citation keys in a text: `LT98` in `[LT98]` and `\[LT98\]`.
@@ -286,7 +302,8 @@ fn modules_use_only_what_the_table_allows() {
     assert!(edges > 100, "{edges} imports found");
     assert_none(sources.iter().flat_map(forbidden_imports).collect());
     assert_none(sources.iter().flat_map(super_to_the_root).collect());
-    assert_none(sources.iter().flat_map(stray_wgpu).collect());
+    assert_none(sources.iter().flat_map(stray_packages).collect());
+    assert_none(unused_edges(&sources));
 }
 
 #[test]
@@ -304,10 +321,12 @@ fn citations_are_in_the_references() {
 
 #[test]
 fn nothing_names_a_path_of_one_machine() {
-    let texts = ["rs", "wgsl", "md", "toml", "sh", "txt"];
-    let mut sources = ["src", "shaders", "tests", "benches", "examples", ".cargo", ".ci"]
+    let texts = ["rs", "wgsl", "md", "toml", "sh", "txt", ""];
+    let mut sources = ["src", "shaders", "tests", "benches", "docs", ".cargo", ".ci"]
         .map(|folder| sources(folder, &texts))
         .concat_all();
+    let has = |path: &str| sources.iter().any(|source| source.path == path);
+    assert!(has("docs/DECISIONS.md") && has(".ci/run") && has("tests/run.sh"));
     for entry in fs::read_dir(root()).expect("the root") {
         let path = entry.expect("an entry").path();
         if path.extension().is_some_and(|e| e == "md" || e == "toml") {
@@ -328,6 +347,7 @@ fn no_file_is_two_things() {
         sources("benches", &["rs"]),
     ]
     .concat_all();
+    assert!(sources.len() > 100, "{} files found", sources.len());
     assert_none(sources.iter().flat_map(too_long).collect());
 }
 
@@ -380,12 +400,23 @@ fn a_way_to_the_root_by_super_is_found() {
 }
 
 #[test]
-fn a_stray_wgpu_is_found() {
-    let faults = |path: &str, text: &str| stray_wgpu(&Source::new(path, text)).len();
+fn a_stray_package_is_found() {
+    let faults = |path: &str, text: &str| stray_packages(&Source::new(path, text)).len();
+    assert_eq!(faults("src/contract/driver.rs", "use glam::Vec3;"), 1);
+    assert_eq!(faults("src/math/mod.rs", "pub use glam::{Vec2, Vec3};"), 0);
     assert_eq!(faults("src/contract/driver.rs", "let device: wgpu::Device;"), 1);
     assert_eq!(faults("src/backend/queue.rs", "use wgpu;"), 1);
     assert_eq!(faults("src/backend/gpu_buffer.rs", "use wgpu::Buffer;"), 0);
     assert_eq!(faults("src/backend/mod.rs", "// only gpu*.rs may name wgpu\nlet wgpus = 1;"), 0);
+}
+
+#[test]
+fn an_edge_that_nobody_takes_is_found() {
+    let one = [Source::new("src/mesh/weld.rs", "use crate::{Error, math::Vec3};")];
+    let unused = unused_edges(&one);
+    let count: usize = MAY_USE.iter().map(|(_, used)| used.len()).sum();
+    assert_eq!(unused.len(), count - 2);
+    assert!(unused.iter().all(|fault| !fault.starts_with("mesh ")), "{unused:?}");
 }
 
 #[test]

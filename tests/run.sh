@@ -1,5 +1,6 @@
 #!/bin/sh
-# Every check of the project. Needs Rust with rustfmt and clippy; installs software Vulkan where no driver is.
+# Every check of the project. Needs Rust with rustfmt and clippy; where apt-get is, installs software Vulkan if there is no
+# driver, and g++ if there is no C++ compiler.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -12,8 +13,16 @@ command -v cargo >/dev/null || fail "no cargo: install Rust, see https://rustup.
 cargo fmt --version >/dev/null 2>&1 || fail "no rustfmt: run 'rustup component add rustfmt'"
 cargo clippy --version >/dev/null 2>&1 || fail "no clippy: run 'rustup component add clippy'"
 
-as_root=
-[ "$(id -u)" -eq 0 ] || as_root=sudo
+# Installs packages, of which the first is what is missing.
+install() {
+    as_root=
+    if [ "$(id -u)" -ne 0 ]; then
+        command -v sudo >/dev/null || fail "no sudo to install $1 with: install it"
+        as_root=sudo
+    fi
+    $as_root apt-get update
+    $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "$@"
+}
 
 # A Vulkan driver announces itself by a file.
 has_vulkan() {
@@ -26,15 +35,12 @@ has_vulkan() {
 
 if [ "$(uname)" = Linux ] && ! has_vulkan; then
     command -v apt-get >/dev/null || fail "no Vulkan driver and no apt-get: install Mesa's software Vulkan (lavapipe)"
-    [ -z "$as_root" ] || command -v sudo >/dev/null || fail "no Vulkan driver and no sudo: install mesa-vulkan-drivers"
-    $as_root apt-get update
-    $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends mesa-vulkan-drivers libvulkan1
+    install mesa-vulkan-drivers libvulkan1
 fi
 
 # The benches compare with meshoptimizer, which is C++.
 if ! command -v c++ >/dev/null && command -v apt-get >/dev/null; then
-    $as_root apt-get update
-    $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends g++
+    install g++
 fi
 
 # A test that finds no adapter fails instead of skipping.

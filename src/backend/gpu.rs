@@ -160,7 +160,13 @@ impl Gpu {
     }
 
     /// A zeroed buffer for rows that have so many bytes on the host.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] for more than 32-bit numbers tell, by which shaders look rows up, or the adapter binds.
     pub(super) fn buffer(&self, rows: usize, row_bytes: usize) -> Result<GpuBuffer> {
+        if rows > u32::MAX as usize {
+            return Err(Error::Limit(format!("the mesh is too large for a GPU: {rows} rows in one buffer")));
+        }
         let stride = stride(row_bytes);
         let (bytes, shift) = (rows as u64 * stride, self.page_shift(stride));
         let (pages, bound) = ((rows as u64).div_ceil(1 << shift), self.max_pages());

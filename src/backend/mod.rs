@@ -28,7 +28,7 @@ use bytemuck::Pod;
 
 use crate::error::Error;
 
-pub use awake::Awake;
+pub(crate) use awake::Awake;
 pub use buffer::{Access, Binding, Buffer, Member, Row};
 pub(crate) use device::Threads;
 pub use device::{Device, GpuOptions, Selector};

@@ -1,8 +1,6 @@
 //! Where the vertex of a pair goes: where it costs least, unless planes do not tell how far out that is, or faces fold there.
 
-use glam::Vec3;
-
-use crate::math::DVec3;
+use crate::math::{DVec3, Vec3};
 
 use super::Placement;
 use super::advance::{Advance, Away, drawn_back, leaving_crease};

@@ -52,7 +52,8 @@ impl CornerFace {
 /// The wedges of the ends that become one.
 #[derive(Debug, Clone)]
 pub struct Side {
-    /// Of every end, [`NO_WEDGE`] where it has none; for a pair the first's again in the last place.
+    /// Of every end, [`NO_WEDGE`] where it has none. In the last place that of a triangle; for a pair the first's again, or none where
+    /// it has one end's alone.
     pub wedges: [u32; ENDS],
 }
 

@@ -232,7 +232,7 @@ fn place_of(start: &Prepared, vertex: u32) -> DVec3 {
 }
 
 /// Twice as many holes as there seem to be, without a look at any: where vertices off the border have six faces each, those around a
-/// hole have three, and six more together, those along an outline six fewer, and those at the end of a tube neither \[Gauss–Bonnet\].
+/// hole have three, and six more together, those along an outline six fewer, and those at the end of a tube neither (Gauss and Bonnet).
 /// Many small sheets, as of grass, are told so in no time. Vertices stand by where they are, so that what is elsewhere does not count
 /// against it.
 fn expected(start: &Prepared) -> usize {

@@ -2,8 +2,8 @@
 //!
 //! # Reference
 //! \[LT98\] section 4: with n = (p1−p0)×(p2−p0) and d = n·p0 over the faces of both stars, the placement minimizes
-//! Σ(n·x − d)²/|n| subject to (Σn)·x = Σd, which keeps the volume. Departs: a face counts by its area times the squared
-//! distance to its plane, not by the square of its volume, in which large faces drown small ones; one regularized solve
+//! Σ(n·x − d)² subject to (Σn)·x = Σd, which keeps the volume. Departs: Σ(n·x − d)²/|n|, in which a face counts by its area times the
+//! squared distance to its plane, not by the square of its volume, where large faces drown small ones; one regularized solve
 //! instead of a choice of independent constraints; a pair at a border drops the volume constraint and adds the border
 //! term of its ends.
 
