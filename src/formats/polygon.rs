@@ -25,8 +25,8 @@ impl Triangulator {
     /// Appends the `corners.len() - 2` triangles of a polygon to `mesh`; none for fewer than three corners.
     ///
     /// A convex polygon becomes the fan of its first corner, a concave one is clipped ear by ear in its plane, with holes where
-    /// bridges join some to it. What
-    /// cannot be clipped (no area, crossing itself, too large) becomes the fan, so that no face is lost. The
+    /// bridges join some to it, and without the spikes of no width that it has. What cannot be clipped (no area, crossing itself,
+    /// too large) becomes the fan, so that no face is lost. The
     /// corners must be vertices of the mesh. Where it has texture coordinates, those of the corners go along; the corners
     /// without one get zeros.
     #[inline]
@@ -62,13 +62,44 @@ impl Triangulator {
                 {
                     return triangles.iter().for_each(|triangle| push(triangle.map(|i| self.places[i as usize])));
                 }
-                let clipped = if is_concave { self.clipper.clip(&self.flat, &[]) } else { None };
+                if !is_concave {
+                    return (2..count).for_each(|i| push([0, i - 1, i]));
+                }
+                // Spikes keep the clipper from all the rest.
+                self.take_spikes_off(&mut push);
+                let clipped = if is_convex(&self.rings) { None } else { self.clipper.clip(&self.rings, &[]) };
+                let mut push = |triangle: [usize; 3]| push(triangle.map(|i| self.places[i]));
                 match clipped {
                     Some(triangles) => triangles.iter().for_each(|triangle| push(triangle.map(|i| i as usize))),
-                    None => (2..count).for_each(|i| push([0, i - 1, i])),
+                    None => (2..self.places.len()).for_each(|i| push([0, i - 1, i])),
                 }
             }
         }
+    }
+
+    /// Calls `push` with triangles of no area for the corners where the outline turns back on itself, and for those that they come
+    /// back to; the places of all others go to `places`, and their points to `rings`.
+    fn take_spikes_off(&mut self, push: &mut impl FnMut([usize; 3])) {
+        let count = self.flat.len();
+        let mut before: Vec<usize> = (0..count).map(|place| (place + count - 1) % count).collect();
+        let mut after: Vec<usize> = (0..count).map(|place| (place + 1) % count).collect();
+        let (mut left, mut is_gone, mut open) = (count, vec![false; count], (0..count).rev().collect::<Vec<_>>());
+        while let Some(tip) = open.pop() {
+            let (from, to) = (before[tip], after[tip]);
+            if is_gone[tip] || left < 5 || self.flat[from] != self.flat[to] {
+                continue;
+            }
+            let next = after[to];
+            push([from, tip, to]);
+            push([from, to, next]);
+            (is_gone[tip], is_gone[to], left) = (true, true, left - 2);
+            (after[from], before[next]) = (next, from);
+            open.extend([next, from]);
+        }
+        self.places.clear();
+        self.places.extend((0..count).filter(|&place| !is_gone[place]));
+        self.rings.clear();
+        self.rings.extend(self.places.iter().map(|&place| self.flat[place]));
     }
 
     /// Takes a polygon apart where bridges, edges that it has both ways, join holes to what surrounds them: the outer ring and
@@ -272,6 +303,25 @@ mod tests {
             points.insert(repeated, dart[repeated]);
             let (faces, vector, area) = triangulate(&points);
             assert_eq!((faces.len(), vector, area), (3, DVec3::new(0., 0., 0.5), 0.5), "{repeated}: {faces:?}");
+        }
+    }
+
+    /// A C of two arcs with a spike without a width on its outer one: but for it no triangle is turned over.
+    #[test]
+    fn a_spike_leaves_the_rest_as_it_is() {
+        let arc = |radius: f64| {
+            (0..12).map(move |i| 0.4 + 0.49 * f64::from(i)).map(move |t| [radius * t.cos(), radius * t.sin(), 0.0])
+        };
+        let clean: Vec<[f64; 3]> = arc(1.0).chain(arc(0.8).rev()).collect();
+        let (_, area, _) = triangulate(&clean);
+        for at in 0..clean.len() {
+            let mut points = clean.clone();
+            let base = points[at];
+            points.insert(at + 1, base.map(|x| 1.2 * x));
+            points.insert(at + 2, base);
+            let (faces, vector, all) = triangulate(&points);
+            assert_eq!(faces.len(), points.len() - 2, "{at}");
+            assert!((vector - area).length() < 1e-12 && (all - area.length()).abs() < 1e-12, "{at}: {vector}, {all}");
         }
     }
 

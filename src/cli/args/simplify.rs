@@ -64,8 +64,8 @@ pub struct Target {
 
     /// Fraction of the faces to keep: 0.1 or 10%
     ///
-    /// Stops when this fraction of the input's faces is left. (VTK and trimesh give the fraction to remove: see
-    /// --reduction.)
+    /// Stops when this fraction of the input's faces is left; 0 asks for as few as can be. (VTK and trimesh give the fraction to
+    /// remove: see --reduction.)
     #[arg(short, long, value_name = "R|P%", value_parser = values::fraction)]
     pub ratio: Option<f64>,
 
