@@ -4,7 +4,7 @@ mod support;
 
 use std::ops::ControlFlow;
 
-use coarsen::contract::Options;
+use coarsen::contract::{Metric, Options};
 use coarsen::math::{DVec3, Vec2, Vec3};
 use coarsen::mesh::shapes;
 use coarsen::simplify::Progress;
@@ -58,6 +58,20 @@ fn an_odd_count_is_undercut_where_its_last_face_would_cost_far_more_than_all_oth
         let share = odd.area() / even.area();
         assert!((share - 1.0).abs() < 0.01, "{metric:?}: {share} of the area");
         assert_eq!(topology(&odd).border_loops, 1, "{metric:?}");
+    }
+}
+
+/// On a flat all pairs inside cost rounding, and all at a border that is not straight far more: no reason to miss a number.
+#[test]
+fn odd_counts_are_met_on_a_flat_with_a_jagged_border() {
+    let mut sheet = grid(20, 20);
+    for (i, p) in sheet.positions.iter_mut().enumerate() {
+        let is_on_border = [p.x, p.y].into_iter().any(|x| x == 0.0 || x == 20.0);
+        *p += DVec3::new((i * 7 % 5) as f64, (i * 11 % 5) as f64, 0.0) * if is_on_border { 0.1 } else { 0.0 };
+    }
+    for faces in [401, 201, 101] {
+        let outcome = contract(&sheet, &options(Metric::Volume), Budget::faces(faces));
+        assert_eq!(outcome.mesh.faces.len(), faces);
     }
 }
 

@@ -103,6 +103,13 @@ fn ply_keeps_properties_and_comments() {
     assert!(written.contains("property float confidence\nproperty int quality\n"), "{written}");
     let again = scene(&written, Format::Ply);
     assert_eq!(again.mesh, mesh);
+    let losses = |format| {
+        formats::write_scene_to(&mesh, &document, format, &WriteOptions::default(), &mut Vec::new()).expect("written")
+    };
+    let told = |losses: Vec<String>| {
+        losses.iter().any(|loss| loss == "the picture 'skin.png' that the PLY file names is not written")
+    };
+    assert!(told(losses(Format::Obj)) && told(losses(Format::Glb)) && !told(losses(Format::Ply)));
     // The same from bytes, through a file.
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("scan.ply.gz");

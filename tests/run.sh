@@ -1,6 +1,6 @@
 #!/bin/sh
-# Every check of the project. Needs Rust with rustfmt and clippy; where apt-get is, installs software Vulkan if there is no
-# driver, and g++ if there is no C++ compiler.
+# Every check of the project. Needs Rust with rustfmt and clippy; with apt-get, installs software Vulkan and g++ where no driver
+# and no C++ compiler are.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -14,10 +14,10 @@ cargo fmt --version >/dev/null 2>&1 || fail "no rustfmt: run 'rustup component a
 cargo clippy --version >/dev/null 2>&1 || fail "no clippy: run 'rustup component add clippy'"
 
 # Installs packages, of which the first is what is missing.
-install() {
+install_packages() {
     as_root=
     if [ "$(id -u)" -ne 0 ]; then
-        command -v sudo >/dev/null || fail "no sudo to install $1 with: install it"
+        command -v sudo >/dev/null || fail "no sudo: install $1 yourself"
         as_root=sudo
     fi
     $as_root apt-get update
@@ -35,12 +35,12 @@ has_vulkan() {
 
 if [ "$(uname)" = Linux ] && ! has_vulkan; then
     command -v apt-get >/dev/null || fail "no Vulkan driver and no apt-get: install Mesa's software Vulkan (lavapipe)"
-    install mesa-vulkan-drivers libvulkan1
+    install_packages mesa-vulkan-drivers libvulkan1
 fi
 
 # The benches compare with meshoptimizer, which is C++.
 if ! command -v c++ >/dev/null && command -v apt-get >/dev/null; then
-    install g++
+    install_packages g++
 fi
 
 # A test that finds no adapter fails instead of skipping.

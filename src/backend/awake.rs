@@ -31,7 +31,7 @@ struct Watch {
 }
 
 impl Awake {
-    /// For the pool of the calling thread, on which it depends; keeps nobody awake until it is roused.
+    /// For the pool of the calling thread, and so without a default; keeps nobody awake until it is roused.
     pub fn new() -> Self {
         let threads = rayon::current_thread_index().map_or(1, |_| rayon::current_num_threads());
         let kept = if threads <= cores() { threads.min(MOST) } else { 1 };

@@ -162,7 +162,7 @@ impl Gpu {
     /// A zeroed buffer for rows that have so many bytes on the host.
     ///
     /// # Errors
-    /// [`Error::Limit`] for more than 32-bit numbers tell, by which shaders look rows up, or the adapter binds.
+    /// [`Error::Limit`] for more rows than a 32-bit index tells apart, or more pages than the adapter binds.
     pub(super) fn buffer(&self, rows: usize, row_bytes: usize) -> Result<GpuBuffer> {
         if rows > u32::MAX as usize {
             return Err(Error::Limit(format!("the mesh is too large for a GPU: {rows} rows in one buffer")));

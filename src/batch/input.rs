@@ -66,7 +66,7 @@ struct Found {
 ///
 /// A folder is searched with all its folders, hidden ones and links to folders left out; folders and globs give the files
 /// whose extension names a mesh format, and none of those in `outputs`, unless it is a folder in there that is searched. A file
-/// that is named itself is an input even if it is not there: reading tells. What has no extension would be a folder.
+/// that is named itself is an input even if it is not there: reading tells. One without an extension is taken for a folder, which has to be there.
 ///
 /// # Errors
 /// [`Error::Parameter`] for a glob or folder without a mesh file, and for a malformed glob or sample;
@@ -138,7 +138,7 @@ fn find(request: &Request, outputs: Option<&Path>) -> Result<Vec<Found>> {
     }
     if files.is_empty() {
         let why = match found_any {
-            true => "names none but files in the folder of outputs: give them another",
+            true => "names only files in the folder of outputs: choose another for these",
             false => "names no mesh file: known are .obj, .ply, .stl, .off, .gltf and .glb, also with .gz or .zst",
         };
         return Err(Error::Parameter(format!("'{text}' {why}")));

@@ -138,13 +138,16 @@ pub fn all_keep<'a>(
 
 /// [`all_keep`] of triangles in the texture, the first corner of which moves, and whether each vanishes.
 fn all_triangles_keep(faces: impl Iterator<Item = ([DVec2; 3], bool)>, at: DVec2) -> bool {
-    // The least and the greatest of all areas, and of those after of faces that could turn over.
+    if !at.is_finite() {
+        return false;
+    }
+    // The least and the greatest of all areas, and of those that faces which could turn over have afterwards.
     let (mut areas, mut left) = ([0.0_f64; 2], [f64::INFINITY, f64::NEG_INFINITY]);
     for ([a, b, c], dies) in faces {
         let (area, after) = (orientation(a, b, c), orientation(at, b, c));
-        areas = with(areas, [area; 2]);
+        areas = spanned(areas, [area; 2]);
         let is_free = dies | ((area == 0.0) & (after == 0.0));
-        left = with(left, if is_free { [f64::INFINITY, f64::NEG_INFINITY] } else { [after; 2] });
+        left = spanned(left, if is_free { [f64::INFINITY, f64::NEG_INFINITY] } else { [after; 2] });
     }
     match [areas[1] > 0.0, areas[0] < 0.0] {
         [true, true] => false,
@@ -156,7 +159,7 @@ fn all_triangles_keep(faces: impl Iterator<Item = ([DVec2; 3], bool)>, at: DVec2
 
 /// The least and the greatest of both.
 #[inline(always)]
-fn with([low, high]: [f64; 2], [least, greatest]: [f64; 2]) -> [f64; 2] {
+fn spanned([low, high]: [f64; 2], [least, greatest]: [f64; 2]) -> [f64; 2] {
     [if least < low { least } else { low }, if greatest > high { greatest } else { high }]
 }
 

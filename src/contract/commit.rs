@@ -49,8 +49,8 @@ pub struct Committer {
     scratch: Vec<Candidate>,
     reach: Reach,
     crossings: Crossings,
-    /// Commits so far, of which a round may have several: another order among ties in each, for the whole surface that of patches in
-    /// the next.
+    /// Commits so far, of which a round may have several: another order among ties in each; the whole surface has that which
+    /// patches have in the next commit.
     pub commits: u32,
     /// What the dearest contraction of them cost.
     dearest: f32,

@@ -164,8 +164,8 @@ impl Facets {
         Self { most: (FACETS * vertices as f64) as usize, many: AtomicUsize::new(0) }
     }
 
-    /// Counts a vertex, of which it is told whether it has many normals; returns whether it is plain that they are those of facets.
-    /// The total decides, so that neither order nor threads do.
+    /// Counts a vertex with many normals, or one without; returns whether it is plain that they are those of facets. The total decides,
+    /// so that neither order nor threads do.
     fn are_found_at(&self, has_many_normals: bool) -> bool {
         let before = if has_many_normals { self.many.fetch_add(1, Relaxed) + 1 } else { self.many.load(Relaxed) };
         before > self.most
@@ -221,7 +221,8 @@ impl Input<'_> {
         let (&first, others) = ring.split_first()?;
         let source = |(face, corner): (usize, usize)| Source::of(self.mesh, self.layout, face, corner);
         let corner = self.corner(first, vertex);
-        let is_same = |&f: &u32| source(self.corner(f, vertex)) == source(corner);
+        let own = source(corner);
+        let is_same = |&f: &u32| source(self.corner(f, vertex)) == own;
         others.iter().all(is_same).then_some(corner)
     }
 

@@ -2,7 +2,7 @@
 //!
 //! # Invariants
 //! - No vertex is an end of two contractions of a round.
-//! - The quota is never passed, except by one face where it says so, and where parts join by the faces that cancel each other out.
+//! - The quota is never passed, except by one face where it may be overshot, and where parts join by the faces that cancel each other out.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -28,8 +28,9 @@ use super::star::Outside;
 /// How many faces a round may remove.
 ///
 /// Interior pairs remove two and border pairs one; where parts join also what cancels out, which no quota foretells. Where one
-/// is left to remove, only a border pair will do, unless the quota may be overshot by one face because no border pair did, or each
-/// is far dearer than all before. Triangles remove up to four, and leave what is less to pairs.
+/// is left to remove, only a border pair will do. One that is far dearer than all before waits for a round that may overshoot: there
+/// an interior pair that costs no more goes first, and so it does where no border pair is legal. Triangles remove up to four, and
+/// leave what is less to pairs.
 #[derive(Debug, Clone, Copy)]
 pub struct Quota {
     pub faces: usize,
@@ -40,8 +41,11 @@ pub struct Quota {
 /// How many times as much as the dearest of the run before, or its own first, a contraction costs at most in a commit of all pairs, of
 /// those on the whole surface. Where nearly all are refused, as those across a thin sheet, what nobody needs is soon among the first that are legal.
 const DEARER: f32 = 8.0;
-/// The same for the last face of a quota, which nothing but a pair at a border removes: 64 times as far off.
-const LAST: f32 = 4096.0;
+/// How many times as much as the dearest of the run before the last face of a quota costs at most, which only a pair at a border
+/// removes: 64 times as far off. With eight times open surfaces miss their number by one.
+const DEARER_LAST: f32 = 4096.0;
+/// What the dearest of a run costs at least for that: on a flat all others cost rounding. Edges have a length of about 1.
+const LEAST_DEAR: f32 = 1e-3;
 /// One attempt in this many is timed: a clock takes as long as a tenth of an attempt.
 const TIMED: u32 = 16;
 /// How many times as much a pair costs whose faces come to pass through others, where it is not refused: eight times as far off. With
@@ -154,13 +158,12 @@ impl<'a> Work<'a> {
                 overshooting.push(candidate);
                 continue;
             }
-            // The last face is not worth any price: half of a ground went for it. Another round may pass the quota for less. Before all
-            // others nothing tells what is dear.
-            if left == 1 && self.dearest > 0.0 && f32::from_bits(candidate.key) > LAST * self.dearest {
-                if quota.may_overshoot {
-                    self.overshoot(std::mem::take(&mut overshooting), quota, candidate.key);
+            if left == 1 && self.is_dear_for_last(candidate) {
+                if !quota.may_overshoot {
+                    return;
                 }
-                if !quota.may_overshoot || self.committed.faces_removed >= quota.faces {
+                self.overshoot(std::mem::take(&mut overshooting), quota, candidate.key);
+                if self.committed.faces_removed >= quota.faces {
                     return;
                 }
             }
@@ -171,7 +174,8 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Contracts the first of `candidates` that is legal and costs no more than `most`, as bits, though the quota is passed.
+    /// Contracts the first that is legal of `candidates`, and of those that turned out dearer, and costs no more than `most`, as bits,
+    /// though the quota is passed.
     fn overshoot(&mut self, candidates: Vec<Candidate>, quota: Quota, most: u32) {
         let mut rest = candidates.into_iter().peekable();
         while self.committed.faces_removed < quota.faces {
@@ -187,9 +191,15 @@ impl<'a> Work<'a> {
     /// Whether a commit of all pairs has done enough: cheaper ones may be free in the next.
     fn is_too_dear(&self, candidate: Candidate) -> bool {
         let Examiner { rules, may_wait, .. } = &self.examiner;
-        let may_end = self.of == Candidates::Pairs && !(*may_wait || rules.joins);
         let most = DEARER * self.dearest.max(self.cheapest);
+        let may_end = self.of == Candidates::Pairs && !(*may_wait || rules.joins);
         may_end && self.committed.contracted > 0 && f32::from_bits(candidate.key) > most
+    }
+
+    /// Whether a pair at a border costs too much for the last face: half of a ground went for it. Before the first contraction nothing
+    /// tells what is dear.
+    fn is_dear_for_last(&self, candidate: Candidate) -> bool {
+        self.dearest > 0.0 && f32::from_bits(candidate.key) > DEARER_LAST * self.dearest.max(LEAST_DEAR)
     }
 
     /// The next of those that are left, or of those that turned out dearer.

@@ -77,10 +77,17 @@ impl Triangulator {
         }
     }
 
-    /// Calls `push` with triangles of no area for the corners where the outline turns back on itself, and for those that they come
-    /// back to; the places of all others go to `places`, and their points to `rings`.
+    /// Calls `push` with triangles, of no area in the plane, for the corners where the outline turns back on itself, and for those that it
+    /// comes back to; the places of all others go to `places`, and their points to `rings`.
     fn take_spikes_off(&mut self, push: &mut impl FnMut([usize; 3])) {
         let count = self.flat.len();
+        self.places.clear();
+        self.rings.clear();
+        if (0..count).all(|place| self.flat[place] != self.flat[(place + 2) % count]) {
+            self.places.extend(0..count);
+            self.rings.extend_from_slice(&self.flat);
+            return;
+        }
         let mut before: Vec<usize> = (0..count).map(|place| (place + count - 1) % count).collect();
         let mut after: Vec<usize> = (0..count).map(|place| (place + 1) % count).collect();
         let (mut left, mut is_gone, mut open) = (count, vec![false; count], (0..count).rev().collect::<Vec<_>>());
@@ -96,9 +103,7 @@ impl Triangulator {
             (after[from], before[next]) = (next, from);
             open.extend([next, from]);
         }
-        self.places.clear();
         self.places.extend((0..count).filter(|&place| !is_gone[place]));
-        self.rings.clear();
         self.rings.extend(self.places.iter().map(|&place| self.flat[place]));
     }
 
@@ -306,7 +311,7 @@ mod tests {
         }
     }
 
-    /// A C of two arcs with a spike without a width on its outer one: but for it no triangle is turned over.
+    /// A C of two arcs with a spike without a width at one of its corners: the triangles cover what they do without it.
     #[test]
     fn a_spike_leaves_the_rest_as_it_is() {
         let arc = |radius: f64| {

@@ -153,6 +153,8 @@ pub fn read_scene_bytes(bytes: &[u8], format: Format, folder: Option<&Path>) -> 
         mesh.check()?;
     }
     let mut warnings = Vec::from_iter(not_finite::to_zero(&mut mesh));
+    let has_more = format == Format::Stl && stl::has_more(bytes);
+    warnings.extend(has_more.then(|| "numbers beside facets, which some programs keep colors in, are not read".into()));
     warnings.extend(document.gltf().and_then(|document| document.tell_foreign_joints(&mesh)));
     Ok(Scene { mesh, document, warnings })
 }
@@ -414,11 +416,15 @@ impl Document {
                 let has_any = !libraries.names.is_empty();
                 has_any.then(|| format!("the materials of the OBJ's libraries are not written: {name} names none"))
             }
-            Self::Ply(notes) => notes.loss(),
+            Self::Ply(notes) if format != Format::Ply => notes.loss_elsewhere(),
             _ => None,
         };
         let skipped = match self {
             Self::Obj(libraries) => libraries.loss(),
+            Self::Ply(notes) => notes.loss(),
+            Self::Gltf(document) if !matches!(format, Format::Gltf | Format::Glb) => {
+                document.has_points_or_lines().then(|| "points and lines of the glTF are not written".into())
+            }
             _ => None,
         };
         loss.into_iter().chain(skipped).collect()

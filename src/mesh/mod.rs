@@ -8,7 +8,7 @@
 //! - `texcoords`, `face_colors` and materials, where present, have one row a face;
 //! - normals, colors and texture coordinates are finite.
 //!
-//! Functions that return no [`Result`] do not call it, and panic on an index out of range.
+//! Functions that return no [`Result`] do not call `check`, and panic on an index out of range.
 
 pub mod adjacency;
 pub(crate) mod arrange;

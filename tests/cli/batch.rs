@@ -116,7 +116,7 @@ fn wrong_lines_are_refused_before_anything_is_made() {
         ("batch in -d out -r 50%,10% --pattern {stem}.{ext}", 2, "'0.ply' is the output of both"),
         ("batch in -d out -r 50% --pattern {faces}.ply", 2, "{faces} in a pattern needs numbers of faces"),
         ("batch in -d out -r 50% --pattern {stem}.fbx", 5, "'.fbx'"),
-        ("batch in -d in -r 50%", 2, "names none but files in the folder of outputs"),
+        ("batch in -d in -r 50%", 2, "names only files in the folder of outputs"),
         ("batch in/0.ply -d in -r 50%", 2, "'0.ply' is an input as well"),
         ("batch nothing/*.ply -d out -r 50%", 2, ".gltf and .glb"),
         ("batch in nothing -d out -r 50%", 4, "cannot read 'nothing'"),

@@ -59,6 +59,7 @@ fn wrong_arguments_are_usage_errors() {
         ("simplify in.obj out.obj -f 4 -q -v", "--quiet and --verbose"),
         ("simplify sample:horse out.obj -f 4", "there are: statue, part, terrain, assembly"),
         ("simplify sample:part@x out.obj -f 4", "sample:NAME@FACES"),
+        ("sample part -", "a sample is written to a file"),
         ("simplify sample:part@10 out.obj -f 4", "1000"),
         ("simplify in.obj in.obj -f 4", "is the input as well"),
         ("simplify in.obj in.obj -f 4 -w", "is the input as well"),

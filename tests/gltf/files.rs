@@ -127,7 +127,8 @@ fn pictures_left_behind_are_told() {
         .as_array_mut()
         .expect("primitives")
         .push(json!({ "mode": 0, "attributes": {} }));
-    let lines = builder.scene().document;
-    assert_eq!(warnings("out.ply", &lines), ["points and lines and textures are not written: PLY has none"]);
+    let with_points = builder.scene().document;
+    let told = ["textures are not written: PLY has none", "points and lines of the glTF are not written"];
+    assert_eq!(warnings("out.ply", &with_points), told);
     assert!(warnings("out.ply", &Document::None).is_empty());
 }

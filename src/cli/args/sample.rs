@@ -17,7 +17,7 @@ pub struct Sample {
 
     /// File to write: obj, ply, stl, off, gltf, glb, also with .gz or .zst
     ///
-    /// As in `coarsen simplify`, but for standard output.
+    /// As in `coarsen simplify`, but '-' is refused.
     #[arg(value_name = "OUT")]
     pub output: String,
 

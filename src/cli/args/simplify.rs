@@ -214,8 +214,8 @@ pub struct Shape {
     /// Sweeps of edge flips, or 'off'
     ///
     /// Turns edges of the result to the other diagonal of their faces where that brings it closer to the input, in at most
-    /// this many sweeps after the run, with any method. No vertex moves. What falls is the sum of squared distances: the greatest
-    /// distance may rise.
+    /// this many sweeps after the run, with any method. No vertex moves. It lowers the sum of squared distances; the greatest
+    /// may rise.
     #[arg(long, value_name = "N", default_value = "off", value_parser = values::sweeps)]
     pub flips: u32,
 

@@ -171,7 +171,7 @@ pub(super) fn forget(json: &mut Value, extension: &str) {
     }
 }
 
-/// Removes primitives, and the meshes that have none left from their nodes; returns how often an extension names such a mesh.
+/// Removes primitives, and the meshes that have none left from their nodes; returns how often an extension named such a mesh.
 pub(super) fn drop_primitives(json: &mut Value, lost: &[[usize; 2]]) -> usize {
     let mut numbers = Vec::new();
     let mut next = 0;

@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::formats::material::{Map, Material, Picture, kind_of};
 use crate::math::DVec2;
 
-/// What a picture does beside its sides: end, or go on in its mirror image.
+/// How a picture goes on beside its sides: by its edge, or by its mirror image.
 const CLAMP: usize = 33071;
 const MIRROR: usize = 33648;
 
@@ -53,7 +53,7 @@ fn describe(document: &Gltf, json: &Json<'_>, warnings: &mut Vec<String>) -> Res
     if let Some(texture) = surface.get(texture) {
         match map(document, &texture) {
             Ok((map, is_mirrored)) => {
-                let why = "goes on in mirror images, which a library cannot say: it repeats";
+                let why = "goes on in mirror images, which a library cannot say";
                 warnings.extend(is_mirrored.then(|| format!("the texture of {} {why}", json.path)));
                 material.map = Some(map);
             }
@@ -89,8 +89,8 @@ fn map(document: &Gltf, named: &Json<'_>) -> Result<(Map, bool)> {
         return Err(named.error(format!("goes by TEXCOORD_{set}, which a library cannot say")));
     }
     let sampler = texture.optional_whole("sampler")?.map(|sampler| root.element("samplers", sampler)).transpose()?;
-    let wrap = |side: &str| sampler.as_ref().map(|sampler| sampler.optional_whole(side)).transpose();
-    let [across, down] = [wrap("wrapS")?.flatten(), wrap("wrapT")?.flatten()];
+    let wrap = |side: &str| sampler.as_ref()?.optional_whole(side).ok().flatten();
+    let [across, down] = ["wrapS", "wrapT"].map(wrap);
     let upside_down = Map { picture, scale, offset, is_clamped: across == Some(CLAMP) };
     let is_mirrored = [across, down].contains(&Some(MIRROR));
     Ok((Map { offset: upside_down.turned_offset(), ..upside_down }, is_mirrored))

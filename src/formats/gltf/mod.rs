@@ -24,6 +24,7 @@ mod document;
 mod file;
 mod fresh;
 mod instances;
+mod instancing;
 mod json;
 mod looks;
 mod materials;
@@ -32,7 +33,6 @@ mod orphans;
 mod part;
 mod read;
 mod references;
-mod repeats;
 mod scene;
 mod skins;
 mod untextured;
@@ -133,11 +133,7 @@ impl Gltf {
     pub(super) fn told_parts(&self, keeps_colors: bool) -> Option<String> {
         let count = |key: &str| self.json.get(key).and_then(Value::as_array).map_or(0, Vec::len);
         let materials = if keeps_colors { "all of materials but base colors" } else { "materials" };
-        let is_flat = |primitive: &Value| primitive.get("mode").and_then(Value::as_u64).is_some_and(|mode| mode < 4);
-        let meshes = self.json.get("meshes").and_then(Value::as_array).into_iter().flatten();
-        let mut primitives = meshes.filter_map(|mesh| mesh.get("primitives")?.as_array()).flatten();
         let kinds = [
-            ("points and lines", primitives.any(is_flat)),
             // One alone puts the mesh where it is written.
             ("nodes", count("nodes") > 1),
             ("cameras", count("cameras") > 0),
@@ -148,6 +144,13 @@ impl Gltf {
         let told: Vec<&str> = kinds.into_iter().filter(|(_, is_there)| *is_there).map(|(kind, _)| kind).collect();
         let (last, others) = told.split_last()?;
         Some(if others.is_empty() { (*last).into() } else { format!("{} and {last}", others.join(", ")) })
+    }
+
+    /// Whether any primitive is one of points or lines, which go into no other format.
+    pub(super) fn has_points_or_lines(&self) -> bool {
+        let is_flat = |primitive: &Value| primitive.get("mode").and_then(Value::as_u64).is_some_and(|mode| mode < 4);
+        let meshes = self.json.get("meshes").and_then(Value::as_array).into_iter().flatten();
+        meshes.filter_map(|mesh| mesh.get("primitives")?.as_array()).flatten().any(is_flat)
     }
 
     /// Whether pictures lie in files of their own, which a file in another folder will not find.

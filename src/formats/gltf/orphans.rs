@@ -40,8 +40,8 @@ pub(super) fn stop_animations(json: &mut Value, bereft: &[u64], numbers: &[Optio
     }
 }
 
-/// Has what extensions name as their `mesh` follow the new `numbers`, whatever they are; returns how often one names a mesh that is
-/// gone, which is left as it is.
+/// Has what extensions name as their `mesh` follow the new `numbers`, whatever they are; where that mesh is gone they name none, and
+/// how often is returned.
 pub(super) fn follow_in_extensions(json: &mut Value, numbers: &[Option<usize>]) -> usize {
     follow(json, false, numbers)
 }
@@ -53,15 +53,18 @@ fn follow(json: &mut Value, is_extension: bool, numbers: &[Option<usize>]) -> us
             gone += values.iter_mut().map(|value| follow(value, is_extension, numbers)).sum::<usize>()
         }
         Value::Object(map) => {
-            for (key, value) in map {
-                let named = value.as_u64().filter(|_| is_extension && key == "mesh");
-                match named.and_then(|number| numbers.get(number as usize)) {
-                    Some(Some(number)) => *value = (*number).into(),
-                    Some(None) => gone += 1,
-                    // What applications keep for themselves is theirs.
-                    None if key == "extras" => {}
-                    None => gone += follow(value, is_extension || key == "extensions", numbers),
+            let number = map.get("mesh").and_then(Value::as_u64).filter(|_| is_extension);
+            match number.and_then(|number| numbers.get(number as usize)) {
+                Some(Some(number)) => drop(map.insert("mesh".into(), (*number).into())),
+                Some(None) => {
+                    map.remove("mesh");
+                    gone += 1;
                 }
+                None => {}
+            }
+            // What applications keep for themselves is theirs.
+            for (key, value) in map.iter_mut().filter(|(key, _)| *key != "extras") {
+                gone += follow(value, is_extension || key == "extensions", numbers);
             }
         }
         _ => {}
@@ -141,7 +144,7 @@ mod tests {
         assert_eq!(follow_in_extensions(&mut json, &[None, Some(0), Some(1)]), 1);
         let expected = json!({
             "nodes": [{ "mesh": 2, "extras": { "mesh": 2 }, "extensions": { "A": { "mesh": 1, "extras": { "mesh": 2 } } } }],
-            "extensions": { "B": { "colliders": [{ "mesh": 0 }, { "mesh": 0 }, { "mesh": "1", "meshes": 2 }] } },
+            "extensions": { "B": { "colliders": [{}, { "mesh": 0 }, { "mesh": "1", "meshes": 2 }] } },
         });
         assert_eq!(json, expected);
     }

@@ -2,9 +2,9 @@
 
 use super::accessor::Store;
 use super::color;
+use super::instancing::instance_transforms;
 use super::json::Json;
 use super::part::{JOINTS, Part, Place, Source};
-use super::repeats::repeats;
 use super::scene::{Instances, Placement, instances};
 use crate::error::Result;
 use crate::formats::attributes;
@@ -18,7 +18,7 @@ const WHITE: [f32; 4] = [1.0; 4];
 /// instances of each mesh.
 pub(super) fn mesh(store: &Store<'_>) -> Result<(Mesh, Vec<Part>, Vec<Instances>)> {
     let root = Json::root(store.json);
-    let instances = instances(store.json, |node| repeats(store, node))?;
+    let instances = instances(store.json, |node| instance_transforms(store, node))?;
     let mut sources = Vec::new();
     for (mesh, json) in root.elements("meshes")?.iter().enumerate() {
         let placement = instances.get(mesh).map_or(Placement::IDENTITY, |instances| instances.first.placement);

@@ -153,14 +153,14 @@ pub(super) struct Instances {
 }
 
 /// The instances of each mesh. With a skin, whose joints place it, it stays where it is, once for all such nodes; so does one
-/// whose transform cannot be undone, which is shown nowhere. `repeats` tells the transforms of a node's instances to its space,
-/// where these are not nodes.
+/// whose transform cannot be undone, which is shown nowhere. `instance_transforms` tells those of a node's instances to
+/// its space, where these are not nodes.
 ///
 /// # Errors
-/// [`crate::Error::Format`] for nodes that are their own descendants or have two parents; those of `repeats`.
+/// [`crate::Error::Format`] for nodes that are their own descendants or have two parents; those of `instance_transforms`.
 pub(super) fn instances(
     json: &Value,
-    repeats: impl Fn(&Json<'_>) -> Result<Option<Vec<DAffine3>>>,
+    instance_transforms: impl Fn(&Json<'_>) -> Result<Option<Vec<DAffine3>>>,
 ) -> Result<Vec<Instances>> {
     let root = Json::root(json);
     let nodes = root.elements("nodes")?;
@@ -175,7 +175,7 @@ pub(super) fn instances(
             return Err(node.error(format!("has no meshes[{mesh}]")));
         }
         let is_skinned = node.get("skin").is_some();
-        let repeated = if is_skinned { None } else { repeats(node)? };
+        let repeated = if is_skinned { None } else { instance_transforms(node)? };
         let name = node.value.get("name").and_then(Value::as_str).unwrap_or_default();
         let instance = |placement| Instance { placement, name: name.into() };
         let transforms = repeated.unwrap_or_else(|| vec![DAffine3::IDENTITY]);

@@ -1,6 +1,7 @@
 //! What the header of a PLY file says beside its mesh.
 
 use super::header::{Element, Header, Kind, Role};
+use super::looks::texture_file;
 
 /// The comments of a PLY file, and what of it is not read.
 #[derive(Debug, Clone, Default)]
@@ -19,6 +20,11 @@ impl Notes {
     /// The comments, each with its first word.
     pub fn comments(&self) -> &[String] {
         &self.comments
+    }
+
+    /// What a user should know of what another format loses.
+    pub(in crate::formats) fn loss_elsewhere(&self) -> Option<String> {
+        texture_file(&self.comments).map(|name| format!("the picture '{name}' that the PLY file names is not written"))
     }
 
     /// What a user should know of what is lost, whatever the mesh is written as.

@@ -6,7 +6,8 @@
 //! | 4 | facet count |
 //! | 50 a facet | normal and three vertices, 12 × f32; 2 free bytes |
 //!
-//! Which form a file has is decided by its length, not by its first word. The stored facet normals are ignored.
+//! Which form a file has is decided by its length, not by its first word. The stored facet normals are ignored, and so are
+//! the free bytes of facets, of which a warning tells.
 
 mod facets;
 mod join;
@@ -14,7 +15,7 @@ mod read;
 mod write;
 
 pub(crate) use facets::Facets;
-pub(super) use read::{is_binary, read};
+pub(super) use read::{has_more, is_binary, read};
 pub(super) use write::write;
 
 const FORMAT: &str = "STL";

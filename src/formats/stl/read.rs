@@ -23,6 +23,14 @@ pub(in crate::formats) fn is_binary(bytes: &[u8]) -> bool {
     facet_count(bytes).is_some_and(|count| expected_bytes(count) == bytes.len() as u64)
 }
 
+/// Whether a binary file has anything in the two bytes that each facet ends with.
+pub(in crate::formats) fn has_more(bytes: &[u8]) -> bool {
+    let facets = if is_binary(bytes) { bytes.get(HEADER_BYTES..).unwrap_or_default() } else { &[] };
+    facets.par_chunks(PIECE_FACETS * FACET_BYTES).any(|piece| {
+        piece.chunks_exact(FACET_BYTES).fold(0, |all, facet| all | facet[FACET_BYTES - 2] | facet[FACET_BYTES - 1]) != 0
+    })
+}
+
 fn facet_count(bytes: &[u8]) -> Option<u32> {
     let field = bytes.get(HEADER_BYTES - 4..HEADER_BYTES)?;
     Some(u32::from_le_bytes(field.try_into().ok()?))
@@ -167,6 +175,17 @@ mod tests {
     fn a_binary_file_may_start_with_solid() {
         let mesh = read(&binary(b"solid exported by somebody", 0.0)).unwrap();
         assert_eq!(mesh.faces, [[0, 1, 2]]);
+    }
+
+    #[test]
+    fn what_stands_beside_facets_is_noticed() {
+        for (at, is_free) in [(0, false), (79, false), (84, false), (131, false), (132, true), (133, true)] {
+            let mut bytes = binary(b"", 0.0);
+            assert!(!has_more(&bytes));
+            bytes[at] = 1;
+            assert_eq!(has_more(&bytes), is_free, "{at}");
+        }
+        assert!(!has_more(b"solid\nendsolid\n") && !has_more(b""));
     }
 
     #[test]
