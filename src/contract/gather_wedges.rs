@@ -195,59 +195,26 @@ impl Input<'_> {
         let mut row = vec![0.0; self.layout.width];
         self.warm_up(rings, vertices.clone());
         for vertex in vertices {
-            let count = match self.only_source(rings.ring(vertex as u32), vertex as u32) {
-                Some((face, corner)) => {
-                    self.add(face, corner, &mut found);
-                    1
-                }
-                None => self.find_all(rings.ring(vertex as u32), vertex as u32, &mut found, &mut row),
-            };
-            let has_many_normals = || count > 2 && found.has_many_normals(self.layout, found.origin.len() - count);
+            let (first, corners_before) = (found.origin.len(), found.of_corners.len());
+            found.sources.clear();
+            for &f in rings.ring(vertex as u32) {
+                let k = corner_of(self.faces[f as usize], vertex as u32);
+                let corner = input_corner(self.face_origin[f as usize], k);
+                let wedge = self.wedge(corner, &mut found, first, &mut row);
+                found.of_corners.push((wedge - first) as u32);
+            }
+            found.finish(self.layout, first);
+            let count = found.origin.len() - first;
+            let has_many_normals = || count > 2 && found.has_many_normals(self.layout, first);
             if facets.is_some_and(|facets| facets.are_found_at(has_many_normals())) {
                 return None;
             }
             found.counts.push(count as u32);
+            if count == 1 {
+                found.of_corners.truncate(corners_before);
+            }
         }
         Some(found)
-    }
-
-    /// The corner of the input that a vertex's corner in a face is.
-    fn corner(&self, face: u32, vertex: u32) -> (usize, usize) {
-        input_corner(self.face_origin[face as usize], corner_of(self.faces[face as usize], vertex))
-    }
-
-    /// The first corner of a vertex, where all of them began as the same: one look at each tells, and one row is read.
-    fn only_source(&self, ring: &[u32], vertex: u32) -> Option<(usize, usize)> {
-        let (&first, others) = ring.split_first()?;
-        let source = |(face, corner): (usize, usize)| Source::of(self.mesh, self.layout, face, corner);
-        let corner = self.corner(first, vertex);
-        let own = source(corner);
-        let is_same = |&f: &u32| source(self.corner(f, vertex)) == own;
-        others.iter().all(is_same).then_some(corner)
-    }
-
-    /// Adds the row of a corner of the input.
-    fn add(&self, face: usize, corner: usize, found: &mut Found) {
-        let (place, width) = (found.rows.len(), self.layout.width);
-        found.rows.resize(place + width, 0.0);
-        self.layout.read(self.mesh, face, corner, &mut found.rows[place..]);
-        found.origin.push((3 * face + corner) as u32);
-    }
-
-    /// Finds the wedges of a vertex, whatever its corners began as; returns how many. `row` is overwritten.
-    fn find_all(&self, ring: &[u32], vertex: u32, found: &mut Found, row: &mut [f32]) -> usize {
-        let (first, corners_before) = (found.origin.len(), found.of_corners.len());
-        found.sources.clear();
-        for &f in ring {
-            let wedge = self.wedge(self.corner(f, vertex), found, first, row);
-            found.of_corners.push((wedge - first) as u32);
-        }
-        found.finish(self.layout, first);
-        let count = found.origin.len() - first;
-        if count == 1 {
-            found.of_corners.truncate(corners_before);
-        }
-        count
     }
 
     /// Reads once what corners of consecutive vertices begin as, by loads that do not wait for each other.
