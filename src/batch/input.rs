@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io;
 use std::path::{Component, Path, PathBuf};
 
 use crate::error::{Error, Result};
@@ -111,8 +110,8 @@ fn find(request: &Request, outputs: Option<&Path>) -> Result<Vec<Found>> {
         root
     } else if path.exists() || *is_literal || !text.contains(['*', '?', '[']) {
         // Without an extension a folder was meant.
-        if !path.exists() && !is_literal && path.extension().is_none() {
-            return Err(Error::Read { path: path.into(), source: io::ErrorKind::NotFound.into() });
+        if !is_literal && path.extension().is_none() {
+            fs::metadata(path).map_err(|source| Error::Read { path: path.into(), source })?;
         }
         let file = absolute(path);
         let root = file.parent().map(Path::to_path_buf);

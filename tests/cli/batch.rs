@@ -119,7 +119,7 @@ fn wrong_lines_are_refused_before_anything_is_made() {
         ("batch in -d in -r 50%", 2, "names only files in the folder of outputs"),
         ("batch in/0.ply -d in -r 50%", 2, "'0.ply' is an input as well"),
         ("batch nothing/*.ply -d out -r 50%", 2, ".gltf and .glb"),
-        ("batch in nothing -d out -r 50%", 4, "cannot read 'nothing'"),
+        ("batch in nothing -d out -r 50%", 4, "cannot read 'nothing': No such file"),
         ("batch in -d out -r 50% --grid 3", 2, ""),
         ("batch in -d out -r 50% -w --resume", 2, ""),
         ("batch in -d out -r 50% --shard 4/3", 2, ""),
