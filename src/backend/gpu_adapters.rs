@@ -6,8 +6,8 @@ use wgpu::DeviceType;
 use super::Selector;
 use crate::error::{Error, Result};
 
-/// Storage buffers that the kernels of a run bind at most when no buffer is paged. Two of a fit bind [`MOST_BINDINGS`]: where an
-/// adapter has fewer, the host fits.
+/// Storage buffers that the kernels of a run bind at most when no buffer is paged. Two kernels of a fit bind ten: the host fits
+/// where an adapter has fewer.
 const LEAST_STORAGE_BUFFERS: u32 = 8;
 
 /// Where to look: the native interface of each platform.

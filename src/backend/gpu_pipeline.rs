@@ -62,7 +62,7 @@ impl Pipeline {
         let (needed, limit) = (in_buffers.map(|page| page.count).sum::<u32>(), gpu.max_pages());
         if needed > limit {
             return Err(Error::Limit(format!(
-                "the mesh is too large for this adapter: '{}' needs {needed} storage buffers, {} binds {limit}",
+                "this adapter binds too few storage buffers for the mesh: '{}' needs {needed}, {} has {limit}",
                 signature.name,
                 gpu.description()
             )));

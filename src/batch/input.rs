@@ -65,7 +65,8 @@ struct Found {
 ///
 /// A folder is searched with all its folders, hidden ones and links to folders left out; folders and globs give the files
 /// whose extension names a mesh format, and none of those in `outputs`, unless it is a folder in there that is searched. A file
-/// that is named itself is an input even if it is not there: reading tells. One without an extension is taken for a folder, which has to be there.
+/// that is named itself is an input even if it is not there: reading tells. One without an extension is taken for a folder, which
+/// has to be there.
 ///
 /// # Errors
 /// [`Error::Parameter`] for a glob or folder without a mesh file, and for a malformed glob or sample;

@@ -55,7 +55,7 @@ pub(super) fn fill(mesh: &Mesh, document: &Gltf) -> File {
         let (count, all) = (lost.len(), document.parts.len());
         file.warnings.push(format!("primitives without faces left, which are not written: {count} of {all}"));
         let hanging = drop_primitives(&mut file.json, &lost);
-        let told = format!("extensions name meshes without faces left, which they do not any more: {hanging}");
+        let told = format!("references of extensions to meshes without faces left, which are taken out: {hanging}");
         file.warnings.extend((hanging > 0).then_some(told));
     }
     if !is_quantized(&file.json) {
