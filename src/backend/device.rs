@@ -67,6 +67,12 @@ impl Threads {
     }
 
     fn start(self) -> Result<rayon::ThreadPool> {
+        if self.count() > Device::MOST_THREADS {
+            let (count, most) = (self.count(), Device::MOST_THREADS);
+            return Err(Error::Device(format!(
+                "{count} threads are more than the {most} it can have: ask for fewer, or 0"
+            )));
+        }
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.count());
         let is_free = rayon::current_thread_index().is_none();
         let pool = if matches!(self, Self::WithThis(_)) && is_free { pool.use_current_thread() } else { pool };
@@ -87,10 +93,13 @@ pub struct Device {
 }
 
 impl Device {
+    /// The most threads of a device. More than cores gain nothing, and some hundred thousand would take the machine.
+    pub const MOST_THREADS: usize = 1024;
+
     /// The CPU with `threads` threads, or one a core with 0.
     ///
     /// # Errors
-    /// [`Error::Device`] when the threads cannot be started.
+    /// [`Error::Device`] when the threads cannot be started, or are more than [`Device::MOST_THREADS`].
     pub fn cpu(threads: usize) -> Result<Self> {
         Self::on_cpu(Threads::Own(threads))
     }
@@ -226,6 +235,12 @@ mod tests {
     fn works_here(device: &Device) -> bool {
         let this = thread::current().id();
         device.install(|| thread::current().id()) == this
+    }
+
+    #[test]
+    fn more_threads_than_any_machine_has_are_refused() {
+        let error = Device::cpu(Device::MOST_THREADS + 1).expect_err("too many");
+        assert!(error.to_string().contains("1025 threads"), "{error}");
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::MOST_THREADS;
 use crate::cli::values;
 
 /// Time the same job on every device, side by side
@@ -99,7 +100,7 @@ pub struct Contenders {
     /// The numbers of threads for 'cpu', with commas between. An adapter's part on the CPU takes the greatest of them, and
     /// one a core without the option.
     #[arg(short = 'j', long, value_name = "N,N", value_delimiter = ',',
-        value_parser = clap::value_parser!(u16).range(1..=1024))]
+        value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub threads: Vec<u16>,
 }
 

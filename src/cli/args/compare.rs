@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use coarsen::metrics::{Kinds, View};
 
+use super::MOST_THREADS;
 use crate::cli::values;
 
 /// Measure how far two meshes are apart
@@ -134,7 +135,7 @@ pub struct Device {
     /// Threads to use; 0 for one a core
     ///
     /// Threads for the CPU's part of the work, 0 for one a core. The result does not depend on it.
-    #[arg(short = 'j', long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1024))]
+    #[arg(short = 'j', long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=MOST_THREADS))]
     pub threads: u16,
 }
 

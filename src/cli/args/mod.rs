@@ -36,6 +36,9 @@ pub use simplify::{
 };
 pub use weights::{FeatureFile, FeatureMode, FeatureUpdate, Weights};
 
+/// As [`coarsen::backend::Device::MOST_THREADS`], in the type that ranges of numbers are of here.
+const MOST_THREADS: i64 = coarsen::backend::Device::MOST_THREADS as i64;
+
 /// Reduce triangle meshes, on the GPU or the CPU, with the same bytes on both.
 #[derive(Debug, Parser)]
 #[command(name = "coarsen", version, arg_required_else_help = true)]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{Attributes, FeatureFile, How, Measuring, RegionFiles, after_exit_codes};
+use super::{Attributes, FeatureFile, How, MOST_THREADS, Measuring, RegionFiles, after_exit_codes};
 use crate::cli::values::{self, Weld};
 
 /// Reduce the faces of a mesh
@@ -290,7 +290,7 @@ pub struct Device {
     /// Threads to use; 0 for one a core
     ///
     /// Threads for the CPU's part of the work, 0 for one a core. The result does not depend on it.
-    #[arg(short = 'j', long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1024))]
+    #[arg(short = 'j', long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=MOST_THREADS))]
     pub threads: u16,
 
     /// Work in parts above this, or refuse: 8GiB

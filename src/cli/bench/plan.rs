@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::thread;
 
 use coarsen::Budget;
-use coarsen::backend::{Selector, adapters};
+use coarsen::backend::{Device, Selector, adapters};
 use coarsen::mesh::SAMPLES;
 
 use super::baseline::Rival;
@@ -143,9 +143,10 @@ pub fn wish(name: &str) -> anyhow::Result<Wish> {
         return Ok(Wish::Rival(rival));
     }
     match name.strip_prefix("cpu:").map(str::parse) {
-        Some(Ok(threads)) if (1..=1024).contains(&threads) => Ok(Wish::Cpu(threads)),
+        Some(Ok(threads)) if (1..=Device::MOST_THREADS).contains(&threads) => Ok(Wish::Cpu(threads)),
         Some(_) => {
-            let message = format!("'{name}' names no device: write cpu:N with a number of threads up to 1024");
+            let most = Device::MOST_THREADS;
+            let message = format!("'{name}' names no device: write cpu:N with a number of threads up to {most}");
             Err(refuse(Exit::Usage, message))
         }
         None => Ok(Wish::Adapter(name.into(), selector(name)?)),
