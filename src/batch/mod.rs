@@ -237,7 +237,7 @@ impl Summary {
 /// Refuses a folder in which an earlier run left records of this shard, or in which an output is there already.
 fn refuse_to_replace(plan: &Plan) -> Result<()> {
     let exists = |path: std::path::PathBuf| {
-        let why = "it exists: resume the run, or replace it";
+        let why = "it exists: `resume` goes on with that run, `overwrite` replaces it";
         Error::Write { path, source: std::io::Error::new(std::io::ErrorKind::AlreadyExists, why) }
     };
     let ledger = plan.ledger();
