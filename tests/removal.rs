@@ -188,6 +188,33 @@ fn no_vertex_of_the_input_is_farther_than_the_estimate() {
     }
 }
 
+/// The middles of all edges, as the corners of triangles within the faces.
+fn middles(mesh: &Mesh) -> Mesh {
+    let middle = |a: u32, b: u32| (mesh.positions[a as usize] + mesh.positions[b as usize]) / 2.0;
+    let positions = mesh.faces.iter().flat_map(|&[a, b, c]| [middle(a, b), middle(b, c), middle(c, a)]).collect();
+    Mesh::new(positions, (0..mesh.faces.len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect())
+}
+
+/// Where a rim bends inward a vertex lies inside of what fills its hole: edges tell how far off that is.
+#[test]
+fn rims_that_bend_inward_keep_within_the_limit() {
+    let mut plate = grid(48, 48);
+    let center = (plate.positions[0] + plate.positions[plate.positions.len() - 1]) / 2.0;
+    let radius = 0.3 * (plate.positions[0] - center).length();
+    let positions = plate.positions.clone();
+    let middle = |face: &[u32; 3]| face.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / 3.0;
+    plate.faces.retain(|face| (middle(face) - center).length() > radius);
+    for limit in [1e-3, 1e-2] {
+        let outcome = run(&plate, &Options::default(), Budget::error(limit));
+        let (area, most) = (outcome.mesh.area() - plate.area(), limit * plate.diagonal());
+        let distances = vertex_distances(&middles(&outcome.mesh), &plate, &cpu(1)).expect("two meshes");
+        let greatest = distances.into_iter().fold(0.0, f64::max);
+        assert!(greatest <= outcome.error_estimate * 1.000_01 && outcome.error_estimate <= most, "{limit}: {greatest}");
+        assert!(area.abs() < 4.0 * radius * most, "{limit}: {area}");
+        assert!(outcome.mesh.faces.len() < plate.faces.len() / 4, "{limit}: {}", outcome.mesh.faces.len());
+    }
+}
+
 #[test]
 fn untouched_faces_and_attributes_come_back() {
     let mut sheet = bumpy(grid(20, 10), 0.3);

@@ -37,8 +37,8 @@ pub struct Committed {
     pub blocked: Blocked,
     /// Greatest key of a removed vertex.
     pub greatest_key: u32,
-    /// Greatest squared distance of a sample to its face.
-    pub deviation_sq: f64,
+    /// Greatest distance of a sample to its face, or of an edge to the surface of the start.
+    pub deviation: f64,
 }
 
 /// A round in progress. The surface stays as it began until the end.
@@ -147,7 +147,7 @@ impl Work<'_> {
 
     /// Closes a hole, unless what others of the round left is in the way.
     fn close(&mut self, candidate: Candidate, removal: Removal) {
-        let Removal { ring, old, new, edges, remainder, moved, deviation_sq } = removal;
+        let Removal { ring, old, new, edges, remainder, moved, outward, deviation } = removal;
         let plug = (edges.is_empty() && new.len() == 1).then(|| {
             let mut corners = new[0].corners();
             corners.sort_unstable();
@@ -169,7 +169,7 @@ impl Work<'_> {
             self.blocked[v as usize] = true;
         }
         let onto = remainder.map_or_else(|| old[..new.len()].to_vec(), |[face, _]| vec![face]);
-        self.samples.follow(&old, &onto, &moved);
+        self.samples.follow(&old, &onto, &moved, outward);
         let greatest = onto.iter().copied().zip(deviations(&moved, onto.len()));
         if remainder.is_some() {
             self.left.extend(greatest)
@@ -180,7 +180,7 @@ impl Work<'_> {
         committed.vertices += 1;
         committed.faces += old.len() - new.len();
         committed.greatest_key = committed.greatest_key.max(candidate.key);
-        committed.deviation_sq = committed.deviation_sq.max(deviation_sq);
+        committed.deviation = committed.deviation.max(deviation);
         let dead = std::iter::repeat(Face::default());
         self.faces.extend(old.into_iter().zip(new.into_iter().chain(dead)));
     }

@@ -67,8 +67,8 @@ struct Run<'a> {
     gpu: Option<Queue>,
     /// How many times wider than usual the gate is.
     widening: f64,
-    /// Greatest squared distance of a sample to its face, in the frame.
-    deviation_sq: f64,
+    /// Greatest distance of a sample to its face, or of an edge to the surface of the start, in the frame.
+    deviation: f64,
     rounds: Vec<RoundRecord>,
     seconds: Phases,
     /// By queues that are gone.
@@ -86,7 +86,7 @@ impl<'a> Run<'a> {
             device,
             host,
             widening: 1.0,
-            deviation_sq: 0.0,
+            deviation: 0.0,
             rounds: Vec::new(),
             bytes_moved: 0,
         }
@@ -112,7 +112,7 @@ impl<'a> Run<'a> {
         }
         self.seconds.cost += (evaluated - moved).max(0.0);
         self.seconds.apply += clock.elapsed().as_secs_f64() - evaluated;
-        self.deviation_sq = self.deviation_sq.max(committed.deviation_sq);
+        self.deviation = self.deviation.max(committed.deviation);
         self.rounds.push(RoundRecord {
             faces: faces as u64,
             pairs: found.removable as u64,
@@ -188,7 +188,7 @@ impl<'a> Run<'a> {
             target,
             stop,
             blocked: self.rounds.last().map_or_else(Blocked::default, |round| round.blocked),
-            error_estimate: frame.length_to_model(self.deviation_sq.sqrt()),
+            error_estimate: frame.length_to_model(self.deviation),
             flips: 0,
             cell_size: None,
             quadrics: None,

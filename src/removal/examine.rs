@@ -20,8 +20,8 @@ pub struct Rules {
     min_cos: f64,
     pub crease_cos: f32,
     pub keeps_corners: bool,
-    /// Greatest squared distance of a sample to its face.
-    max_deviation_sq: f64,
+    /// Greatest distance of a sample to its face, and of an edge to the surface of the start.
+    max_deviation: f64,
 }
 
 impl Rules {
@@ -32,7 +32,7 @@ impl Rules {
             min_cos: min_cos(options.max_flip_rad),
             crease_cos: options.crease_cos(),
             keeps_corners: options.keeps_corners(),
-            max_deviation_sq: max_deviation * max_deviation,
+            max_deviation,
         }
     }
 }
@@ -62,8 +62,10 @@ pub struct Removal {
     pub remainder: Option<[u32; 2]>,
     /// The samples of the faces that go.
     pub moved: Vec<Moved>,
-    /// Greatest squared distance of these to what comes.
-    pub deviation_sq: f64,
+    /// How far what comes may be out of the surface of the start.
+    pub outward: f32,
+    /// Greatest distance of either kind.
+    pub deviation: f64,
 }
 
 impl Removal {
@@ -100,18 +102,24 @@ impl State<'_> {
         }
         let origin = self.stars.positions[vertex as usize].xyz().as_dvec3();
         let (own, mut moved) = (self.sources[vertex as usize], Vec::new());
-        let deviation_sq = self.samples.nearest(own, &hole.faces, origin, &shapes, &mut moved);
-        if deviation_sq > rules.max_deviation_sq {
+        let inward = self.samples.nearest(own, &hole.faces, origin, &shapes, &mut moved).sqrt();
+        if inward > rules.max_deviation {
             return Err(Rejection::Error);
         }
-        let mut edges: Vec<[u32; 2]> = (triangles.iter())
+        let mut places: Vec<[usize; 2]> = (triangles.iter())
             .flat_map(|&[a, b, c]| [[a, b], [b, c], [a, c]])
             .filter(|&[i, j]| !hole.is_side(i, j))
-            .map(|ends| ends.map(|i| hole.ring[i]))
-            .map(|[a, b]| [a.min(b), a.max(b)])
+            .map(|[i, j]| [i.min(j), i.max(j)])
             .collect();
-        edges.sort_unstable();
-        edges.dedup();
+        places.sort_unstable();
+        places.dedup();
+        let middles = places.iter().map(|&[i, j]| (hole.points[i] + hole.points[j]) / 2.0);
+        let outward = self.samples.outward(middles, &hole.shapes(), &hole.faces);
+        if outward > rules.max_deviation {
+            return Err(Rejection::Error);
+        }
+        let edge = |ends: [usize; 2]| ends.map(|i| hole.ring[i]);
+        let edges = places.into_iter().map(edge).map(|[a, b]| [a.min(b), a.max(b)]).collect();
         let face = |corners: [usize; 3]| {
             let [a, b, c] = corners.map(|i| hole.ring[i]);
             Face { a, b, c }
@@ -119,7 +127,8 @@ impl State<'_> {
         let mut old = hole.faces.clone();
         old.sort_unstable();
         let new = triangles.into_iter().map(face).collect();
-        Ok(Removal { ring: hole.ring.clone(), old, new, edges, remainder, moved, deviation_sq })
+        let (outward, deviation) = (outward as f32, inward.max(outward));
+        Ok(Removal { ring: hole.ring.clone(), old, new, edges, remainder, moved, outward, deviation })
     }
 
     /// Where nothing fills the hole, the face beyond its one side: one there must be, and one only.

@@ -9,7 +9,7 @@
 //! ```
 
 use crate::kernel::removal_costs::is_crease;
-use crate::kernel::rows::{BORDER, Normal};
+use crate::kernel::rows::{BORDER, HUB, Normal};
 use crate::kernel::stars::{Stars, has, spoke};
 use crate::math::DVec3;
 
@@ -94,7 +94,14 @@ impl Hole {
         self.beyond.resize(count, None);
         self.outside.clear();
         self.outside.resize(count, None);
-        for (i, &at) in self.ring.iter().enumerate() {
+        let is_hub = |&v: &u32| stars.positions[v as usize].flags & HUB != 0;
+        // What lies at one of many faces is found from the other ends of its edges, unless that is another.
+        let skips_hub = self.ring.iter().filter(|v| is_hub(v)).count() == 1;
+        for (i, at) in self.ring.iter().copied().enumerate() {
+            if skips_hub && is_hub(&at) {
+                continue;
+            }
+            let (before, after) = ((i + count - 1) % count, (i + 1) % count);
             for &f in stars.ring(at) {
                 let face = stars.faces[f as usize];
                 if has(face, vertex) {
@@ -107,14 +114,23 @@ impl Hole {
                         self.joined[j * count + i] = true;
                     }
                 }
-                // Beyond the side from r[i] to r[i + 1] a face runs the other way.
-                if i < self.faces.len() && seen.last == self.ring[(i + 1) % count] {
+                // Beyond a side of the ring a face runs the other way.
+                let follows = i < self.faces.len() && seen.last == self.ring[after];
+                let is_of_hub = skips_hub && before < self.faces.len() && is_hub(&self.ring[before]);
+                let precedes = is_of_hub && seen.next == self.ring[before];
+                for side in follows.then_some(i).into_iter().chain(precedes.then_some(before)) {
                     let corner = |v: u32| stars.positions[v as usize].xyz().as_dvec3() - origin;
-                    self.beyond[i] = Some(f);
-                    self.outside[i] = unit_normal([corner(at), corner(seen.next), corner(seen.last)]);
+                    self.beyond[side] = Some(f);
+                    self.outside[side] = unit_normal([corner(at), corner(seen.next), corner(seen.last)]);
                 }
             }
         }
+    }
+
+    /// The faces that go, about the vertex.
+    pub fn shapes(&self) -> Vec<[DVec3; 3]> {
+        let count = self.ring.len();
+        (0..self.faces.len()).map(|i| [DVec3::ZERO, self.points[i], self.points[(i + 1) % count]]).collect()
     }
 
     /// Whether a side of the ring is between two places.

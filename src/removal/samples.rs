@@ -1,4 +1,5 @@
-//! The vertices that were removed, by the face of the surface that each is nearest to.
+//! How far the surface and what it was are from each other: the vertices that were removed, by the face that each is nearest to,
+//! and how far out every face is.
 
 use crate::kernel::rows::Position;
 use crate::math::DVec3;
@@ -17,6 +18,9 @@ pub struct Samples {
     first: Vec<u32>,
     /// The sample after each in its list.
     next: Vec<u32>,
+    /// How far the edges of every face may be from the surface of the start: a vertex at a rim that bends inward lies inside of
+    /// what fills its hole, and edges there alone tell of the deviation.
+    outward: Vec<f32>,
 }
 
 /// A sample and the new face that it is nearest to.
@@ -47,7 +51,18 @@ impl Samples {
             points: positions.iter().map(|p| [p.x, p.y, p.z]).collect(),
             first: vec![END; face_count],
             next: vec![END; positions.len()],
+            outward: vec![0.0; face_count],
         }
+    }
+
+    /// How far edges with these middles may be from the surface of the start, where `old` replaces the triangles `before` of the
+    /// numbers `old`: what their middles are off these, and what these were before. All are about one origin.
+    pub fn outward(&self, middles: impl Iterator<Item = DVec3>, before: &[[DVec3; 3]], old: &[u32]) -> f64 {
+        let least =
+            |middle| before.iter().map(|&face| closest_point(middle, face).distance_sq).fold(f64::INFINITY, f64::min);
+        let step_sq = middles.map(least).fold(0.0, f64::max);
+        let step = if step_sq <= NOISE_SQ { 0.0 } else { step_sq.sqrt() };
+        step + f64::from(old.iter().map(|&face| self.outward[face as usize]).fold(0.0, f32::max))
     }
 
     /// Tells the samples of a face.
@@ -91,9 +106,13 @@ impl Samples {
         greatest
     }
 
-    /// Empties the lists of `old` faces and adds the samples to those of `new` ones.
-    pub fn follow(&mut self, old: &[u32], new: &[u32], moved: &[Moved]) {
+    /// Empties the lists of `old` faces and adds the samples to those of `new` ones, which are `outward` as far out at most.
+    pub fn follow(&mut self, old: &[u32], new: &[u32], moved: &[Moved], outward: f32) {
         old.iter().for_each(|&face| self.first[face as usize] = END);
+        for &face in new {
+            let own = &mut self.outward[face as usize];
+            *own = if old.contains(&face) { outward } else { own.max(outward) };
+        }
         for &Moved { sample, face, .. } in moved {
             if let Some(&face) = new.get(face as usize) {
                 self.next[sample as usize] = std::mem::replace(&mut self.first[face as usize], sample);
@@ -104,5 +123,6 @@ impl Samples {
     /// Keeps the lists of the faces `live`.
     pub fn compact(&mut self, live: &[u32]) {
         self.first = live.iter().map(|&face| self.first[face as usize]).collect();
+        self.outward = live.iter().map(|&face| self.outward[face as usize]).collect();
     }
 }
