@@ -18,8 +18,11 @@ use crate::mesh::limits::{ONE_DEGREE, least_cos};
 /// Faces that a thread takes at a time.
 const ROWS: usize = 1 << 12;
 
-/// How often a region is grown: it ends with the first that its plane holds.
+/// How often a region is grown: it ends with the first that its plane holds, or else with the first half, quarter … of the last.
 const MOST_TRIES: usize = 4;
+
+/// What rounding to six digits moves a vertex by, as a fraction of the bounding box's diagonal.
+const ROUNDING: f64 = 1e-5;
 
 /// What lies in a plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +36,7 @@ pub struct Flatness {
 impl Default for Flatness {
     /// One degree, and what rounding to six digits does.
     fn default() -> Self {
-        Self { angle_rad: ONE_DEGREE, distance: 1e-5 }
+        Self { angle_rad: ONE_DEGREE, distance: ROUNDING }
     }
 }
 
@@ -106,6 +109,8 @@ struct Growth<'a> {
     normals: Vec<DVec3>,
     least_cos: f64,
     distance: f64,
+    /// Height of a face below which rounding, not the surface, decides how it is turned.
+    sliver: f64,
     corners: Option<&'a Corners<'a>>,
     labels: Vec<u32>,
     found: Vec<u32>,
@@ -124,6 +129,7 @@ impl<'a> Growth<'a> {
             normals: surface.faces.par_iter().with_min_len(ROWS).map(normal).collect(),
             least_cos: least_cos(angle_rad),
             distance,
+            sliver: distance.min(ROUNDING * surface.diagonal),
             corners,
             labels: vec![NONE; surface.faces.len()],
             found: Vec::new(),
@@ -154,13 +160,13 @@ impl<'a> Growth<'a> {
     }
 
     /// Grows a region from `seed`: with a shape that leans to what is found, then with that of all that was found, then nearer
-    /// and nearer to its shapes until the one that it has at last holds it.
+    /// and nearer to its shapes until the one that it has at last holds it, or what was found first of it.
     fn grow(&mut self, seed: u32, label: u32, is_wall: &impl Fn(u32, u32) -> bool) {
         let [a, ..] = self.surface.faces[seed as usize];
         let own = Plane::new(self.surface.points[a as usize], self.normals[seed as usize]);
         let first = Shape { plane: own, carried: self.carried(&own, &[seed]) };
         let mut share = 1.0;
-        for _ in 0..MOST_TRIES {
+        for attempt in 1..=MOST_TRIES {
             self.spread(seed, label, Growing { shape: first.clone(), own: &own, leans: true, share }, is_wall);
             let Some(shape) = self.shape_that_is_off(&own) else { return };
             self.let_go();
@@ -168,10 +174,17 @@ impl<'a> Growth<'a> {
             if self.shape_that_is_off(&own).is_none() {
                 return;
             }
-            self.let_go();
-            share /= 2.0;
+            if attempt < MOST_TRIES {
+                self.let_go();
+                share /= 2.0;
+            }
         }
-        self.labels[seed as usize] = label;
+        // In the order in which they were found any first ones hang together.
+        while self.found.len() > 1 && self.shape_that_is_off(&own).is_some() {
+            for face in self.found.drain(self.found.len().div_ceil(2)..) {
+                self.labels[face as usize] = NONE;
+            }
+        }
     }
 
     /// What faces carry over the plane of their seed.
@@ -251,7 +264,7 @@ impl<'a> Growth<'a> {
         }
         let corners = self.surface.faces[face as usize].map(|v| self.surface.points[v as usize]);
         let longest_sq = (0..3).map(|k| (corners[(k + 1) % 3] - corners[k]).length_squared()).fold(0.0, f64::max);
-        own.length_squared() <= self.distance * self.distance * longest_sq
+        own.length_squared() <= self.sliver * self.sliver * longest_sq
     }
 }
 
@@ -293,6 +306,23 @@ mod tests {
             most = most.max(faces.len());
         }
         assert!(most > 20, "{most} faces in the largest region");
+    }
+
+    /// However fine a mesh is, what bends falls into about as many regions.
+    #[test]
+    fn finer_faces_make_no_more_regions() {
+        let flatness = Flatness { angle_rad: 0.35, distance: 0.02 };
+        let [coarse, fine] = [4, 6].map(|levels| regions(&shapes::icosphere(levels), flatness));
+        assert!(fine < 2 * coarse, "{coarse} regions, {fine} with sixteen times the faces");
+    }
+
+    /// What rounding may turn is a matter of rounding, not of how far off a plane the caller lets vertices be.
+    #[test]
+    fn a_greater_distance_takes_no_walls_for_slivers() {
+        let mesh = shapes::voxels([40, 40, 4], |_| true);
+        for distance in [1e-5, 0.01, 0.05] {
+            assert_eq!(regions(&mesh, Flatness { distance, ..Flatness::default() }), 6, "{distance}");
+        }
     }
 
     #[test]
