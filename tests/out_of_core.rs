@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use coarsen::backend::{Device, GpuOptions};
-use coarsen::contract::{Metric, Options};
+use coarsen::contract::{Attributes, Dropped, Metric, Normals, Options};
 use coarsen::formats::{self, WriteOptions};
 use coarsen::math::{DVec3, Vec2, Vec3};
 use coarsen::mesh::{sample, shapes};
@@ -195,6 +195,31 @@ fn the_deviation_is_that_of_one_piece() {
     }
 }
 
+/// Where sheets cross, pieces are mostly rim, and what is frozen there is no measure of what the rest keeps.
+#[test]
+fn sheets_that_cross_come_out_as_in_one_piece() {
+    let sheet = |tilt: f64| {
+        let mut sheet = shapes::plane(200, 200);
+        for p in &mut sheet.positions {
+            let (x, y) = (p.x / 100.0 - 1.0, p.y / 100.0 - 1.0);
+            *p = DVec3::new(x, y, tilt * x + 0.05 * (4.0 * x).sin() * (3.0 * y).cos());
+        }
+        sheet
+    };
+    let (mut mesh, other) = (sheet(0.3), sheet(-0.3));
+    let first = mesh.positions.len() as u32;
+    mesh.positions.extend(other.positions);
+    mesh.faces.extend(other.faces.iter().map(|face| face.map(|v| v + first)));
+    let in_parts = Bench::new(&mesh).run(Budget::faces(1_600), 10_000);
+    let whole = contract(&mesh, &Options::default(), Budget::faces(1_600));
+    let rms = |result: &Mesh| {
+        let options = metrics::Options { samples: Some(100_000), ..metrics::Options::default() };
+        metrics::deviation(&mesh, result, &options, &cpu(2)).expect("two meshes").symmetric().rms
+    };
+    let [parts, whole] = [rms(&in_parts.outcome.mesh), rms(&whole.mesh)];
+    assert!(in_parts.passes[0].parts > 10 && parts < 1.3 * whole, "{parts}, {whole} in one piece");
+}
+
 #[test]
 fn an_error_limit_holds() {
     let mesh = sample("statue", Some(40_000)).expect("a sample");
@@ -223,6 +248,30 @@ fn normals_and_colors_come_along() {
     }
     for dropped in ["texture coordinates are dropped", "face colors are dropped"] {
         assert!(outcome.warnings.iter().any(|warning| warning.starts_with(dropped)), "{:?}", outcome.warnings);
+    }
+}
+
+/// Rows of parts hold what parts carry, not what the input does.
+#[test]
+fn normals_and_colors_are_left_out_or_found_anew() {
+    let mut mesh = shapes::icosphere(5);
+    mesh.colors = Some(mesh.positions.iter().map(|p| [p.x as f32 * 0.5 + 0.5, 0.2, 0.4, 1.0]).collect());
+    let bare = Bench::new(&mesh);
+    mesh.normals = Some(mesh.positions.iter().map(|p| p.as_vec3().normalize()).collect());
+    let full = Bench::new(&mesh);
+    let run = |bench: &Bench, normals, dropped| {
+        let attributes = Attributes { normals, dropped, ..Attributes::default() };
+        let method = Method::Contract(Options { attributes, ..Options::default() });
+        let outcome =
+            bench.run_on(&cpu(2), &method, Budget::faces(1_000), PLENTY, 4_000).expect("a valid mesh").outcome;
+        assert_eq!((outcome.mesh.faces.len(), &outcome.warnings[..]), (1_000, &[][..]));
+        assert!(outcome.mesh.positions.iter().all(|p| (p.length() - 1.0).abs() < 0.05));
+        [outcome.mesh.normals.is_some(), outcome.mesh.colors.is_some()]
+    };
+    for bench in [&bare, &full] {
+        assert_eq!(run(bench, Normals::Recompute, Dropped::default()), [true, true]);
+        assert_eq!(run(bench, Normals::Keep, Dropped { normals: true, ..Dropped::default() }), [false, true]);
+        assert_eq!(run(bench, Normals::Recompute, Dropped { colors: true, ..Dropped::default() }), [true, false]);
     }
 }
 

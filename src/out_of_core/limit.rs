@@ -4,6 +4,8 @@
 
 use std::ops::ControlFlow;
 
+use rayon::prelude::*;
+
 use super::cut::Cut;
 use super::marks::Marks;
 use super::part::Part;
@@ -12,7 +14,7 @@ use crate::backend::Device;
 use crate::contract;
 use crate::error::Result;
 use crate::formats::Stream;
-use crate::mesh::Mesh;
+use crate::math::DVec3;
 use crate::simplify::{Budget, MOVED, OnProgress, Outcome, Progress, StopReason};
 
 /// Samples at most, each from another part.
@@ -23,16 +25,30 @@ const LEAST_FACES: usize = 1 << 14;
 const MOST_FACES: usize = 1 << 19;
 /// Halvings of the interval of limits, as exponents.
 const STEPS: usize = 7;
-/// How far below the greatest deviation of a run to the wanted count the limit may lie: a few contractions are the dearest.
+/// How far below the greatest deviation of a run to the wanted count the limit is looked for first: a few contractions are the
+/// dearest, and those that what is frozen forces.
 const GREATEST_RATIO: f64 = 64.0;
+/// How often it is looked for as far below again.
+const MOST_LOWER: usize = 3;
 /// A share this close is the wanted one.
 const NEAR: f64 = 0.04;
+/// Points that a thread takes at a time.
+const POINTS: usize = 1 << 8;
 
 /// Pieces of parts.
 #[derive(Debug)]
-pub struct Samples {
-    pieces: Vec<Part>,
-    faces: usize,
+pub struct Samples(Vec<Piece>);
+
+/// A piece, and which of its vertices count: the half of them that is farthest from what is frozen, where many stay that would not
+/// elsewhere.
+#[derive(Debug)]
+struct Piece {
+    part: Part,
+    frozen: Vec<DVec3>,
+    /// The squared distance from what is frozen from which on vertices count.
+    clear_sq: f64,
+    /// How many do.
+    count: usize,
 }
 
 impl Samples {
@@ -54,9 +70,9 @@ impl Samples {
             outside.iter().flatten().for_each(|&v| used.insert(v));
             piece.freeze(used);
             used.clear();
-            pieces.push(piece);
+            pieces.push(Piece::new(piece));
         }
-        Ok(Self { faces: pieces.iter().map(|piece| piece.mesh.faces.len()).sum(), pieces })
+        Ok(Self(pieces))
     }
 
     /// The limit, in model units, that leaves `share` of the faces; `None` when `progress` asks to stop.
@@ -71,44 +87,75 @@ impl Samples {
         now: Progress,
         progress: &mut OnProgress<'_>,
     ) -> Result<Option<f64>> {
+        // How many vertices that count are left, and the greatest deviation.
         let mut reduce = |budget: Budget| {
-            let (mut faces, mut deviation) = (0.0, 0.0_f64);
-            for piece in &self.pieces {
+            let (mut count, mut deviation) = (0, 0.0_f64);
+            for piece in &self.0 {
                 let mut report = |_| progress(now);
-                let Some(outcome) = piece.reduce(options, &budget, device, Some(&mut report))? else { continue };
+                let Some(outcome) = piece.part.reduce(options, &budget, device, Some(&mut report))? else { continue };
                 if outcome.stop == StopReason::Cancelled {
                     return Ok(ControlFlow::Break(()));
                 }
-                faces += faces_inside(piece, &outcome);
+                count += piece.count_left(&outcome);
                 deviation = deviation.max(outcome.error_estimate);
             }
-            Ok(ControlFlow::Continue((faces, deviation)))
+            Ok(ControlFlow::Continue((count as f64, deviation)))
         };
         let ControlFlow::Continue((_, greatest)) = reduce(Budget::keep(share))? else { return Ok(None) };
-        let wanted = share * self.faces as f64;
+        let wanted = share * self.0.iter().map(|piece| piece.count).sum::<usize>() as f64;
         let (mut low, mut high) = (greatest / GREATEST_RATIO, greatest);
+        for _ in 0..MOST_LOWER {
+            let ControlFlow::Continue((count, _)) = reduce(Budget::error_abs(low))? else { return Ok(None) };
+            if count >= wanted {
+                break;
+            }
+            (low, high) = (low / GREATEST_RATIO, low);
+        }
         for _ in 0..STEPS {
             let middle = (low * high).sqrt();
-            let ControlFlow::Continue((faces, _)) = reduce(Budget::error_abs(middle))? else { return Ok(None) };
-            if (faces / wanted - 1.0).abs() < NEAR {
+            let ControlFlow::Continue((count, _)) = reduce(Budget::error_abs(middle))? else { return Ok(None) };
+            if (count / wanted - 1.0).abs() < NEAR {
                 return Ok(Some(middle));
             }
-            if faces > wanted { low = middle } else { high = middle }
+            if count > wanted { low = middle } else { high = middle }
         }
         Ok(Some(high))
     }
 }
 
-/// How many faces a piece would be left with if nothing around it were frozen: as many to an area as away from its border.
-fn faces_inside(piece: &Part, outcome: &Outcome) -> f64 {
-    let is_held = |v: u32| match outcome.vertex_origin[v as usize] {
-        MOVED => false,
-        origin => piece.frozen[origin as usize],
-    };
-    let inside = Mesh {
-        faces: outcome.mesh.faces.iter().copied().filter(|face| !face.iter().any(|&v| is_held(v))).collect(),
-        ..Mesh::new(outcome.mesh.positions.clone(), Vec::new())
-    };
-    let area = inside.area();
-    if area > 0.0 { inside.faces.len() as f64 * (piece.mesh.area() / area) } else { outcome.mesh.faces.len() as f64 }
+impl Piece {
+    fn new(part: Part) -> Self {
+        let (frozen, free) = split(&part.mesh.positions, |v| part.frozen[v]);
+        let mut distances = distances_sq(&free, &frozen);
+        let middle = distances.len() / 2;
+        let clear_sq = match middle {
+            0 => 0.0,
+            _ => *distances.select_nth_unstable_by(middle, f64::total_cmp).1,
+        };
+        let count = distances.iter().filter(|&&distance_sq| distance_sq >= clear_sq).count();
+        Self { part, frozen, clear_sq, count }
+    }
+
+    /// How many vertices that count are left.
+    fn count_left(&self, outcome: &Outcome) -> usize {
+        let is_frozen = |v: usize| match outcome.vertex_origin[v] {
+            MOVED => false,
+            origin => self.part.frozen[origin as usize],
+        };
+        let (_, free) = split(&outcome.mesh.positions, is_frozen);
+        distances_sq(&free, &self.frozen).into_iter().filter(|&distance_sq| distance_sq >= self.clear_sq).count()
+    }
+}
+
+/// The positions of which `is_first` holds, and the others.
+fn split(positions: &[DVec3], is_first: impl Fn(usize) -> bool) -> (Vec<DVec3>, Vec<DVec3>) {
+    let (first, others): (Vec<_>, Vec<_>) = positions.iter().enumerate().partition(|&(v, _)| is_first(v));
+    let places = |rows: Vec<(usize, &DVec3)>| rows.into_iter().map(|(_, &position)| position).collect();
+    (places(first), places(others))
+}
+
+/// The squared distance of each point to the nearest of `others`, infinite without any.
+fn distances_sq(points: &[DVec3], others: &[DVec3]) -> Vec<f64> {
+    let least = |point: &DVec3| others.iter().map(|other| point.distance_squared(*other)).fold(f64::INFINITY, f64::min);
+    points.par_iter().with_min_len(POINTS).map(least).collect()
 }

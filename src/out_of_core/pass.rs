@@ -74,7 +74,9 @@ pub fn run(
     if task.options.weld.is_some() {
         mark_repeats(stream, &mut frozen)?;
     }
-    let mut merge = Merge::new(stream.rows(), frozen, task.scratch)?;
+    let (rows, dropped) = (stream.rows(), &task.options.attributes.dropped);
+    let rows = Rows { normals: rows.normals && !dropped.normals, colors: rows.colors && !dropped.colors };
+    let mut merge = Merge::new(rows, frozen, task.scratch)?;
     let mut used = Marks::new(stream.vertex_count());
 
     let faces_in = stream.face_count();

@@ -114,7 +114,7 @@ fn notes(input: &Stream) -> Notes {
 impl Run<'_> {
     /// Passes in parts, until all that is left fits the memory; `None` when `report` asks to stop.
     fn reduce(&mut self, mut survey: Survey, report: &mut OnProgress<'_>) -> Result<Option<Stream>> {
-        let attributes = contract::Attributes { smooth: true, ..self.method.attributes.clone() };
+        let attributes = attributes_in_parts(&self.method.attributes);
         let in_parts = contract::Options {
             fit: 0,
             flips: Flips::default(),
@@ -210,6 +210,17 @@ impl Run<'_> {
             warnings: Vec::new(),
         };
         Outcome { outcome, diagonal: self.diagonal, passes: Vec::new() }
+    }
+}
+
+/// What parts carry: normals that are found from the faces of the result are the last pass's.
+fn attributes_in_parts(of_run: &contract::Attributes) -> contract::Attributes {
+    let replaced = of_run.normals == contract::Normals::Recompute;
+    contract::Attributes {
+        smooth: true,
+        normals: contract::Normals::Keep,
+        dropped: contract::Dropped { normals: of_run.dropped.normals || replaced, ..of_run.dropped.clone() },
+        ..of_run.clone()
     }
 }
 
