@@ -84,6 +84,29 @@ fn creases_yield_where_the_surface_is_closer_without() {
     }
 }
 
+/// Where every edge is a seam every vertex is a corner of seams, and moves all the same once seams yield.
+#[test]
+fn faces_of_a_color_each_come_near_the_shape_alone() {
+    let sphere = shapes::icosphere(4);
+    let positions = sphere.faces.iter().flatten().map(|&v| sphere.positions[v as usize]).collect();
+    let faces = (0..sphere.faces.len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+    let color = |f: usize| [(f % 7) as f32 / 7.0, (f % 11) as f32 / 11.0, (f % 13) as f32 / 13.0, 1.0];
+    let mesh = Mesh {
+        colors: Some((0..sphere.faces.len()).flat_map(|f| [color(f); 3]).collect()),
+        ..Mesh::new(positions, faces)
+    };
+    let budget = Budget::faces(sphere.faces.len() / 4);
+    let rms = |attributes| {
+        let method = Method::Contract(Options { attributes, ..Options::default() });
+        let outcome = simplify(&mesh, &method, &budget, &cpu(2), None).expect("a valid mesh");
+        assert_eq!(outcome.mesh.faces.len(), sphere.faces.len() / 4);
+        let samples = metrics::Options { samples: Some(50_000), ..metrics::Options::default() };
+        metrics::deviation(&sphere, &outcome.mesh, &samples, &cpu(2)).expect("two meshes").symmetric().rms
+    };
+    let [colored, alone] = [rms(Attributes::default()), rms(Attributes::drop_all())];
+    assert!(colored < 2.4 * alone, "{colored}, {alone} without colors");
+}
+
 #[test]
 fn creases_hold_where_they_are_not_in_the_way() {
     let mesh = ball_and_boxes();

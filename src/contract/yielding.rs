@@ -83,7 +83,7 @@ impl Sides {
             [false, true] => Some(1),
             [false, false] => None,
         };
-        self.at_an_end = on_seam && (is_whole || flags[0] & flags[1] & CORNER != 0);
+        self.at_an_end = on_seam && is_whole;
         self.yields = true;
         self.alone.clear();
         for f in 0..self.faces.len() {
