@@ -3,7 +3,7 @@
 //! A record is written after its output stands under its name, so that nothing is told done that is not. Each shard has its
 //! own file, and a run that goes on reads those of all. A line that a killed run left torn is cut off.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -11,6 +11,7 @@ use std::sync::{Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
+use super::beside::Beside;
 use super::failure::Reason;
 use super::plan::Shard;
 use crate::error::{Error, Result};
@@ -36,6 +37,10 @@ pub struct Record {
     pub input_hash: Option<Hash>,
     /// Of the output.
     pub output_hash: Option<Hash>,
+    /// Of the files beside the input that the output is made of, by their names from its folder: buffers of a glTF, libraries and
+    /// pictures of an OBJ that becomes one. None of a file that was looked for and is not there.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub beside: BTreeMap<String, Option<Hash>>,
     /// Of the options.
     pub options: Hash,
     /// The version of the program.
@@ -185,16 +190,20 @@ struct Line {
     output: String,
     #[serde(flatten)]
     stamp: Stamp,
+    /// Records of inputs that are one file say nothing.
+    #[serde(default)]
+    beside: Beside,
 }
 
 /// What earlier runs say is done, by output. Two may say so with different options.
 #[derive(Debug, Default)]
-pub(super) struct Known(HashMap<String, Vec<Stamp>>);
+pub(super) struct Known(HashMap<String, Vec<(Stamp, Beside)>>);
 
 impl Known {
-    /// Whether a record with this stamp is there.
-    pub fn has(&self, output: &str, stamp: &Stamp) -> bool {
-        self.0.get(output).is_some_and(|stamps| stamps.contains(stamp))
+    /// Whether a record with this stamp is there, of files beside the input that `agree`.
+    pub fn has(&self, output: &str, stamp: &Stamp, mut agree: impl FnMut(&Beside) -> bool) -> bool {
+        let known = self.0.get(output).into_iter().flatten();
+        known.filter(|(known, _)| known == stamp).any(|(_, beside)| agree(beside))
     }
 
     /// Whether there is any record of `output`, so that its hashes are worth finding.
@@ -212,8 +221,8 @@ impl Known {
             let bytes = fs::read(&path).map_err(|source| Error::Read { path, source })?;
             for line in bytes.split(|&byte| byte == b'\n') {
                 // A failure has no hash of an output, and is no stamp.
-                if let Ok(Line { status: Status::Done, output, stamp }) = serde_json::from_slice(line) {
-                    known.0.entry(output).or_default().push(stamp);
+                if let Ok(Line { status: Status::Done, output, stamp, beside }) = serde_json::from_slice(line) {
+                    known.0.entry(output).or_default().push((stamp, beside));
                 }
             }
         }
@@ -317,6 +326,7 @@ mod tests {
             levels: 1,
             input_hash: Some(Hash(1)),
             output_hash: Some(Hash(hash)),
+            beside: BTreeMap::new(),
             options: Hash(u64::MAX),
             version: "1".into(),
             made: None,
@@ -339,11 +349,12 @@ mod tests {
         Ledger::open(&two, false).and_then(|ledger| ledger.append(&[record("b", 3), failed])).expect("records");
         fs::write(dir.path().join("coarsen-x.jsonl"), "no records").expect("a file");
         let known = Known::read(dir.path()).expect("records");
-        assert!(known.has("a", &stamp(2)) && known.has("b", &stamp(3)));
-        assert!(!known.has("a", &stamp(3)) && !known.mentions("c"));
-        assert!(!known.has("a", &Stamp { options: Hash(0), ..stamp(2) }));
-        assert!(!known.has("a", &Stamp { level: 2, ..stamp(2) }));
-        assert!(!known.has("a", &Stamp { version: "2".into(), ..stamp(2) }));
+        let has = |output: &str, stamp: &Stamp| known.has(output, stamp, Beside::is_empty);
+        assert!(has("a", &stamp(2)) && has("b", &stamp(3)));
+        assert!(!has("a", &stamp(3)) && !known.mentions("c"));
+        assert!(!has("a", &Stamp { options: Hash(0), ..stamp(2) }));
+        assert!(!has("a", &Stamp { level: 2, ..stamp(2) }));
+        assert!(!has("a", &Stamp { version: "2".into(), ..stamp(2) }));
         assert_eq!(ledgers(dir.path()).expect("files"), [two, one]);
         assert!(Known::read(&dir.path().join("none")).is_ok_and(|known| known.0.is_empty()));
     }
@@ -361,7 +372,8 @@ mod tests {
             fs::write(&path, &whole[..cut]).expect("a torn file");
             let known = Known::read(dir.path()).expect("records");
             // The newline alone is no loss to a reader.
-            assert!(known.has("a", &stamp(2)) && known.mentions("b") == (cut == whole.len() - 1), "{cut}");
+            let has_first = known.has("a", &stamp(2), Beside::is_empty);
+            assert!(has_first && known.mentions("b") == (cut == whole.len() - 1), "{cut}");
             let ledger = Ledger::open(&path, true).expect("a ledger");
             assert_eq!(fs::read(&path).expect("records"), whole[..first], "{cut}");
             ledger.append(&[record("b", 3)]).expect("a record");
@@ -380,5 +392,8 @@ mod tests {
             "version": "1",
         });
         assert_eq!(line, expected);
+        let beside = BTreeMap::from([("x.bin".to_string(), Some(Hash(16))), ("x.mtl".to_string(), None)]);
+        let line = serde_json::to_value(Record { beside, ..record("a.ply", 255) }).expect("JSON");
+        assert_eq!(line["beside"], serde_json::json!({ "x.bin": "0000000000000010", "x.mtl": null }));
     }
 }

@@ -7,12 +7,13 @@
 //!
 //! Invariants:
 //! - an output stands under its name whole or not at all, and its record is written after it;
-//! - a record says done only of an output that has its hash; a run that goes on checks that of input and output, the options
-//!   and the version, and does again what does not agree;
-//! - what is written depends on a file and its recipe alone: not on the order, the threads, the device, the shards, or the
-//!   files beside it, failures and panics included;
+//! - a record says done only of an output that has its hash; a run that goes on checks that of input, output and the files that
+//!   the input is read with, the options and the version, and does again what does not agree;
+//! - what is written depends on a file, those that it names, and its recipe alone: not on the order, the threads, the device, the
+//!   shards, or other files, failures and panics included;
 //! - one process at a time works on a file: shards are locked while they are at work.
 
+mod beside;
 mod estimate;
 mod failure;
 mod input;

@@ -283,6 +283,52 @@ fn what_lies_beside_outputs_belongs_to_them() {
     assert!(error.contains(".bin': it exists"), "{error}");
 }
 
+/// Bytes of a glTF, libraries and pictures of an OBJ: what goes into an output counts as the input's own bytes do.
+#[test]
+fn what_lies_beside_inputs_belongs_to_them() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let input = |name: &str| dir.path().join("in").join(name);
+    fs::create_dir(dir.path().join("in")).expect("a folder");
+    let [small, large] = [1000, 1400].map(|faces| sample("part", Some(faces)).expect("a sample"));
+    let write = |mesh: &Mesh| formats::write(mesh, &input("one.gltf"), &WriteOptions::default()).expect("a file");
+    let mut moved = large.clone();
+    moved.positions.iter_mut().for_each(|position| *position *= 2.0);
+    write(&moved);
+    let moved = fs::read(input("one.bin")).expect("bytes");
+    write(&large);
+    formats::write(&small, &input("plain.ply"), &WriteOptions::default()).expect("a file");
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\n";
+    let faces = "f 1/1 3/3 2/2\nf 1/1 2/2 4/3\nf 2/1 3/2 4/3\nf 3/1 1/2 4/3\n";
+    let obj = format!("mtllib a.mtl b.mtl\nusemtl red\n{corners}{faces}");
+    fs::write(input("two.obj"), obj).expect("a file");
+    let made = |out: &str, options: Options| {
+        let apart = Recipe { pattern: Pattern::new("{stem}-{level}.glb").expect("a pattern"), ..recipe() };
+        let plan = plan(dir.path(), out, apart, Shard::WHOLE);
+        let summary = go(&plan, options);
+        assert_eq!((summary.failed.len(), summary.left), (0, 0), "{summary:?}");
+        (summary.done, contents(dir.path(), out))
+    };
+    assert_eq!(made("out", Options::default()).0, 3);
+    assert_eq!(made("out", RESUME).0, 0);
+    let library = |color: &str| format!("newmtl red\nKd {color}\nmap_Kd where\\it\\was\\p.png\n").into_bytes();
+    let picture = |end: &[u8]| [b"\x89PNG\r\n\x1a\n", end].concat();
+    let changes = [
+        ("one.bin", moved),
+        ("a.mtl", b"newmtl blue\n".to_vec()),
+        ("b.mtl", library("1 0 0")),
+        ("b.mtl", library("0 1 0")),
+        ("p.png", picture(b"one")),
+        ("p.png", picture(b"two")),
+    ];
+    for (number, (name, bytes)) in changes.iter().enumerate() {
+        fs::write(input(name), bytes).expect("a file");
+        let (done, resumed) = made("out", RESUME);
+        let (_, whole) = made(&format!("whole-{number}"), Options::default());
+        assert!(done == 1 && resumed == whole, "{name}: {done} done");
+        assert_eq!(made("out", RESUME).0, 0, "{name}");
+    }
+}
+
 /// A closed surface has four faces at least, and a touching one warns.
 #[test]
 fn files_that_are_short_or_warned_about_are_counted() {

@@ -1,5 +1,6 @@
 //! One file from reading to its records.
 
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io;
 use std::ops::ControlFlow;
@@ -7,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::Event;
+use super::beside::{self, Standing};
 use super::estimate;
 use super::failure::{Failure, Reason};
 use super::input::Origin;
@@ -60,7 +62,9 @@ impl Shop<'_> {
         let cores = self.schedule.cores(false);
         let (parsed, parse) = timed(|| thread.install(|| self.parse(job, bytes)));
         let (Scene { mesh, document, warnings }, method) = parsed?;
-        read += parse;
+        // What is read when levels are written is summed before: if it changes meanwhile, a run that goes on finds out.
+        let (beside, sum) = timed(|| beside::of(&document, job));
+        read += parse + sum;
         let faces = mesh.faces.len() as u64;
         let is_for_gpu = self.schedule.is_for_gpu(faces);
         let needed = estimate::bytes_needed(faces, is_for_gpu) + estimate::bytes_of_levels(faces, &recipe.budgets);
@@ -92,6 +96,7 @@ impl Shop<'_> {
                 status: Status::Done,
                 input_hash: Some(hash),
                 output_hash: Some(output_hash),
+                beside: beside.clone(),
                 made: Some(made),
                 ..blank(job, level, options)
             });
@@ -133,13 +138,15 @@ impl Shop<'_> {
         self.ledger.append(&(0..job.outputs.len()).map(record).collect::<Vec<_>>())
     }
 
-    /// Whether every level stands as a record says, from this input, with these options and this version.
+    /// Whether every level stands as a record says, from this input and what lies beside it, with these options and this version.
     fn is_done(&self, job: &Job, input_hash: Hash, options: Hash) -> bool {
+        let mut standing = Standing::of(job);
         (1..).zip(&job.outputs).all(|(level, output)| {
             let path = self.plan.folder().join(output);
             let has = |output_hash| {
                 let version = env!("CARGO_PKG_VERSION").into();
-                self.known.has(output, &Stamp { level, input_hash, output_hash, options, version })
+                let stamp = Stamp { level, input_hash, output_hash, options, version };
+                self.known.has(output, &stamp, |beside| standing.agrees(beside))
             };
             self.known.mentions(output) && hash_of(&path, job.input_format()).is_ok_and(has)
         })
@@ -252,6 +259,7 @@ fn blank(job: &Job, level: usize, options: Hash) -> Record {
         levels: job.outputs.len(),
         input_hash: None,
         output_hash: None,
+        beside: BTreeMap::new(),
         options,
         version: env!("CARGO_PKG_VERSION").into(),
         made: None,

@@ -88,14 +88,18 @@ pub(super) fn read_beside(folder: Option<&Path>, name: &str) -> Result<Vec<u8>> 
     let Some(folder) = folder else {
         return Err(Error::Unsupported("a file beside a stream, which has no folder: give a path".into()));
     };
-    let name = name.replace('\\', "/");
-    let last = name.rsplit('/').next().unwrap_or_default();
-    let candidates = [path_beside(folder, &name), path_beside(folder, last)];
-    let paths = || candidates.iter().flatten();
-    match paths().find(|path| path.is_file()).or_else(|| paths().next()) {
+    let paths = paths_beside(folder, name);
+    match paths.iter().find(|path| path.is_file()).or_else(|| paths.first()) {
         Some(path) => read_whole(path.clone()),
         None => Err(Error::Unsupported(format!("the file name {}", text::quote(name.as_bytes())))),
     }
+}
+
+/// Where [`read_beside`] looks for a file, in this order.
+pub(super) fn paths_beside(folder: &Path, name: &str) -> Vec<PathBuf> {
+    let name = name.replace('\\', "/");
+    let last = name.rsplit('/').next().unwrap_or_default();
+    [path_beside(folder, &name), path_beside(folder, last)].into_iter().flatten().collect()
 }
 
 /// All bytes of a file, which must be a regular one.

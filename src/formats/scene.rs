@@ -343,6 +343,16 @@ impl Document {
         }
     }
 
+    /// The files beside the input that one of `format` is made of, also those that were looked for and are missing: the buffers of
+    /// a glTF, the libraries and pictures of an OBJ that becomes one. They are read when it is written; buffers when it was read.
+    pub fn files_beside(&self, format: Format) -> Vec<PathBuf> {
+        match self {
+            Self::Gltf(document) => document.files().to_vec(),
+            Self::Obj(libraries) if matches!(format, Format::Gltf | Format::Glb) => libraries.files(),
+            _ => Vec::new(),
+        }
+    }
+
     fn without_instances(self) -> Self {
         match self {
             Self::Gltf(document) => Self::Gltf(Box::new(document.without_instances())),

@@ -121,6 +121,11 @@ pub(super) fn prepare(mesh: &Mesh, document: Option<&Gltf>, described: &[Materia
 }
 
 impl Gltf {
+    /// The files that bytes came from, in the input's folder.
+    pub(super) fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
     /// The file of the input's bytes that those of a glTF at `output` would replace.
     pub(super) fn replaces(&self, output: &Path) -> Option<PathBuf> {
         let beside = fs::canonicalize(output.with_extension("bin")).ok()?;

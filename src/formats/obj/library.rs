@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use rustc_hash::FxHashMap;
 
 use crate::error::Result;
-use crate::formats::looks::read_beside;
+use crate::formats::looks::{paths_beside, read_beside};
 use crate::formats::material::{Map, Material, Picture};
 use crate::formats::output::push_floats;
 use crate::formats::text;
@@ -61,6 +61,19 @@ impl Libraries {
             }
         }
         (known, warnings)
+    }
+
+    /// The files in which libraries and the pictures of their materials are looked for, some of which may be missing.
+    pub(in crate::formats) fn files(&self) -> Vec<PathBuf> {
+        let Some(folder) = &self.folder else { return Vec::new() };
+        let (described, _) = self.read();
+        let picture = |material: &Material| match &material.map {
+            Some(Map { picture: Picture::Beside(name), .. }) => Some(name.clone()),
+            _ => None,
+        };
+        let names = self.names.iter().flat_map(|library| std::iter::once(&**library).chain(library.split_whitespace()));
+        let names = names.map(String::from).chain(described.iter().filter_map(picture));
+        names.flat_map(|name| paths_beside(folder, &name)).collect()
     }
 }
 
