@@ -29,26 +29,29 @@ pub fn run(args: &args::Sample) -> anyhow::Result<Exit> {
     sink.check(None, args.overwrite)?;
     let path = args.output.as_ref();
     let mut counts = [0; 2];
-    let written = interrupt::shielded(|| {
-        if !comes_in_pieces(&name, faces) || Format::from_path(path)? != (Format::Ply, Compression::None) {
-            let mesh = sample(&name, faces)?;
-            counts = [mesh.positions.len(), mesh.faces.len()];
-            return sink.write(&mesh, &Document::None, &WriteOptions::default()).map(drop);
-        }
-        formats::write_pieces(path, |write| {
-            sample_in_pieces(&name, faces, &mut |piece| {
-                counts = [counts[0] + piece.positions.len(), counts[1] + piece.faces.len()];
-                // Any error ends it: this one is told in other words below.
-                if interrupt::asked() { Err(Error::Parameter("interrupted".into())) } else { write(piece) }
+    if comes_in_pieces(&name, faces) && Format::from_path(path)? == (Format::Ply, Compression::None) {
+        let written = interrupt::shielded(|| {
+            formats::write_pieces(path, |write| {
+                sample_in_pieces(&name, faces, &mut |piece| {
+                    counts = [counts[0] + piece.positions.len(), counts[1] + piece.faces.len()];
+                    // Any error ends it: this one is told in other words below.
+                    if interrupt::asked() { Err(Error::Parameter("interrupted".into())) } else { write(piece) }
+                })
             })
-        })
-    });
-    if written.is_err() && interrupt::asked() {
-        return Err(refuse(Exit::Interrupted, "interrupted, nothing is written"));
+        });
+        if written.is_err() && interrupt::asked() {
+            return Err(refuse(Exit::Interrupted, "interrupted, nothing is written"));
+        }
+        written?;
+    } else {
+        // Before there is a file, Ctrl-C ends the program at once.
+        let mesh = sample(&name, faces)?;
+        counts = [mesh.positions.len(), mesh.faces.len()];
+        interrupt::shielded(|| sink.write(&mesh, &Document::None, &WriteOptions::default()))?;
     }
-    written?;
     if !args.quiet {
         console::say(format!("'{}': {} vertices, {} faces", args.output, counts[0], counts[1]));
     }
-    Ok(Exit::Done)
+    // The file was complete before the interruption could be heeded; the shell is to know of it all the same.
+    Ok(if interrupt::asked() { Exit::Interrupted } else { Exit::Done })
 }

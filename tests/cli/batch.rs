@@ -310,7 +310,7 @@ fn an_interrupted_run_leaves_a_folder_that_can_be_completed() {
     while records(&dir.path("out/coarsen.jsonl")).is_empty() {
         thread::sleep(Duration::from_millis(1));
     }
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill").success());
+    assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().expect("kill").success());
     let ran = Ran::of(child.wait_with_output().expect("its end"));
     assert_eq!(ran.code, Some(130), "{}", ran.err);
     assert!(ran.err.contains("left for --resume"), "{}", ran.err);

@@ -77,6 +77,62 @@ fn ctrl_c_leaves_nothing_behind() {
     assert!(dir.files().is_empty(), "{:?}", dir.files());
 }
 
+/// As `kill`, `timeout` and schedulers ask, twice at once, and as a terminal that closes does, unless it is to be ignored (`nohup`).
+#[cfg(unix)]
+#[test]
+fn whatever_asks_a_run_to_end_leaves_nothing_behind() {
+    let line = "sample:statue@300k out.ply -f 100 -g cpu -j 1 --progress json";
+    for (signals, prefix, code) in [
+        (&["-TERM"][..], "", 130),
+        (&["-TERM", "-TERM"], "", 130),
+        (&["-HUP"], "", 130),
+        (&["-HUP"], "trap '' HUP; ", 0),
+        (&["-HUP", "-TERM"], "trap '' HUP; ", 130),
+    ] {
+        let dir = Dir::new();
+        let mut command = Command::new("sh");
+        command.args(["-c", &format!("{prefix}exec {} simplify {line}", env!("CARGO_BIN_EXE_coarsen"))]);
+        command.current_dir(dir.path("")).env("NODEVICE_SELECT", "1").stderr(Stdio::piped()).stdout(Stdio::null());
+        let mut child = command.spawn().expect("the program");
+        let mut messages = BufReader::new(child.stderr.take().expect("its messages"));
+        let mut first = String::new();
+        messages.read_line(&mut first).expect("a line");
+        assert!(first.starts_with("{\"faces\":"), "{first}");
+        let id = child.id();
+        let send = signals.iter().map(|signal| format!("kill {signal} {id}")).collect::<Vec<_>>().join("; ");
+        assert!(Command::new("sh").args(["-c", &send]).status().expect("kill").success());
+        let mut rest = String::new();
+        messages.read_to_string(&mut rest).expect("messages");
+        assert_eq!(child.wait().expect("its end").code(), Some(code), "{signals:?}: {rest}");
+        // Twice at once is once: it was not ended on the spot.
+        let is_told = rest.ends_with("coarsen: error: interrupted, nothing is written\n");
+        assert_eq!(is_told, code == 130, "{signals:?}: {rest}");
+        assert_eq!(dir.files().len(), usize::from(code == 0), "{signals:?}: {:?}", dir.files());
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_sample_that_is_interrupted_is_not_written() {
+    let dir = Dir::new();
+    // An OBJ is made as a whole, a PLY of this size in slabs.
+    for output in ["out.obj", "out.ply"] {
+        let mut child = dir.command(&format!("sample statue@20M {output}")).stderr(Stdio::null()).spawn().expect("it");
+        let status = format!("/proc/{}/status", child.id());
+        let catches_it = || {
+            let text = fs::read_to_string(&status).expect("its status");
+            let caught = text.lines().find_map(|line| line.strip_prefix("SigCgt:")).expect("signals");
+            u64::from_str_radix(caught.trim(), 16).expect("a number") & 2 != 0
+        };
+        while !catches_it() {
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill").success());
+        assert_eq!(child.wait().expect("its end").code(), Some(130), "{output}");
+        assert!(dir.files().is_empty(), "{:?}", dir.files());
+    }
+}
+
 #[test]
 fn meshes_go_through_pipes() {
     let dir = Dir::new();

@@ -180,7 +180,7 @@ Exit codes:
   2  usage                            7    device missing or lost
   3  target not reached, required     8    output not written
   4  input unreadable or malformed    9    some files of a batch failed
-                                      130  interrupted";
+                                      130  ended by Ctrl-C, SIGTERM, SIGHUP";
 
 const EXAMPLES: &str = "\
 Examples:
