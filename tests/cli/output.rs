@@ -134,6 +134,31 @@ fn a_sample_that_is_interrupted_is_not_written() {
 }
 
 #[test]
+fn coordinates_that_do_not_fit_a_format_are_refused() {
+    let dir = Dir::new();
+    let grid = |side: u32| -> String {
+        let vertices = (0..side * side).map(|i| format!("v {}e38 {}e38 {}e37\n", i % side, i / side, i * i % 7));
+        let corners = |i: u32| format!("f {} {} {}\nf {0} {2} {}\n", i, i + 1, i + side + 1, i + side);
+        let cells = (1..side * (side - 1)).filter(|i| i % side != 0).map(corners);
+        vertices.chain(cells).collect()
+    };
+    dir.file("in.obj", grid(24));
+    dir.run("simplify in.obj kept.obj -f 200 -g cpu --write-log kept.clog").succeeds();
+    for output in ["out.stl", "out.glb", "out.gltf", "out.gltf.gz"] {
+        let parts = [&*format!("cannot write '{output}'"), "a coordinate is too large for the f32 of "];
+        dir.run(&format!("simplify in.obj {output} -f 200 -g cpu")).fails(8, &parts);
+        dir.run(&format!("replay in.obj kept.clog {output} -f 200")).fails(8, &parts);
+    }
+    dir.run("simplify in.obj - --format glb -f 200 -g cpu").fails(8, &["cannot write '-'", "of glTF"]);
+    assert_eq!(dir.files(), ["in.obj", "kept.clog", "kept.obj"]);
+    for output in ["out.off", "out.ply", "text.ply --ascii", "text.stl --ascii"] {
+        dir.run(&format!("simplify in.obj {output} -f 200 -g cpu")).succeeds();
+        let name = output.split(' ').next().unwrap_or_default();
+        dir.run(&format!("inspect {name}")).succeeds();
+    }
+}
+
+#[test]
 fn meshes_go_through_pipes() {
     let dir = Dir::new();
     dir.file("in.obj", TETRAHEDRON);

@@ -15,6 +15,8 @@ pub(super) struct File {
     pub(super) json: Value,
     pub(super) binary: Vec<u8>,
     pub(super) warnings: Vec<String>,
+    /// Whether a position is too large for its `f32`.
+    pub(super) overflows: bool,
 }
 
 impl File {
@@ -30,6 +32,7 @@ impl File {
         let packed: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
         let accessor = self.elements(&packed, 4 * width, (Number::F32, false), shape, said);
         if is_position {
+            self.overflows |= numbers.iter().any(|number| !number.is_finite());
             self.bound(accessor, numbers, width);
         }
         accessor

@@ -175,8 +175,20 @@ impl Gltf {
 }
 
 impl Prepared {
+    /// Refuses positions that no reader would take.
+    fn check(&self) -> io::Result<()> {
+        match self.file.overflows {
+            true => Err(io::Error::new(
+                io::ErrorKind::InvalidInput,
+                "a coordinate is too large for the f32 of glTF; write another format",
+            )),
+            false => Ok(()),
+        }
+    }
+
     /// Writes all into one stream.
     pub(super) fn write_to(mut self, format: Format, out: &mut dyn Write) -> io::Result<()> {
+        self.check()?;
         if format == Format::Glb {
             let too_large = || io::Error::new(io::ErrorKind::FileTooLarge, "a GLB holds at most 4 GiB");
             return out.write_all(&container::glb(&self.file.json, &self.file.binary).ok_or_else(too_large)?);
@@ -190,6 +202,7 @@ impl Prepared {
 
     /// Writes a file at `path`; the bytes of a glTF go to a `.bin` beside it, first, unless they stood in the JSON.
     pub(super) fn write(mut self, path: &Path, format: Format, compression: Compression) -> io::Result<()> {
+        self.check()?;
         let is_apart = format == Format::Gltf && compression == Compression::None && !self.has_data_uris;
         if is_apart && let Some(buffer) = self.file.json.pointer_mut("/buffers/0") {
             let beside = path.with_extension("bin");

@@ -22,7 +22,8 @@ type Key = (u32, [u32; 2]);
 
 /// The JSON and the bytes of `mesh` in `document`, whose parts its materials are.
 pub(super) fn fill(mesh: &Mesh, document: &Gltf) -> File {
-    let mut file = File { json: document.json.clone(), binary: document.binary.clone(), warnings: Vec::new() };
+    let mut file =
+        File { json: document.json.clone(), binary: document.binary.clone(), warnings: Vec::new(), overflows: false };
     let mut of_part = vec![Vec::new(); document.parts.len()];
     match &mesh.materials {
         Some(materials) if document.parts.len() > 1 => {
