@@ -1,14 +1,18 @@
 //! A manifest: inputs and their options as lines of JSON, each laid over the command line.
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
+use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Command, FromArgMatches};
+use clap::{Arg, ArgAction, Args, Command, FromArgMatches, Id, value_parser};
 use coarsen::Error;
 use coarsen::batch::Recipe;
 use coarsen::formats::Weights;
-use serde_json::{Map, Value};
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use serde_json::Value;
 
 use super::resolve::recipe;
 use crate::cli::Exit;
@@ -26,19 +30,24 @@ pub struct Entry {
 /// Reads the manifest at `path`, over the command line `line`.
 ///
 /// # Errors
-/// A file that cannot be read; the first line that is no object with an input, or has an option that is none of each file or
-/// has a wrong value.
+/// A file that cannot be read or has no line; the first line that is no object with an input, or has a key twice, an option that
+/// is none of each file or a wrong value.
 pub fn read(path: &Path, line: &[OsString]) -> anyhow::Result<Vec<Entry>> {
     let text = fs::read_to_string(path).map_err(|source| Error::Read { path: path.to_path_buf(), source })?;
     let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
     let mut reader = Reader { folder, line, command: args::command(), options: options() };
+    // Some editors mark UTF-8.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let rows = text.lines().enumerate().filter(|(_, row)| !row.trim().is_empty());
-    rows.map(|(i, row)| {
-        reader
-            .entry(row)
-            .map_err(|error| refuse(Exit::Usage, format!("'{}' line {}: {}", path.display(), i + 1, message(&error))))
-    })
-    .collect()
+    let entry = |(i, row): (usize, &str)| {
+        let named = |error| refuse(Exit::Usage, format!("'{}' line {}: {}", path.display(), i + 1, message(&error)));
+        reader.entry(row).map_err(named)
+    };
+    let entries: Vec<Entry> = rows.map(entry).collect::<anyhow::Result<_>>()?;
+    match entries.is_empty() {
+        true => Err(refuse(Exit::Usage, format!("'{}' names no file: give a line for each", path.display()))),
+        false => Ok(entries),
+    }
 }
 
 /// The options that make a list of levels.
@@ -48,23 +57,67 @@ struct Reader<'a> {
     folder: PathBuf,
     line: &'a [OsString],
     command: Command,
-    /// Names of the options of each file.
-    options: Vec<String>,
+    /// The options of each file.
+    options: Vec<Known>,
 }
 
-/// The long names of the options that go for each file.
-fn options() -> Vec<String> {
+/// An option that goes for each file.
+struct Known {
+    id: Id,
+    /// Its long name, and others that it goes by.
+    long: String,
+    aliases: Vec<String>,
+    /// Whether it is there or not, and has no value.
+    is_switch: bool,
+}
+
+fn options() -> Vec<Known> {
     let each = Each::augment_args(Command::new("each"));
-    each.get_arguments()
-        .flat_map(|arg| arg.get_long_and_visible_aliases().unwrap_or_default())
-        .map(Into::into)
-        .collect()
+    let known = |arg: &Arg| {
+        let aliases = arg.get_visible_aliases().unwrap_or_default().into_iter().map(Into::into).collect();
+        let is_switch = !arg.get_action().takes_values();
+        Some(Known { id: arg.get_id().clone(), long: arg.get_long()?.into(), aliases, is_switch })
+    };
+    each.get_arguments().filter_map(known).collect()
+}
+
+/// The members of an object, in order, even if two have one name.
+struct Members(Vec<(String, Value)>);
+
+impl<'de> Deserialize<'de> for Members {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct InOrder;
+        impl<'de> Visitor<'de> for InOrder {
+            type Value = Members;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an object")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Members, A::Error> {
+                let mut members = Vec::new();
+                while let Some(member) = map.next_entry()? {
+                    members.push(member);
+                }
+                Ok(Members(members))
+            }
+        }
+        deserializer.deserialize_map(InOrder)
+    }
 }
 
 impl Reader<'_> {
     fn entry(&mut self, row: &str) -> anyhow::Result<Entry> {
-        let mut fields: Map<String, Value> = serde_json::from_str(row)
+        let Members(members) = serde_json::from_str(row)
             .map_err(|error| refuse(Exit::Usage, format!("expected a JSON object: {error}")))?;
+        let mut fields: BTreeMap<String, Value> = BTreeMap::new();
+        for (name, value) in members {
+            let name = self.own_name(&name);
+            if fields.contains_key(&name) {
+                return Err(refuse(Exit::Usage, format!("'{name}' is given twice")));
+            }
+            fields.insert(name, value);
+        }
         let Some(Value::String(input)) = fields.remove("input") else {
             return Err(refuse(Exit::Usage, "it has no \"input\", the name of a file"));
         };
@@ -82,25 +135,31 @@ impl Reader<'_> {
         Ok(Entry { input, recipe: recipe(&each)? })
     }
 
+    /// The long name of the option that a key stands for; the key of none.
+    fn own_name(&self, key: &str) -> String {
+        let name = key.replace('_', "-");
+        let known = self.options.iter().find(|option| option.aliases.contains(&name));
+        known.map_or(name, |option| option.long.clone())
+    }
+
     /// The options of the command line with `fields` over them.
-    fn each(&mut self, fields: &Map<String, Value>) -> anyhow::Result<Each> {
-        let mut own = Vec::new();
+    fn each(&mut self, fields: &BTreeMap<String, Value>) -> anyhow::Result<Each> {
+        let (mut own, mut off) = (Vec::new(), Vec::new());
         for (name, value) in fields {
-            let name = name.replace('_', "-");
-            if !self.options.contains(&name) {
+            let Some(option) = self.options.iter().find(|option| option.long == *name) else {
                 return Err(refuse(Exit::Usage, format!("'{name}' is no option of each file")));
-            }
-            own.extend(words(&name, value)?);
+            };
+            own.push(word(name, value, option.is_switch)?);
+            off.extend((*value == Value::Bool(false)).then_some(option.id.as_str()));
         }
-        let has = |names: &[&str]| fields.keys().any(|name| names.contains(&name.as_str()));
-        let says_levels = match (has(&["ratios", "ratio"]), has(&["faces"])) {
+        let says_levels = match (fields.contains_key("ratios"), fields.contains_key("faces")) {
             (true, true) => return Err(refuse(Exit::Usage, "'ratios' and 'faces' contradict each other")),
             (by_ratio, by_faces) => by_ratio || by_faces,
         };
         let end = self.line.iter().position(|word| word == "--").unwrap_or(self.line.len());
         let words = self.line[..end].iter().chain(&own).chain(&self.line[end..]);
         let command = self.command.clone().mut_subcommand("batch", |batch| {
-            let batch = batch.args_override_self(true);
+            let batch = off.iter().fold(batch.args_override_self(true), |batch, id| batch.mut_arg(id, takes_false));
             match says_levels {
                 // What a line says of levels takes the place of all that the command line says.
                 true => {
@@ -123,20 +182,29 @@ impl Reader<'_> {
     }
 }
 
-/// An option as words of a command line.
-fn words(name: &str, value: &Value) -> anyhow::Result<Vec<OsString>> {
+/// A switch that `--name=false` takes off again; without a value it is on, as before.
+fn takes_false(switch: Arg) -> Arg {
+    let switch = switch.action(ArgAction::Set).value_parser(value_parser!(bool)).num_args(0..=1).require_equals(true);
+    switch.default_missing_value("true").default_value("false")
+}
+
+/// An option as a word of a command line.
+fn word(name: &str, value: &Value, is_switch: bool) -> anyhow::Result<OsString> {
     let text = |value: &Value| match value {
         Value::String(text) => Some(text.clone()),
         Value::Number(number) => Some(number.to_string()),
         _ => None,
     };
-    let joined = match value {
-        Value::Bool(true) => return Ok(vec![format!("--{name}").into()]),
+    let given = match value {
+        Value::Bool(true) if is_switch => return Ok(format!("--{name}").into()),
+        Value::Bool(false) if is_switch => Some("false".into()),
+        _ if is_switch => None,
         Value::Array(values) => values.iter().map(text).collect::<Option<Vec<_>>>().map(|texts| texts.join(",")),
         value => text(value),
     };
-    let wrong = || refuse(Exit::Usage, format!("'{name}' is {value}: give a text, a number, a list or true"));
-    Ok(vec![format!("--{name}={}", joined.ok_or_else(wrong)?).into()])
+    let wanted = if is_switch { "true or false" } else { "a text, a number or a list" };
+    let wrong = || refuse(Exit::Usage, format!("'{name}' is {value}: give {wanted}"));
+    Ok(format!("--{name}={}", given.ok_or_else(wrong)?).into())
 }
 
 #[cfg(test)]
@@ -189,10 +257,40 @@ mod tests {
             ("{\"input\": \"a.ply\", \"ratios\": 0.5, \"faces\": 3}", "contradict"),
             ("{\"input\": \"a.ply\", \"grid\": 3}", "'grid' is no option"),
             ("{\"input\": \"a.ply\", \"ratios\": [0.5, \"50%\"]}", "given twice"),
+            ("{\"input\": \"a.ply\", \"input\": \"b.ply\"}", "'input' is given twice"),
+            ("{\"input\": \"a.ply\", \"lock_border\": true, \"lock-border\": true}", "'lock-border' is given twice"),
+            ("{\"input\": \"a.ply\", \"ratio\": 0.1, \"ratios\": 0.2}", "'ratios' is given twice"),
+            ("{\"input\": \"a.ply\", \"lock-border\": 1}", "'lock-border' is 1: give true or false"),
+            ("{\"input\": \"a.ply\", \"metric\": false}", "'metric' is false: give a text"),
         ] {
             let manifest = format!("{{\"input\": \"a.ply\"}}\n{row}\n");
             let error = entries(command, &manifest).err().expect(row);
             assert!(error.contains("line 2: ") && error.contains(part), "{row}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_mark_is_passed_over_and_nothing_at_all_is_refused() {
+        let command = "coarsen batch --manifest m -d out --ratios 50%";
+        assert_eq!(entries(command, "\u{feff}{\"input\": \"a.ply\"}\r\n").expect("an entry").len(), 1);
+        for nothing in ["", "\n \r\n", "\u{feff}"] {
+            let error = entries(command, nothing).err().expect("no entries");
+            assert!(error.contains("jobs.jsonl' names no file"), "{error}");
+        }
+    }
+
+    #[test]
+    fn switches_are_put_on_and_taken_off() {
+        let manifest = "{\"input\": \"a.ply\"}\n{\"input\": \"a.ply\", \"lock-border\": false}\n\
+            {\"input\": \"a.ply\", \"lock-border\": true}\n";
+        for (switch, expected) in [("--lock-border", [true, false, true]), ("", [false, false, true])] {
+            let entries =
+                entries(&format!("coarsen batch {switch} --manifest m -d out -r 50%"), manifest).expect("entries");
+            let is_on = |entry: &Entry| match &entry.recipe.method {
+                coarsen::Method::Contract(options) => options.lock_border,
+                other => panic!("{other:?}"),
+            };
+            assert_eq!(entries.iter().map(is_on).collect::<Vec<_>>(), expected, "{switch}");
         }
     }
 
