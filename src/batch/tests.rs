@@ -329,6 +329,23 @@ fn what_lies_beside_inputs_belongs_to_them() {
     }
 }
 
+#[test]
+fn what_is_left_of_long_names_is_removed() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let name = format!("{}.ply", "x".repeat(240));
+    for folder in ["in", "out"] {
+        fs::create_dir(dir.path().join(folder)).expect("a folder");
+    }
+    let mesh = sample("part", Some(1000)).expect("a sample");
+    formats::write(&mesh, &dir.path().join("in").join(&name), &WriteOptions::default()).expect("a file");
+    let stem = formats::temporary_stem(name.as_ref()).to_string_lossy().into_owned();
+    let [own, other] = [stem, "y".repeat(97)].map(|stem| dir.path().join("out").join(format!(".{stem}.1-0.tmp")));
+    [&own, &other].iter().for_each(|path| fs::write(path, "torn").expect("a file"));
+    let one = Recipe { budgets: vec![Budget::keep(0.5)], pattern: Pattern::for_levels(1), ..recipe() };
+    assert_eq!(go(&plan(dir.path(), "out", one, Shard::WHOLE), RESUME).done, 1);
+    assert!(!own.exists() && other.exists() && dir.path().join("out").join(name).exists());
+}
+
 /// A closed surface has four faces at least, and a touching one warns.
 #[test]
 fn files_that_are_short_or_warned_about_are_counted() {

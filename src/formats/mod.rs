@@ -63,7 +63,7 @@ pub use convert::file_beside;
 pub use gltf::Gltf;
 pub use looks::{Looks, looks};
 pub use obj::Libraries;
-pub(crate) use output::is_temporary_of;
+pub(crate) use output::{stem_of_temporary, temporary_stem};
 pub use pieces::write_pieces;
 pub use ply::Notes;
 pub use property::{Weights, read_indices, read_numbers, read_property, write_with_property};

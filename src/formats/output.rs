@@ -1,5 +1,7 @@
 //! Bytes on their way out: atomic files, compression, rows formatted by all threads.
 
+use std::borrow::Cow;
+use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::ops::Range;
@@ -46,10 +48,11 @@ fn target(path: &Path) -> PathBuf {
 fn create_beside(path: &Path) -> io::Result<(File, PathBuf)> {
     static SERIAL: AtomicU64 = AtomicU64::new(0);
     let Some(name) = path.file_name() else { return Err(io::ErrorKind::InvalidFilename.into()) };
+    let stem = temporary_stem(name);
     loop {
         let serial = SERIAL.fetch_add(1, Ordering::Relaxed);
-        let mut hidden = std::ffi::OsString::from(".");
-        hidden.push(name);
+        let mut hidden = OsString::from(".");
+        hidden.push(&stem);
         hidden.push(format!(".{}-{serial}.tmp", std::process::id()));
         let temporary = path.with_file_name(hidden);
         match OpenOptions::new().write(true).create_new(true).open(&temporary) {
@@ -60,8 +63,24 @@ fn create_beside(path: &Path) -> io::Result<(File, PathBuf)> {
     }
 }
 
-/// The name of the file that a temporary one of [`atomically`] was to become: `x.ply` of `.x.ply.4711-0.tmp`.
-pub fn is_temporary_of(name: &str) -> Option<&str> {
+/// Bytes of a name that its temporary file has whole. File systems take 255, some with encryption 143, numbers and dots included.
+const WHOLE_STEM: usize = 96;
+
+/// The name of a file as its temporary ones have it: if it is long the beginning, and a sum that tells it from others.
+pub fn temporary_stem(name: &OsStr) -> Cow<'_, OsStr> {
+    const BEGINNING: usize = WHOLE_STEM - 9;
+    if name.len() <= WHOLE_STEM {
+        return Cow::Borrowed(name);
+    }
+    let text = name.to_string_lossy();
+    let mut sum = flate2::Crc::new();
+    sum.update(name.as_encoded_bytes());
+    let end = (0..=BEGINNING).rev().find(|&at| text.is_char_boundary(at)).unwrap_or(0);
+    Cow::Owned(format!("{}~{:08x}", &text[..end], sum.sum()).into())
+}
+
+/// The [`temporary_stem`] of the file that a temporary one of [`atomically`] was to become: `x.ply` of `.x.ply.4711-0.tmp`.
+pub fn stem_of_temporary(name: &str) -> Option<&str> {
     let (output, numbers) = name.strip_prefix('.')?.strip_suffix(".tmp")?.rsplit_once('.')?;
     let (process, serial) = numbers.split_once('-')?;
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
@@ -202,6 +221,31 @@ mod tests {
         std::os::unix::fs::symlink("round", path("round")).unwrap();
         atomically(&path("round"), |file| file.write_all(b"all")).unwrap_err();
         assert!(path("round").is_symlink());
+    }
+
+    /// As long as file systems allow, and told apart and known again where they do not fit.
+    #[test]
+    fn long_names_have_temporary_files_too() {
+        let folder = tempfile::tempdir().unwrap();
+        let names = ["a", "é", "👪"].map(|letter| letter.repeat(251 / letter.len()) + ".off");
+        for name in &names {
+            let path = folder.path().join(name);
+            let mut seen = Vec::new();
+            atomically(&path, |_| {
+                seen = fs::read_dir(folder.path())?.map(|entry| entry.unwrap().file_name()).collect();
+                Ok(())
+            })
+            .unwrap();
+            let stems = seen.iter().filter_map(|name| stem_of_temporary(name.to_str().unwrap()));
+            assert_eq!(stems.collect::<Vec<_>>(), [&*temporary_stem(OsStr::new(name))]);
+            fs::remove_file(path).unwrap();
+        }
+        let stem = |name: &str| temporary_stem(OsStr::new(name)).into_owned();
+        let same_beginning = [1, 2].map(|number| stem(&format!("{}{number}.ply", "x".repeat(200))));
+        assert_ne!(same_beginning[0], same_beginning[1]);
+        assert!(same_beginning[0].len() == WHOLE_STEM && stem("x.ply") == "x.ply");
+        assert_eq!(stem_of_temporary(".x.ply.4711-0.tmp"), Some("x.ply"));
+        assert_eq!([".x.ply.4711-.tmp", "x.ply.4711-0.tmp", "..1-1.tmp"].map(stem_of_temporary), [None; 3]);
     }
 
     #[test]

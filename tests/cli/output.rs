@@ -159,6 +159,15 @@ fn coordinates_that_do_not_fit_a_format_are_refused() {
 }
 
 #[test]
+fn names_may_be_as_long_as_the_file_system_takes_them() {
+    let dir = Dir::new();
+    dir.file("in.obj", TETRAHEDRON);
+    let name = format!("{}.off", "o".repeat(245));
+    dir.run(&format!("simplify in.obj {name} -f 4 -g cpu")).succeeds();
+    assert_eq!(dir.files(), ["in.obj", &*name]);
+}
+
+#[test]
 fn meshes_go_through_pipes() {
     let dir = Dir::new();
     dir.file("in.obj", TETRAHEDRON);
