@@ -386,7 +386,7 @@ fn what_parts_cannot_do_is_refused() {
         assert!(matches!(result, Err(Error::Unsupported(_))));
     }
     let error = bench.error(1 << 20, 500).to_string();
-    assert!(error.starts_with("limit: the memory limit is 1048576 bytes") && error.contains("at least"), "{error}");
+    assert!(error.starts_with("limit: the memory limit is 1MiB, ") && error.contains("at least 105MiB, "), "{error}");
     let missing = out_of_core::Options { scratch: bench.path(), ..out_of_core::Options::new(PLENTY) };
     let input = Input::open(&bench.path()).expect("a mesh");
     let result = out_of_core::simplify(&input, &Method::default(), &Budget::faces(100), &missing, &cpu(1), None);

@@ -26,8 +26,10 @@ mod schedule;
 mod worker;
 
 use std::fs;
+use std::io;
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
@@ -139,7 +141,7 @@ pub fn run(plan: &Plan, device: &Device, options: &Options, observe: &Observe<'_
 /// [`run`] with a stand-in for the work on a mesh.
 fn run_with(plan: &Plan, device: &Device, options: &Options, observe: &Observe<'_>, solve: &Solve) -> Result<Summary> {
     let folder = plan.folder();
-    fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.to_path_buf(), source })?;
+    make_folder(folder)?;
     let _lock = Lock::take(plan)?;
     let known = if options.resume { Known::read(folder)? } else { Known::default() };
     // Without a record there is nothing to go on with: what is there is somebody else's.
@@ -235,11 +237,25 @@ impl Summary {
     }
 }
 
+/// Makes a folder for outputs, and those that it is in.
+fn make_folder(path: &Path) -> Result<()> {
+    fs::create_dir_all(path).map_err(|source| {
+        // A folder that is there is no error: this is something else.
+        let source = match source.kind() {
+            io::ErrorKind::AlreadyExists => {
+                io::Error::new(io::ErrorKind::NotADirectory, "a file, where a folder is needed")
+            }
+            _ => source,
+        };
+        Error::Write { path: path.to_path_buf(), source }
+    })
+}
+
 /// Refuses a folder in which an earlier run left records of this shard, or in which an output is there already.
 fn refuse_to_replace(plan: &Plan) -> Result<()> {
-    let exists = |path: std::path::PathBuf| {
+    let exists = |path: PathBuf| {
         let why = "it exists: `resume` goes on with that run, `overwrite` replaces it";
-        Error::Write { path, source: std::io::Error::new(std::io::ErrorKind::AlreadyExists, why) }
+        Error::Write { path, source: io::Error::new(io::ErrorKind::AlreadyExists, why) }
     };
     let ledger = plan.ledger();
     if ledgers(plan.folder())?.contains(&ledger) {

@@ -15,7 +15,7 @@ use super::input::Origin;
 use super::ledger::{Deviation, Hash, Known, Ledger, Made, Record, Seconds, Stamp, Status};
 use super::plan::{Job, Plan};
 use super::schedule::{Lease, Schedule};
-use super::{Ended, Observe};
+use super::{Ended, Observe, make_folder};
 use crate::backend::Device;
 use crate::error::{Error, Result};
 use crate::formats::{self, Document, Format, Scene};
@@ -238,7 +238,7 @@ impl Shop<'_> {
     /// Writes a level and sums what was written; also returns what could not be.
     fn write(&self, job: &Job, (mesh, document): (&Mesh, &Document), path: &Path) -> Result<(Hash, Vec<String>)> {
         if let Some(folder) = path.parent() {
-            fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.to_path_buf(), source })?;
+            make_folder(folder)?;
         }
         let losses = formats::write_scene(mesh, document, path, &self.plan.recipe(job).writing)?;
         // What a later run will read: the sum of the file as it stands.

@@ -51,6 +51,11 @@ pub fn estimate(faces: usize, on_gpu: bool) -> u64 {
     BYTES_ALWAYS + bytes_needed(faces as u64, on_gpu)
 }
 
+/// Bytes as a limit is given that has room for them: `105MiB`.
+pub fn mebibytes(bytes: u64) -> String {
+    format!("{}MiB", bytes.div_ceil(1 << 20))
+}
+
 /// What fits a limit.
 #[derive(Debug, Clone, Copy)]
 pub struct Room {
@@ -74,8 +79,9 @@ impl Room {
         let least = of_target.max(of_parts).max(always + vertices * CUTTING_BYTES_PER_VERTEX);
         if limit < least {
             return Err(Error::Limit(format!(
-                "the memory limit is {limit} bytes, and {vertices} vertices on their way to {target} faces need at least \
-                 {least}, in parts"
+                "the memory limit is {}MiB, and {vertices} vertices on their way to {target} faces need at least {}, in parts",
+                limit >> 20,
+                mebibytes(least)
             )));
         }
         let faces = |bytes: u64| (bytes / GPU_BYTES_PER_FACE).min(u64::from(u32::MAX / 4)) as usize;
@@ -98,10 +104,10 @@ mod tests {
         for (vertices, target) in [(1000, 500), (25_000_000, 500_000), (4_000_000, 2_000_000)] {
             let error = Room::new(1 << 20, vertices, target).expect_err("a megabyte").to_string();
             let least = error.split("at least ").nth(1).and_then(|rest| rest.split(',').next()).expect("a number");
-            let least: u64 = least.parse().expect("a number of bytes");
-            let room = Room::new(least, vertices, target).expect("enough");
+            let least: u64 = least.strip_suffix("MiB").and_then(|least| least.parse().ok()).expect("a size");
+            let room = Room::new(least << 20, vertices, target).expect("enough");
             assert!(room.part_faces as u64 >= LEAST_PART && room.whole_faces as f64 >= 1.5 * target as f64, "{room:?}");
-            assert!(Room::new(least - 1, vertices, target).is_err());
+            assert!(Room::new((least - 1) << 20, vertices, target).is_err());
         }
     }
 

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::cut::Survey;
-use super::memory::{Room, estimate};
+use super::memory::{Room, estimate, mebibytes};
 use super::pass::{self, Notes, Pass, Task};
 use super::rows::each_chunk;
 use super::{Options, Outcome};
@@ -146,9 +146,9 @@ impl Run<'_> {
                 return Ok(Some(next));
             }
             if self.passes.len() == MOST_PASSES || pass.faces_out as f64 > LEAST_GAIN * pass.faces_in as f64 {
-                let (faces, need) = (pass.faces_out, estimate(pass.faces_out, true));
+                let (faces, need) = (pass.faces_out, mebibytes(estimate(pass.faces_out, true)));
                 return Err(Error::Limit(format!(
-                    "parts leave {faces} faces, which need {need} bytes together: give a higher memory limit or a coarser \
+                    "parts leave {faces} faces, which need {need} together: give a higher memory limit or a coarser \
                      target"
                 )));
             }

@@ -123,6 +123,7 @@ fn wrong_lines_are_refused_before_anything_is_made() {
         ("batch in -d out -r 50% --grid 3", 2, ""),
         ("batch in -d out -r 50% -w --resume", 2, ""),
         ("batch in -d out -r 50% --shard 4/3", 2, ""),
+        ("batch in -d in/0.ply -r 50%", 8, "cannot write 'in/0.ply': a file, where a folder is needed"),
         ("batch --manifest none.jsonl -d out -r 50%", 4, "cannot read 'none.jsonl'"),
     ] {
         let ran = dir.run(line);
