@@ -55,14 +55,14 @@ pub struct Files {
     ///
     /// A file with a JSON object a line: "input", a file named from the folder of the manifest or a sample, and any of the
     /// options that go for each file, such as "ratios": ["50%", "10%"] or "lock-border": true, which come before those of
-    /// the command line.
+    /// the command line; false takes one of these off.
     #[arg(long, value_name = "FILE")]
     pub manifest: Option<PathBuf>,
 
     /// Go on with a run that was ended
     ///
-    /// Skips what is done: where input, output, options and version are those of a record, by their hashes. Does the rest,
-    /// and removes what a killed run left half written. Records of all shards in the folder count.
+    /// Skips what is done: where input, output, what lies beside them, options and version are those of a record, by their
+    /// hashes. Does the rest, and removes what a killed run left half written. Records of all shards in the folder count.
     #[arg(long)]
     pub resume: bool,
 
