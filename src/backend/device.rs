@@ -1,6 +1,8 @@
 //! The devices to choose from, and an open one.
 
+use std::panic::resume_unwind;
 use std::sync::Arc;
+use std::thread;
 
 use super::gpu::Gpu;
 use super::gpu_clock::KernelTime;
@@ -81,6 +83,10 @@ impl Threads {
 }
 
 /// Where the kernels run: the CPU, or a GPU with its pipelines. Open once, use for many meshes; cloning is cheap.
+///
+/// Many meshes may be simplified on one device at a time, from the threads of another rayon pool too: such a thread waits until its
+/// mesh is done, and takes up nothing else of its own pool meanwhile. What runs on a device, as a progress callback, must therefore
+/// not wait for that pool.
 ///
 /// `Device::open` stands with the kernels, for it runs the self-test.
 #[derive(Debug, Clone)]
@@ -177,9 +183,16 @@ impl Device {
         }
     }
 
-    /// Runs `work` on this device's threads.
+    /// Runs `work` on this device's threads. One of its own goes on with it; another waits, and takes up nothing else.
     pub fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        self.threads.install(work)
+        let is_of_another = rayon::current_thread_index().is_some() && self.threads.current_thread_index().is_none();
+        if !is_of_another {
+            return self.threads.install(work);
+        }
+        // A worker that waits for another pool takes up more of its own pool's work, on the same stack: of a thousand meshes each would
+        // wait for a device upon the one before, until the stack is full. A thread of no pool has nothing to take up.
+        let done = thread::scope(|scope| scope.spawn(|| self.threads.install(work)).join());
+        done.unwrap_or_else(|panic| resume_unwind(panic))
     }
 
     /// A queue on the CPU.
@@ -227,7 +240,11 @@ impl Device {
 
 #[cfg(test)]
 mod tests {
-    use std::thread;
+    use std::cell::Cell;
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+    use std::time::Duration;
+
+    use rayon::prelude::*;
 
     use super::*;
 
@@ -256,5 +273,37 @@ mod tests {
             [own, first, second].map(|device| device.threads.current_num_threads())
         });
         assert_eq!(threads.join().expect("no panic"), [2; 3]);
+    }
+
+    thread_local! {
+        /// How many items wait for a device on this thread.
+        static WAITING: Cell<usize> = const { Cell::new(0) };
+    }
+
+    /// Where each began another while it waited, a thousand of them overflowed the stack.
+    #[test]
+    fn a_thread_of_another_pool_waits_for_one_thing_at_a_time() {
+        let device = Device::cpu(1).expect("a device");
+        let callers = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("threads");
+        let most = callers.install(|| {
+            let item = |i: usize| {
+                WAITING.set(WAITING.get() + 1);
+                device.install(|| thread::sleep(Duration::from_millis(1)));
+                let waiting = WAITING.replace(WAITING.get() - 1);
+                (i, waiting)
+            };
+            let done: Vec<(usize, usize)> = (0..40).into_par_iter().with_max_len(1).map(item).collect();
+            assert!(done.iter().map(|&(i, _)| i).eq(0..40));
+            done.into_iter().map(|(_, waiting)| waiting).max()
+        });
+        assert_eq!(most, Some(1));
+    }
+
+    #[test]
+    fn a_panic_comes_back_to_the_thread_that_waits() {
+        let (device, caller) = (Device::cpu(1).expect("a device"), Device::cpu(1).expect("a device"));
+        let work = || caller.install(|| device.install(|| panic!("told")));
+        let panic = catch_unwind(AssertUnwindSafe(work)).expect_err("it panics");
+        assert_eq!(panic.downcast_ref::<&str>(), Some(&"told"));
     }
 }
