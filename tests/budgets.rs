@@ -4,9 +4,9 @@ mod support;
 
 use std::ops::ControlFlow;
 
-use coarsen::contract::{Metric, Options};
+use coarsen::contract::{AttributeWeights, Attributes, Lock, Metric, Options, Weighting};
 use coarsen::math::{DVec3, Vec2, Vec3};
-use coarsen::mesh::shapes;
+use coarsen::mesh::{Channel, ChannelKind, shapes};
 use coarsen::simplify::Progress;
 use coarsen::{Budget, Error, Mesh, Method, StopReason, formats, simplify};
 use support::engine::{METRICS, assert_kept, assert_rounds_add_up, contract, cpu, options};
@@ -227,6 +227,27 @@ fn meshes_that_are_none_are_refused() {
     for mesh in bad {
         let result = try_contract(&mesh, Options::default(), Budget::faces(1));
         assert!(matches!(result, Err(Error::Mesh(_))), "{mesh:?}: {result:?}");
+    }
+}
+
+/// Whatever an option reads of it.
+#[test]
+fn a_mesh_is_checked_before_options_read_it() {
+    let mut mesh = sphere(1);
+    let count = mesh.positions.len();
+    mesh.channels = vec![Channel { name: "pin".into(), kind: ChannelKind::Linear, width: 2, values: vec![0.5; 3] }];
+    let weights = AttributeWeights { channels: [("pin".to_owned(), 1.0)].into(), ..AttributeWeights::default() };
+    for options in [
+        Options { lock: Some(Lock::Channel("pin".into())), ..Options::default() },
+        Options { lock: Some(Lock::Vertices([0].into())), ..Options::default() },
+        Options { locked: Some(vec![true; count].into()), ..Options::default() },
+        Options { weighting: Weighting::Given(vec![1.0; count].into()), ..Options::default() },
+        Options { attributes: Attributes { weights, ..Attributes::default() }, ..Options::default() },
+        Options { close_holes: Some(0.1), prune: Some(0.1), ..Options::default() },
+        Options { metric: Metric::Plane, ..Options::feature_weighted() },
+    ] {
+        let result = try_contract(&mesh, options.clone(), Budget::faces(8));
+        assert!(matches!(result, Err(Error::Mesh(_))), "{options:?}: {result:?}");
     }
 }
 

@@ -17,7 +17,7 @@ pub enum Lock {
 }
 
 impl Options {
-    /// For each vertex of `mesh` whether it stays; `None` where none has to.
+    /// For each vertex of `mesh`, which passed its check, whether it stays; `None` where none has to.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a vertex or a channel that the mesh has not, with the names of those that it has.

@@ -379,7 +379,6 @@ pub fn run(
 ) -> Result<Vec<Outcome>> {
     options.check()?;
     options.weighting.check(mesh.positions.len())?;
-    options.held(mesh)?;
     device.install(|| {
         let (clock, awake) = (Instant::now(), &Awake::new());
         let job = Job { mesh, options, budgets, device, clock, awake, worst_deviation: f64::INFINITY };

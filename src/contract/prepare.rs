@@ -144,6 +144,8 @@ pub fn prepare(mesh: &Mesh, options: &Options) -> Result<Prepared> {
 /// [`Error::Mesh`] for an invalid mesh or one that has no face left after welding.
 pub fn begin(mesh: &Mesh, options: &Options) -> Result<Prepared> {
     arrange::check(mesh, options.weld)?;
+    // Before the work, as a name that is not there ends the run, and after the check, as it reads the mesh.
+    let locked = options.held(mesh)?;
     let clock = std::time::Instant::now();
     let layers = options.layers(mesh);
     let (arranged, mut warnings) = arranged(mesh, options, layers)?;
@@ -167,7 +169,7 @@ pub fn begin(mesh: &Mesh, options: &Options) -> Result<Prepared> {
         vertex_source = mesh::take(&vertex_source, &was);
     }
     check_count(vertex_source.len())?;
-    let held = options.held(mesh)?.map(|locked| held(locked, lowest.as_deref()));
+    let held = locked.map(|locked| held(locked, lowest.as_deref()));
     let weights = options.weighting.given(&vertex_source).unwrap_or_default();
     let mut prepared = Prepared {
         frame: Frame::new(&faces, |v| mesh.positions[vertex_source[v as usize] as usize], bounds),
