@@ -89,6 +89,8 @@ pub struct Work<'a> {
     paid: FxHashMap<u32, u32>,
     /// Vertices that may not contract any more, for their rings hold faces that cancelled each other out.
     held: FxHashSet<u32>,
+    /// The faces that did, as [`Committed`] lists them: a layer of thousands may cancel another in one commit.
+    cancelled: FxHashSet<u32>,
     /// How many faces there are.
     pub faces: usize,
     /// What the dearest contraction of the run cost before, and the first one here.
@@ -115,6 +117,7 @@ impl<'a> Work<'a> {
             crossings: None,
             paid: FxHashMap::default(),
             held: FxHashSet::default(),
+            cancelled: FxHashSet::default(),
             faces,
             dearest: f32::INFINITY,
             cheapest: 0.0,
@@ -357,9 +360,9 @@ impl<'a> Work<'a> {
             };
             // The second's before the first's: of two on the same side it is the second's that goes.
             let rings = [pair[1], pair[0]].into_iter().flat_map(|end| connectivity.ring(end));
-            let is_known = |f: u32| self.committed.cancelled.iter().any(|cancelled| cancelled.face == f);
-            let face = rings.copied().find(|&f| lies_on(f) && !is_known(f));
+            let face = rings.copied().find(|&f| lies_on(f) && !self.cancelled.contains(&f));
             let keep = pair[0].min(pair[1]);
+            self.cancelled.extend(face);
             self.committed.cancelled.extend(face.map(|face| Cancelled { face, keep }));
         }
     }
