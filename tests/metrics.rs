@@ -6,7 +6,7 @@ use coarsen::backend::GpuOptions;
 use coarsen::math::{DMat3, DVec3};
 use coarsen::mesh::{sample, shapes};
 use coarsen::metrics::sampling::{Kind, Sampler};
-use coarsen::metrics::{Deviation, Kinds, Options, Side, deviation, vertex_distances};
+use coarsen::metrics::{Deviation, Kinds, MOST_SAMPLES, Options, Side, deviation, vertex_distances};
 use coarsen::spatial::{Bvh, Frame};
 use coarsen::{Budget, Error, Mesh, Method, simplify};
 use support::deviation::{Random, brute_force};
@@ -250,6 +250,15 @@ fn figures_are_those_of_the_samples() {
             assert_close(d.distance.rms, (means.iter().map(|d| d * d).sum::<f64>() / count).sqrt(), 1e-9);
         }
     }
+}
+
+#[test]
+fn more_samples_than_anybody_waits_for_are_refused() {
+    for samples in [usize::MAX, MOST_SAMPLES as usize + 1] {
+        let result = deviation(&cube(1), &cube(1), &options(samples), &cpu(1));
+        assert!(matches!(result, Err(Error::Parameter(_))), "{samples}: {result:?}");
+    }
+    assert!(options(MOST_SAMPLES as usize).check().is_ok());
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::time::Duration;
 use coarsen::batch::Shard;
 use coarsen::cluster::MOST_CELLS;
 use coarsen::formats::Weights;
-use coarsen::metrics::{Kinds, Options, View};
+use coarsen::metrics::{Kinds, MOST_SAMPLES, Options, View};
 
 /// A count: `20000`, `20_000`, `20k`, `1.5M`, `2G`.
 pub fn count(text: &str) -> Result<usize, String> {
@@ -133,6 +133,16 @@ pub fn view(text: &str) -> Result<View, String> {
     };
     let view = View { distance, fov_rad: degrees.to_radians(), height };
     view.check().map(|()| view).map_err(|error| error.to_string())
+}
+
+/// How many samples to measure by.
+pub fn samples(text: &str) -> Result<usize, String> {
+    let samples = count(text)?;
+    let options = Options { samples: Some(samples), ..Options::default() };
+    options
+        .check()
+        .map(|()| samples)
+        .map_err(|_| format!("more than {MOST_SAMPLES} samples would take hours: give fewer"))
 }
 
 /// Kinds of samples: `vertices,edges,faces`, or some of them.
@@ -296,6 +306,14 @@ mod tests {
         for text in ["", "10", "10,45", "10,45,1080,1", "0,45,1080", "10,180,1080", "10,45,0", "10,nan,1080", "-1,45,9"]
         {
             assert!(view(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn samples_end_where_they_would_take_hours() {
+        assert_eq!((samples("500k"), samples("17179869184")), (Ok(500_000), Ok(1 << 34)));
+        for text in ["17179869185", "1000000000000000", "0", "10%"] {
+            assert!(samples(text).is_err(), "{text}");
         }
     }
 

@@ -25,11 +25,15 @@ const BATCH: usize = 64;
 /// Steps of the histogram of angles, over half a turn.
 const ANGLE_STEPS: usize = 1 << 16;
 
+/// Samples on the faces of a side at most: more than ten a face of the largest mesh that indices can hold. They take hours, and the list
+/// of their chunks some 100 MB.
+pub const MOST_SAMPLES: u64 = 1 << 34;
+
 /// How to measure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Options {
-    /// Samples on the faces of each side, beside its vertices and edges; `None` takes ten a face of the larger mesh. Where
-    /// faces are not chosen, it still sets the steps along edges.
+    /// Samples on the faces of each side, beside its vertices and edges, up to [`MOST_SAMPLES`]; `None` takes ten a face of the larger
+    /// mesh. Where faces are not chosen, it still sets the steps along edges.
     pub samples: Option<usize>,
     /// Another seed puts the samples elsewhere.
     pub seed: u64,
@@ -47,12 +51,17 @@ impl Options {
     /// Whether they can be measured by.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when neither vertices nor faces are chosen: there is no mean of edges alone.
+    /// [`Error::Parameter`] when neither vertices nor faces are chosen, for there is no mean of edges alone, or there are too many samples.
     pub fn check(&self) -> Result<()> {
         if !self.kinds.vertices && !self.kinds.faces {
             return Err(Error::Parameter("deviations need samples at vertices or on faces".into()));
         }
-        Ok(())
+        match self.samples {
+            Some(samples) if samples as u64 > MOST_SAMPLES => {
+                Err(Error::Parameter(format!("{samples} samples are more than {MOST_SAMPLES}: give fewer")))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn samples_between(&self, a: &Mesh, b: &Mesh) -> usize {

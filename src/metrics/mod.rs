@@ -17,7 +17,7 @@ pub mod view;
 
 pub use color::{ColorDeviation, ColorSums};
 pub use compare::{Comparison, compare};
-pub use deviation::{AngleSpread, Deviation, Options, Side, deviation, vertex_distances};
+pub use deviation::{AngleSpread, Deviation, MOST_SAMPLES, Options, Side, deviation, vertex_distances};
 pub use quality::{Quality, quality};
 pub use sampling::Kinds;
 pub use texture::{MaterialTexture, TextureDeviation, texture_by_material, texture_deviation};

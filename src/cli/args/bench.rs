@@ -78,7 +78,7 @@ pub struct Job {
     ///
     /// At how many points of the faces of either surface, beside its vertices and edges, the distance to the other is
     /// measured.
-    #[arg(long, value_name = "N", default_value = "1M", value_parser = values::count)]
+    #[arg(long, value_name = "N", default_value = "1M", value_parser = values::samples)]
     pub samples: usize,
 }
 

@@ -45,7 +45,7 @@ pub struct Measuring {
     ///
     /// How many random points to take on the faces of each mesh, beside all vertices and points along the edges. Without it
     /// ten times the faces of the larger mesh. Time grows with it; four times the samples halve the noise of the mean.
-    #[arg(long, value_name = "N", value_parser = values::count)]
+    #[arg(long, value_name = "N", value_parser = values::samples)]
     pub samples: Option<usize>,
 
     /// Which samples: vertices,edges,faces

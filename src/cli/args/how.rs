@@ -31,6 +31,6 @@ pub struct Measuring {
     /// Samples for --measure: 500k
     ///
     /// How many random points --measure takes on the faces of each side. Without it ten times the faces of the input.
-    #[arg(long, value_name = "N", requires = "measure", value_parser = values::count)]
+    #[arg(long, value_name = "N", requires = "measure", value_parser = values::samples)]
     pub samples: Option<usize>,
 }
