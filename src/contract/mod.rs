@@ -9,6 +9,13 @@
 //! - Between rounds every face lives, and every ring lists its faces in ascending order (`surface`).
 //! - A contraction passes the link condition on the state that those before it left: manifold in, manifold out; Euler
 //!   characteristic, borders and parts are kept. [`crate::mesh::validate()`] checks a result.
+//!
+//! # What gives way
+//! What each contraction keeps a run may lose, with a warning, where it would keep it from its number of faces:
+//! - parts smaller than the error go, unless [`Options::prune`] is `Some(0.0)`;
+//! - holes too small to show close, unless [`Options::close_holes`] is `Some(0.0)`;
+//! - vertices where the surface is not manifold move, and its topology may change there, unless [`Options::non_manifold`] is
+//!   [`NonManifold::Hold`]. Otherwise it is also cut apart where it touches itself, before the run.
 
 mod advance;
 mod apply;
