@@ -357,6 +357,7 @@ fn weights_of_one_change_no_bit() {
             Weighting::Feature(Feature { mode: none, update: Update::Recompute, ..Feature::default() }),
             Weighting::Given(vec![1.0; mesh.positions.len()].into()),
             Weighting::Given(vec![0.125; mesh.positions.len()].into()),
+            Weighting::Given(vec![0.0; mesh.positions.len()].into()),
         ] {
             let outcome = contract(&mesh, &weighted(metric, placement, weighting.clone()), Budget::keep(0.1));
             assert!(bytes(&outcome.mesh) == bytes(&reference.mesh), "{metric:?} {placement:?}");

@@ -16,8 +16,8 @@ pub enum Weighting {
     Uniform,
     /// By how strongly the curvature changes about a vertex \[Yang13\].
     Feature(Feature),
-    /// A weight for every vertex of the input, not negative; only their ratios count. Where vertices are joined, that of
-    /// the lowest holds.
+    /// A weight for every vertex of the input, not negative; only their ratios count, so that weights which are all 0 are as good as all
+    /// 1. Where vertices are joined, that of the lowest holds.
     Given(Arc<[f32]>),
 }
 
@@ -135,12 +135,16 @@ impl Weighting {
         }
     }
 
-    /// Given weights for the vertices that began as these, times a power of two: the greatest is in 1 .. 2.
+    /// Given weights for the vertices that began as these, times a power of two: the greatest is in 1 .. 2. With 0 for all costs would
+    /// not order, and a greatest one there is not: then all are 1.
     pub(super) fn given(&self, origins: &[u32]) -> Option<Vec<f32>> {
         let Self::Given(weights) = self else { return None };
         let greatest = origins.iter().map(|&v| weights[v as usize]).fold(0.0_f32, f32::max);
-        // From the bits: exact, and the same on every platform.
-        let exponent = i64::from(greatest.to_bits() >> 23) - 127;
+        if greatest == 0.0 {
+            return Some(vec![1.0; origins.len()]);
+        }
+        // From the bits, where even the least number has its full exponent: exact, and the same on every platform.
+        let exponent = (f64::from(greatest).to_bits() >> 52) as i64 - 1023;
         let scale = f64::from_bits(((1023 - exponent) as u64) << 52);
         Some(origins.iter().map(|&v| (f64::from(weights[v as usize]) * scale) as f32).collect())
     }
@@ -159,10 +163,16 @@ mod tests {
         assert_eq!(given(&[1.0, 0.5, 0.0]).given(&[2, 1, 0]), Some(vec![0.0, 0.5, 1.0]));
         assert_eq!(given(&[12.0, 3.0]).given(&[0, 1]), Some(vec![1.5, 0.375]));
         assert_eq!(given(&[3e38, 1.0]).given(&[0]).map(|w| (1.0..2.0).contains(&w[0])), Some(true));
-        assert_eq!(given(&[0.0; 2]).given(&[0, 1]), Some(vec![0.0; 2]));
+        assert_eq!(given(&[1e-45, 0.0]).given(&[0, 1]), Some(vec![1.0, 0.0]));
         // The greatest is that of the vertices that are left.
         assert_eq!(given(&[8.0, 1.0]).given(&[1]), Some(vec![1.0]));
         assert_eq!(Weighting::Uniform.given(&[0]), None);
+    }
+
+    #[test]
+    fn weights_that_are_all_zero_order_as_equal_ones_do() {
+        assert_eq!(given(&[0.0; 2]).given(&[0, 1]), Some(vec![1.0; 2]));
+        assert_eq!(given(&[8.0, 0.0, -0.0]).given(&[1, 2]), Some(vec![1.0; 2]));
     }
 
     #[test]

@@ -12,7 +12,7 @@ pub struct Weights {
     ///
     /// How much each vertex of the input counts: a text file of one number a line, in the order of the vertices, or with
     /// 'ply:NAME' the number NAME that the vertices of the input, a PLY file, have. Only their ratios count; 0 lets a vertex
-    /// go for nothing. (A file called ply:NAME is ./ply:NAME.)
+    /// go for nothing, but for all it is as good as 1. (A file called ply:NAME is ./ply:NAME.)
     #[arg(long, value_name = "FILE", value_parser = values::weight_source)]
     pub weight: Option<formats::Weights>,
 
