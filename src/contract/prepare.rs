@@ -9,7 +9,7 @@ use crate::kernel::rows::{BORDER, Face, HELD, JOINED, LOCKED, Position, with_hub
 use crate::kernel::split::CHUNK;
 use crate::math::DVec3;
 use crate::mesh::adjacency::{EdgeUse, Rings};
-use crate::mesh::arrange::{self, Arranged, NO_FACE_LEFT};
+use crate::mesh::arrange::{self, Arranged, no_face_left};
 use crate::mesh::cut::cut;
 use crate::mesh::fan::{Fan, NOT_MANIFOLD};
 use crate::mesh::frame::Frame;
@@ -235,8 +235,10 @@ fn arranged(mesh: &Mesh, options: &Options, layers: Layers<'_>) -> Result<(Arran
         arranged = Arranged::new(mesh, options.weld, layers);
     }
     if arranged.faces.is_empty() {
-        let reason = if pruned > 0 { "every part is below the prune limit: give a smaller one" } else { NO_FACE_LEFT };
-        return Err(Error::Mesh(reason.into()));
+        return Err(Error::Mesh(match pruned {
+            0 => no_face_left(mesh, options.weld),
+            _ => "every part is below the prune limit: give a smaller one".into(),
+        }));
     }
     let parts = (pruned > 0).then(|| parts_dropped(pruned));
     let dropped = (options.log && holds_more_than_a_log(mesh, &options.attributes)).then(|| {

@@ -24,6 +24,20 @@ use crate::math::DVec3;
 /// What is wrong with a mesh that has faces, none of which is left.
 pub(crate) const NO_FACE_LEFT: &str = "all its faces are degenerate: two corners of each lie at one point";
 
+/// The same of a mesh whose vertices were joined within a distance, in model units, which may be what left none.
+pub(crate) fn no_face_left(mesh: &Mesh, weld: Option<f64>) -> String {
+    let has_sides = |face: &[u32; 3]| {
+        let [a, b, c] = face.map(|v| mesh.positions[v as usize]);
+        a != b && b != c && c != a
+    };
+    match weld {
+        Some(distance) if mesh.faces.iter().any(has_sides) => {
+            format!("welding within {distance} joins two corners of every face: give a smaller distance")
+        }
+        _ => NO_FACE_LEFT.into(),
+    }
+}
+
 /// A welded mesh without its positions, in the order of the curve.
 #[derive(Debug)]
 pub(crate) struct Arranged {
@@ -67,7 +81,7 @@ impl Arranged {
         check(mesh, tolerance)?;
         let arranged = Self::new(mesh, tolerance, Layers::ONE);
         if arranged.faces.is_empty() {
-            return Err(Error::Mesh(NO_FACE_LEFT.into()));
+            return Err(Error::Mesh(no_face_left(mesh, tolerance)));
         }
         Ok(arranged)
     }
@@ -379,6 +393,20 @@ mod tests {
         assert_eq!(arranged.bounds, welded.mesh.bounds());
         assert_eq!(arranged.rings, Rings::new(&arranged.faces, arranged.vertex_source.len()));
         assert!(arranged.faces.is_sorted_by_key(lowest_of));
+    }
+
+    #[test]
+    fn who_left_no_face_is_told() {
+        let row = |step: f64| (0..6).map(|i| DVec3::new(step * f64::from(i), f64::from(i % 2) * step, 0.0)).collect();
+        let told = |step: f64, weld: Option<f64>| {
+            let mesh = Mesh::new(row(step), vec![[0, 1, 2], [2, 1, 3], [3, 4, 5]]);
+            Arranged::checked(&mesh, weld).expect_err("no face is left").to_string()
+        };
+        assert!(
+            told(0.1, Some(2.0)).ends_with("welding within 2 joins two corners of every face: give a smaller distance")
+        );
+        // Where there was none before, no smaller distance helps.
+        assert!([0.0, 2.0].iter().all(|&within| told(0.0, Some(within)).ends_with(NO_FACE_LEFT)));
     }
 
     #[test]
