@@ -144,13 +144,11 @@ impl Budget {
     /// # Errors
     /// [`Error::Parameter`] when a limit is negative or not a number.
     pub fn max_deviation(&self, diagonal: f64) -> Result<f64> {
-        let limits = [self.error.map(|e| e * diagonal), self.error_abs];
-        limits.into_iter().flatten().try_fold(f64::INFINITY, |least, limit| {
-            if limit >= 0.0 {
-                Ok(least.min(limit))
-            } else {
-                Err(Error::Parameter(format!("the error limit {limit} is negative or not a number")))
-            }
+        let limits = [(self.error, diagonal, "of the diagonal"), (self.error_abs, 1.0, "in model units")];
+        limits.into_iter().try_fold(f64::INFINITY, |least, limit| match limit {
+            (None, ..) => Ok(least),
+            (Some(given), unit, _) if given >= 0.0 => Ok(least.min(given * unit)),
+            (Some(given), _, of) => Err(Error::Parameter(format!("the error limit is {given} {of}: give 0 or more"))),
         })
     }
 }
@@ -428,6 +426,7 @@ pub fn simplify_levels(
     if budgets.is_empty() {
         return Ok(Vec::new());
     }
+    budgets.iter().try_for_each(Budget::check)?;
     let mut outcomes = match method {
         Method::Contract(options) => contract::run(mesh, options, budgets, device, progress),
         Method::Cluster(options) => {
@@ -463,7 +462,6 @@ fn one_by_one(
     mut progress: Option<&mut OnProgress<'_>>,
     mut run: impl FnMut(&Budget, Option<&mut OnProgress<'_>>) -> Result<Outcome>,
 ) -> Result<Vec<Outcome>> {
-    budgets.iter().try_for_each(Budget::check)?;
     let mut outcomes: Vec<Outcome> = Vec::with_capacity(budgets.len());
     for budget in budgets {
         let outcome = match outcomes.last().filter(|last| last.stop == StopReason::Cancelled) {

@@ -8,7 +8,7 @@ use coarsen::contract::{AttributeWeights, Attributes, Lock, Metric, Options, Wei
 use coarsen::math::{DVec3, Vec2, Vec3};
 use coarsen::mesh::{Channel, ChannelKind, shapes};
 use coarsen::simplify::Progress;
-use coarsen::{Budget, Error, Mesh, Method, StopReason, formats, simplify};
+use coarsen::{Budget, Error, Mesh, Method, StopReason, cluster, formats, partition, removal, simplify};
 use support::engine::{METRICS, assert_kept, assert_rounds_add_up, contract, cpu, options};
 use support::independent::topology;
 use support::models;
@@ -174,6 +174,34 @@ fn budgets_out_of_range_are_refused() {
         let result = try_contract(&ball, Options::default(), budget);
         assert!(matches!(result, Err(Error::Parameter(_))), "{budget:?}: {result:?}");
     }
+}
+
+/// By every method, with what was given, and before it looks at the mesh.
+#[test]
+fn limits_out_of_range_are_told_as_they_were_given() {
+    let methods = [
+        Method::default(),
+        Method::Cluster(cluster::Options::default()),
+        Method::Removal(removal::Options::default()),
+        Method::Partition(partition::Options::coplanar(partition::Flatness::default())),
+    ];
+    for (budget, told) in [
+        (Budget::error(-0.5), "the error limit is -0.5 of the diagonal: give 0 or more"),
+        (Budget::error_abs(-2.0), "the error limit is -2 in model units: give 0 or more"),
+        (
+            Budget { error: Some(f64::NAN), ..Budget::faces(9) },
+            "the error limit is NaN of the diagonal: give 0 or more",
+        ),
+        (Budget::keep(1.5), "the fraction to keep is 1.5, not in 0 … 1"),
+    ] {
+        for method in &methods {
+            match simplify(&Mesh::default(), method, &budget, &cpu(1), None) {
+                Err(Error::Parameter(message)) => assert_eq!(message, told, "{method:?}"),
+                other => panic!("{method:?}, {budget:?}: {other:?}"),
+            }
+        }
+    }
+    assert_eq!(Budget::error(0.5).max_deviation(4.0).ok(), Some(2.0));
 }
 
 #[test]

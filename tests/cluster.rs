@@ -325,7 +325,9 @@ fn what_makes_no_sense_is_refused() {
     assert!(refusal(&ball, &Options::default(), Budget::default()).contains("no target"));
     assert!(refusal(&ball, &Options::default(), Budget::error(1e-9)).contains("the diagonal of the smallest cells"));
     assert!(refusal(&ball, &Options::default(), Budget::error(0.0)).contains("the diagonal of the smallest cells"));
-    assert!(refusal(&ball, &Options::default(), Budget::error(f64::NAN)).contains("not a number"));
+    assert!(
+        refusal(&ball, &Options::default(), Budget::error(f64::NAN)).contains("the error limit is NaN of the diagonal")
+    );
     assert!(refusal(&Mesh::default(), &grid(10), Budget::default()).contains("no faces"));
     let point = own::mesh(&[[1.0; 3]; 3], &[[0, 1, 2]]);
     assert!(refusal(&point, &grid(10), Budget::default()).contains("degenerate"));
