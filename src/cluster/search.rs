@@ -1,6 +1,6 @@
 //! The grid for a number of faces: the finest found that leaves at most as many.
 //!
-//! The count falls about with the square of the cell's side, so that a few passes come close. Each pass first counts the
+//! The count falls about with the square of the cell's side, so that a few grids come close. Each is tried by first counting the
 //! faces that span three cells, which is cheap; only near the target are repetitions taken out.
 
 use std::ops::ControlFlow;
@@ -16,10 +16,10 @@ const TIGHT: f64 = 1.002;
 const NEAR: f64 = 1.5;
 /// So few are in any case.
 const FEW: usize = 10_000;
-/// Passes that a count that falls as expected takes at most.
-const EXPECTED_PASSES: usize = 6;
-/// Passes at most; halving alone takes fifteen to get tight.
-const MOST_PASSES: usize = 24;
+/// Grids that a count that falls as expected takes at most.
+const EXPECTED_GRIDS: usize = 6;
+/// Grids at most; halving alone takes fifteen to get tight.
+const MOST_GRIDS: usize = 24;
 /// Faces that a closed surface leaves, about, over the square of the cells along its longest side.
 const FACES_PER_SQUARE: f64 = 6.0;
 
@@ -48,7 +48,7 @@ pub(super) use go_on;
 
 /// A grid that was tried.
 #[derive(Debug, Clone, Copy)]
-struct Pass {
+struct Tried {
     steps: u32,
     spanning: usize,
     left: Option<usize>,
@@ -59,7 +59,7 @@ struct Search {
     target: usize,
     /// Steps to the side of the coarsest grid allowed.
     most: u32,
-    passes: Vec<Pass>,
+    grids: Vec<Tried>,
     /// Faces left of those that span, in the last exact count.
     kept: f64,
 }
@@ -75,61 +75,66 @@ pub fn finest(
     extent: u32,
     mut count: impl FnMut(u32, Count) -> Unless<usize>,
 ) -> Unless<Option<u32>> {
-    let mut search = Search { target, most, passes: Vec::new(), kept: 1.0 };
+    let mut search = Search { target, most, grids: Vec::new(), kept: 1.0 };
     let guess = f64::from(extent) * (FACES_PER_SQUARE / target.max(1) as f64).sqrt();
     let mut steps = (guess as u32).clamp(LEAST_STEPS, most);
     loop {
         let spanning = go_on!(count(steps, Count::Spanning));
-        let mut pass = Pass { steps, spanning, left: None };
-        if search.is_near(&pass) {
-            pass.left = Some(go_on!(count(steps, Count::Left)));
+        let mut grid = Tried { steps, spanning, left: None };
+        if search.is_near(&grid) {
+            grid.left = Some(go_on!(count(steps, Count::Left)));
         }
-        search.add(pass);
+        search.add(grid);
         match search.next() {
-            Some(next) if search.passes.len() < MOST_PASSES => steps = next,
+            Some(next) if search.grids.len() < MOST_GRIDS => steps = next,
             _ => return search.settle(count),
         }
     }
 }
 
 impl Search {
-    fn estimate(&self, pass: &Pass) -> f64 {
-        pass.left.map_or(pass.spanning as f64 * self.kept, |left| left as f64)
+    fn estimate(&self, grid: &Tried) -> f64 {
+        grid.left.map_or(grid.spanning as f64 * self.kept, |left| left as f64)
     }
 
-    fn is_near(&self, pass: &Pass) -> bool {
-        let (estimate, target) = (self.estimate(pass), self.target as f64);
-        pass.spanning <= FEW || (estimate < target * NEAR && estimate * NEAR > target)
+    fn is_near(&self, grid: &Tried) -> bool {
+        let (estimate, target) = (self.estimate(grid), self.target as f64);
+        grid.spanning <= FEW || (estimate < target * NEAR && estimate * NEAR > target)
     }
 
-    fn add(&mut self, pass: Pass) {
-        if let Some(left) = pass.left {
-            self.kept = left.max(1) as f64 / pass.spanning.max(1) as f64;
+    fn add(&mut self, grid: Tried) {
+        if let Some(left) = grid.left {
+            self.kept = left.max(1) as f64 / grid.spanning.max(1) as f64;
         }
-        self.passes.push(pass);
+        self.grids.push(grid);
     }
 
     /// The steps to try next; `None` when the last grids are close or tight enough.
     fn next(&self) -> Option<u32> {
         let target = self.target as f64;
-        let leaves = |pass: &&Pass| self.estimate(pass) > target;
-        let is_close = |pass: &Pass| pass.left.is_some_and(|left| left <= self.target && left as f64 >= CLOSE * target);
+        let leaves = |grid: &&Tried| self.estimate(grid) > target;
+        let is_close =
+            |grid: &Tried| grid.left.is_some_and(|left| left <= self.target && left as f64 >= CLOSE * target);
         // The target lies between these two.
-        let fine = self.passes.iter().filter(leaves).map(|pass| pass.steps).max().unwrap_or(LEAST_STEPS - 1);
-        let coarser = self.passes.iter().filter(|pass| !leaves(pass) && pass.steps > fine);
-        let coarse = coarser.map(|pass| pass.steps).min().unwrap_or(self.most + 1);
-        if self.passes.iter().any(is_close) || coarse - fine <= 1 || f64::from(coarse) < f64::from(fine) * TIGHT {
+        let fine = self.grids.iter().filter(leaves).map(|grid| grid.steps).max().unwrap_or(LEAST_STEPS - 1);
+        let coarser = self.grids.iter().filter(|grid| !leaves(grid) && grid.steps > fine);
+        let coarse = coarser.map(|grid| grid.steps).min().unwrap_or(self.most + 1);
+        if self.grids.iter().any(is_close) || coarse - fine <= 1 || f64::from(coarse) < f64::from(fine) * TIGHT {
             return None;
         }
-        let off = |pass: &Pass| (self.estimate(pass) / target.max(1.0)).ln().abs();
-        let counted = self.passes.iter().filter(|pass| self.estimate(pass) > 0.0);
+        // Without a logarithm, which differs between platforms.
+        let off = |grid: &Tried| {
+            let ratio = self.estimate(grid) / target.max(1.0);
+            ratio.max(ratio.recip())
+        };
+        let counted = self.grids.iter().filter(|grid| self.estimate(grid) > 0.0);
         let guess = match counted.min_by(|a, b| off(a).total_cmp(&off(b))) {
             None => f64::from(coarse) / 2.0,
             // Where the count does not fall as expected, halve what is left.
-            Some(_) if self.passes.len() >= EXPECTED_PASSES => (f64::from(fine) * f64::from(coarse)).sqrt(),
+            Some(_) if self.grids.len() >= EXPECTED_GRIDS => (f64::from(fine) * f64::from(coarse)).sqrt(),
             // Half way between close and met.
-            Some(pass) => {
-                f64::from(pass.steps) * (self.estimate(pass) / (target.max(1.0) * (1.0 + CLOSE) / 2.0)).sqrt()
+            Some(grid) => {
+                f64::from(grid.steps) * (self.estimate(grid) / (target.max(1.0) * (1.0 + CLOSE) / 2.0)).sqrt()
             }
         };
         Some((guess as u32).clamp(fine + 1, coarse - 1))
@@ -137,19 +142,19 @@ impl Search {
 
     /// Picks from what was tried: the most faces up to the target, or else the coarsest grid that leaves any.
     fn settle(self, mut count: impl FnMut(u32, Count) -> Unless<usize>) -> Unless<Option<u32>> {
-        let is_above = |pass: &Pass| self.estimate(pass) > self.target as f64;
-        let mut tried = self.passes.clone();
+        let is_above = |grid: &Tried| self.estimate(grid) > self.target as f64;
+        let mut tried = self.grids.clone();
         tried.sort_by(|a, b| {
             let by_count = self.estimate(b).total_cmp(&self.estimate(a)).then(a.steps.cmp(&b.steps));
             is_above(a).cmp(&is_above(b)).then(if is_above(a) { b.steps.cmp(&a.steps) } else { by_count })
         });
-        for pass in tried.iter().filter(|pass| pass.spanning > 0) {
-            let left = match pass.left {
+        for grid in tried.iter().filter(|grid| grid.spanning > 0) {
+            let left = match grid.left {
                 Some(left) => left,
-                None => go_on!(count(pass.steps, Count::Left)),
+                None => go_on!(count(grid.steps, Count::Left)),
             };
-            if left > 0 && (left <= self.target || is_above(pass)) {
-                return Ok(ControlFlow::Continue(Some(pass.steps)));
+            if left > 0 && (left <= self.target || is_above(grid)) {
+                return Ok(ControlFlow::Continue(Some(grid.steps)));
             }
         }
         Ok(ControlFlow::Continue(None))
@@ -188,14 +193,14 @@ mod tests {
 
     /// Searches with this count of faces by steps, of which `kept` are no repetitions; also returns how often it counted.
     fn search(target: usize, most: u32, kept: f64, faces: impl Fn(u32) -> usize) -> (Option<u32>, usize) {
-        let mut passes = 0;
+        let mut counts = 0;
         let found = finest(target, most, EXTENT, |steps, what| {
-            passes += 1;
+            counts += 1;
             let share = if what == Count::Left { kept } else { 1.0 };
             Ok(ControlFlow::Continue((faces(steps) as f64 * share) as usize))
         });
         match found.expect("no error") {
-            ControlFlow::Continue(steps) => (steps, passes),
+            ControlFlow::Continue(steps) => (steps, counts),
             ControlFlow::Break(()) => panic!("nobody asked to stop"),
         }
     }
@@ -207,12 +212,12 @@ mod tests {
     }
 
     #[test]
-    fn the_target_is_met_from_below_in_a_few_passes() {
+    fn the_target_is_met_from_below_in_a_few_grids() {
         for (target, kept) in [(100_000, 1.0), (100_000, 0.7), (1000, 0.9), (37, 1.0), (999_000, 1.0), (100, 0.2)] {
-            let (steps, passes) = search(target, EXTENT, kept, surface);
+            let (steps, counts) = search(target, EXTENT, kept, surface);
             let left = (surface(steps.expect("a grid")) as f64 * kept) as usize;
             assert!(left <= target && left as f64 >= 0.97 * target as f64, "{target}: {left}");
-            assert!(passes <= 10, "{target}: {passes} counts");
+            assert!(counts <= 10, "{target}: {counts} counts");
         }
     }
 
@@ -237,9 +242,9 @@ mod tests {
     #[test]
     fn counts_that_jump_do_not_keep_it_from_ending() {
         let stairs = |steps: u32| 1_usize << (24 - steps.ilog2());
-        let (steps, passes) = search(1000, EXTENT, 1.0, stairs);
+        let (steps, counts) = search(1000, EXTENT, 1.0, stairs);
         assert_eq!(stairs(steps.expect("a grid")), 512);
-        assert!(passes <= 2 * MOST_PASSES, "{passes} counts");
+        assert!(counts <= 2 * MOST_GRIDS, "{counts} counts");
         let noise = |steps: u32| surface(steps) + (steps.wrapping_mul(2_654_435_761) % 997) as usize;
         let left = noise(search(20_000, EXTENT, 1.0, noise).0.expect("a grid"));
         assert!((19_000..=20_000).contains(&left), "{left}");

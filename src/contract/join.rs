@@ -16,6 +16,9 @@ use crate::mesh::topology::Components;
 
 /// Widest and narrowest cells, as powers of two.
 const EXPONENTS: (i32, i32) = (-100, 100);
+/// Bits below the exponent of a number, and what is added to that.
+const MANTISSA: u32 = 23;
+const BIAS: i32 = 127;
 
 /// The pairs that are left.
 #[derive(Debug, Default)]
@@ -86,13 +89,19 @@ pub fn referenced(faces: impl IntoIterator<Item = Face>, count: usize) -> Vec<bo
     has_face
 }
 
+/// One over the least power of two that is no less than `delta`. From its bits: logarithms differ between platforms.
+fn cells_a_unit(delta: f32) -> f32 {
+    let (least, most) = EXPONENTS;
+    let bits = delta.to_bits();
+    let floor = (bits >> MANTISSA) as i32 - BIAS;
+    let is_power = bits.trailing_zeros() >= MANTISSA;
+    let exponent = if is_power { floor } else { floor + 1 }.clamp(least, most);
+    f32::from_bits(((BIAS - exponent) as u32) << MANTISSA)
+}
+
 /// The nearest [`NEAREST`] of every vertex, by a grid whose cells are the power of two next above the distance.
 fn near_vertices(queue: &mut Queue, positions: &[Position], components: Vec<u32>, delta: f32) -> Result<Vec<u32>> {
-    let (least, most) = EXPONENTS;
-    let exponent = (delta.log2().ceil() as i32).clamp(least, most);
-    // A logarithm may be rounded down.
-    let exponent = if 2.0_f32.powi(exponent) < delta { exponent + 1 } else { exponent };
-    let per_unit = 2.0_f32.powi(-exponent);
+    let per_unit = cells_a_unit(delta);
     let vertex_count = positions.len();
     let cell_of = |v: u32| {
         let Site { x, y, z } = cell_of(positions[v as usize], per_unit);
@@ -165,6 +174,19 @@ mod tests {
         for delta in [0.0, -1.0, f32::NAN] {
             assert_eq!(find(&positions, &faces, delta).pairs().len(), 0);
         }
+    }
+
+    #[test]
+    fn cells_are_no_narrower_than_the_distance_and_less_than_twice_as_wide() {
+        for delta in
+            [1e-20_f32, 0.1, 0.25, 0.5, 0.5 + f32::EPSILON, 1.0, 1.0 - f32::EPSILON, 1.0 + f32::EPSILON, 3.0, 1e20]
+        {
+            let width = 1.0 / cells_a_unit(delta);
+            assert!(width >= delta && width < 2.0 * delta && width.to_bits().trailing_zeros() >= MANTISSA, "{delta}");
+        }
+        let (narrowest, widest) = (2.0_f32.powi(-100), 2.0_f32.powi(100));
+        let extremes = [f32::MIN_POSITIVE, 1e-45, 3e38, f32::INFINITY];
+        assert_eq!(extremes.map(|delta| 1.0 / cells_a_unit(delta)), [narrowest, narrowest, widest, widest]);
     }
 
     #[test]

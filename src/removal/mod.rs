@@ -34,7 +34,7 @@ mod surface;
 use crate::backend::Device;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
-use crate::mesh::limits::{MAX_FLIP_RAD, check_max_flip, check_weld};
+use crate::mesh::limits::{MAX_FLIP_RAD, check_max_flip, check_weld, crease_cos};
 use crate::polish::Flips;
 use crate::simplify::{Budget, OnProgress, Outcome};
 
@@ -112,11 +112,10 @@ impl Default for Options {
 }
 
 impl Options {
-    /// The cosine below which an edge is a feature; −2 without any. The default's is exact.
+    /// The cosine below which an edge is a feature; −2 without any.
     fn crease_cos(&self) -> f32 {
         match self.features {
-            Features::Guide(GUIDE_RAD) => 0.5,
-            Features::Guide(angle) | Features::Keep(angle) => angle.cos(),
+            Features::Guide(angle) | Features::Keep(angle) => crease_cos(angle),
             Features::Ignore => -2.0,
         }
     }
@@ -147,4 +146,18 @@ pub fn run(
 ) -> Result<Outcome> {
     options.check()?;
     device.install(|| driver::run(mesh, options, budget, device, progress))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_angle_is_the_same_whether_corners_stay_or_not() {
+        let of = |features: Features| Options { features, ..Options::default() }.crease_cos();
+        for angle in [0.0, 0.5, GUIDE_RAD, 2.0] {
+            assert_eq!(of(Features::Guide(angle)), of(Features::Keep(angle)), "{angle}");
+        }
+        assert_eq!((of(Features::Keep(GUIDE_RAD)), of(Features::Ignore)), (0.5, -2.0));
+    }
 }
