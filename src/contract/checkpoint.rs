@@ -101,7 +101,7 @@ impl Checkpoints {
 
     /// Whether a run from `start` may part before it comes to so many faces; if so, begins with that run, which ends there.
     pub fn may_part(&mut self, start: &Prepared, target: usize, options: &Options) -> bool {
-        let most = SHRUNK * AHEAD * target;
+        let most = target.saturating_mul(SHRUNK * AHEAD);
         let may_part = may_go_on(options) && target > 0 && start.faces.len() > most;
         if may_part {
             let came_to = start.faces.len();
@@ -117,7 +117,7 @@ impl Checkpoints {
         if self.phase != Phase::Again {
             self.came_to = faces;
         }
-        let is_far = faces >= AHEAD * self.target;
+        let is_far = faces >= self.target.saturating_mul(AHEAD);
         if self.next.is_some_and(|next| faces <= next) && is_far {
             self.next = Some(faces / SHRUNK);
             self.keep(run);
@@ -140,7 +140,7 @@ impl Checkpoints {
     /// Where the run is to be taken up for so many faces and what it came to, with at most so great an estimated error; nothing where
     /// that is from the start.
     pub fn ahead(&self, faces: usize, most_error: f64) -> Option<Prepared> {
-        let least = AHEAD * self.came_to.max(faces);
+        let least = self.came_to.max(faces).saturating_mul(AHEAD);
         let is_sound = |kept: &Prepared| f64::from(kept.earlier.deviation) <= kept.frame.length_to_rows(most_error);
         let is_taken = |kept: &&Prepared| !self.is_last && kept.faces.len() >= least && is_sound(kept);
         let last = self.kept.iter().rfind(is_taken);
@@ -158,7 +158,7 @@ impl Checkpoints {
             return Ok(Self::default());
         }
         let small = find();
-        let is_enough = |kept: &&Prepared| kept.faces_without(&small) >= AHEAD * target;
+        let is_enough = |kept: &&Prepared| kept.faces_without(&small) >= target.saturating_mul(AHEAD);
         let Some(last) = self.kept.iter().rfind(is_enough).filter(|_| small.parts > 0) else {
             return Ok(Self::default());
         };
@@ -270,6 +270,22 @@ mod tests {
             let at = found.parting().map(|at| at.faces.len());
             let range = AHEAD * asked..=SHRUNK * AHEAD * asked;
             assert!(at.map_or(!parts, |at| range.contains(&at)), "{at:?} for {asked}");
+        }
+    }
+
+    /// As one is that asks for no fewer faces than there are, in a chain with another that seams press.
+    #[test]
+    fn no_number_of_faces_is_too_great() {
+        let (mesh, options, device) = (charts(), Options::default(), Device::cpu(1).expect("a device"));
+        let start = prepare(&mesh, &options).expect("a valid mesh");
+        let mut found = Checkpoints::default();
+        for asked in [mesh.faces.len(), usize::MAX / 4 + 1, usize::MAX / 2 + 1, usize::MAX] {
+            assert!(!found.may_part(&start, asked, &options) && found.ahead(asked, 1.0).is_none(), "{asked}");
+        }
+        for most in [usize::MAX / 4 + 1, usize::MAX] {
+            let levels = super::super::run(&mesh, &options, &[most, 60].map(Budget::faces), &device, None);
+            let counts: Vec<usize> = levels.expect("a valid mesh").iter().map(|level| level.mesh.faces.len()).collect();
+            assert_eq!(counts, [mesh.faces.len(), 60], "{most}");
         }
     }
 
