@@ -302,7 +302,7 @@ pub struct Outcome {
     pub log: Option<CollapseLog>,
     /// The regions, of simplification by partition.
     pub regions: Option<partition::Regions>,
-    /// One record a round; none of clustering.
+    /// One record a round of contraction or removal; clustering and partition have none.
     pub rounds: Vec<RoundRecord>,
     /// Seconds by phase.
     pub seconds: Phases,
@@ -333,17 +333,21 @@ impl Outcome {
 pub const MOVED: u32 = u32::MAX;
 
 /// How far a run is.
+///
+/// Where a result comes from several runs, as those that are compared or made again without small parts, each reports for itself: from
+/// one to the next `faces` jumps back up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
-    /// Live faces now.
+    /// Live faces now; of clustering those that a grid leaves.
     pub faces: usize,
-    /// Faces at the start.
+    /// Faces of the input.
     pub faces_in: usize,
-    /// Faces asked for.
+    /// Faces asked for: of the levels that a run has to make the coarsest; 0 with only error limits.
     pub target: usize,
 }
 
-/// Called after every round, every grid that clustering tries and every pass of a partition; break to cancel.
+/// Called after every round of contraction and removal, every grid that clustering tries, and often while a partition looks for its
+/// regions; break to cancel. A weld before, a fit and flips after report nothing, and cannot be cancelled.
 pub type OnProgress<'a> = dyn FnMut(Progress) -> ControlFlow<()> + Send + 'a;
 
 /// Loads what `method` runs on a GPU, so that the first mesh does not wait for kernels to be compiled. Meant to go on while
@@ -393,10 +397,10 @@ pub fn simplify(
 /// a budget.
 ///
 /// [`rounds`](Outcome::rounds), [`seconds`](Outcome::seconds), [`bytes_moved`](Outcome::bytes_moved), the estimated error and
-/// warnings of a level tell of the run from the input on. The [`log`](Outcome::log) is with the coarsest level: another is
-/// reached after as many contractions as its rounds contracted. Where the run is stuck, the budgets that are left get what
+/// warnings of a level tell of the run from the input on. The [`log`](Outcome::log) is with the coarsest level, and those met together
+/// with it: another is reached after as many contractions as its rounds contracted. Where the run is stuck, the budgets that are left get what
 /// there is, [`StopReason::Stuck`]; where `progress` ends it, [`StopReason::Cancelled`]. To `progress` the target is that of the
-/// coarsest level in contraction, and otherwise of each.
+/// coarsest level that a run of contraction is to make, and otherwise of each.
 ///
 /// ```
 /// use coarsen::{Budget, Device, Method, mesh, simplify_levels};

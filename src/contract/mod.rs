@@ -376,7 +376,7 @@ impl Options {
     }
 }
 
-/// Runs pair contraction once, for all of `budgets`: see [`crate::simplify_levels()`].
+/// Runs pair contraction for all of `budgets`, several times where runs are compared: see [`crate::simplify_levels()`].
 pub fn run(
     mesh: &Mesh,
     options: &Options,
