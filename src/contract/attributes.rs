@@ -8,7 +8,8 @@ use crate::mesh::{Channel, ChannelKind, Dropped, Mesh, Normals};
 /// Greatest weight of an attribute.
 const MOST_WEIGHT: f32 = 1e6;
 
-/// What a difference in an attribute counts against a distance; 0 for one that is carried along and decides nothing.
+/// What a difference in an attribute counts against a distance; 0 for one that is carried along and decides nothing, but that its
+/// seams hold: leaving it out frees what they hold ([`Attributes::dropped`]).
 ///
 /// By the [`Volume`](super::Metric::Volume) metric alone. The other accumulates quadrics of planes, and attributes are carried.
 #[derive(Debug, Clone, PartialEq)]
