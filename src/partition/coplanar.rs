@@ -21,13 +21,18 @@ const ROWS: usize = 1 << 12;
 /// How often a region is grown: it ends with the first that its plane holds, or else with the first half, quarter … of the last.
 const MOST_TRIES: usize = 4;
 
+/// Least cosine of the angle between the normal of a plane and that of a face so low that the distance allows any, 45°: regions with
+/// what is turned farther wrap around things, and no outline shows them.
+const LEAST_NOISY_COS: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
 /// What rounding to six digits moves a vertex by, as a fraction of the bounding box's diagonal.
 const ROUNDING: f64 = 1e-5;
 
 /// What lies in a plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Flatness {
-    /// Largest angle between a face's normal and the plane's, in radians.
+    /// Largest angle between a face's normal and the plane's, in radians. Faces lower than the distance may be turned by 45° in any
+    /// case, as noise within it may have turned them.
     pub angle_rad: f64,
     /// Greatest distance of a vertex from the plane, as a fraction of the bounding box's diagonal.
     pub distance: f64,
@@ -255,7 +260,8 @@ impl<'a> Growth<'a> {
         }
     }
 
-    /// Whether a face is turned as a plane is. One without an area is; so is a sliver, whose corners tell all there is.
+    /// Whether a face is turned as a plane is. One without an area is; so is a sliver, whose corners tell all there is, and one that
+    /// noise within the distance may have turned.
     fn faces_along(&self, face: u32, normal: DVec3) -> bool {
         let own = self.normals[face as usize];
         let along = own.dot(normal);
@@ -264,7 +270,8 @@ impl<'a> Growth<'a> {
         }
         let corners = self.surface.faces[face as usize].map(|v| self.surface.points[v as usize]);
         let longest_sq = (0..3).map(|k| (corners[(k + 1) % 3] - corners[k]).length_squared()).fold(0.0, f64::max);
-        own.length_squared() <= self.sliver * self.sliver * longest_sq
+        let is_lower_than = |height: f64| own.length_squared() <= height * height * longest_sq;
+        is_lower_than(self.sliver) || (along >= LEAST_NOISY_COS * own.length() && is_lower_than(self.distance))
     }
 }
 

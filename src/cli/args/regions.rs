@@ -13,7 +13,7 @@ pub struct Regions {
     ///
     /// With --method coplanar and superface: how far the normal of a face may be from that of its region, and of a superface
     /// from that of the face it began with, in degrees above 0 and up to 90. Without the option 1; superfaces of what is curved
-    /// take 20.
+    /// take 20. With coplanar faces that are lower than --error, as noise turns them, may be off by 45 in any case.
     #[arg(long, value_name = "DEG", value_parser = values::flat_angle)]
     pub flat_angle: Option<f64>,
 
