@@ -17,8 +17,10 @@
 //!
 //! # Error
 //! Every removed vertex is kept as a sample of a face of the result: the nearest of those that took the place of its own,
-//! and again whenever these are replaced. The estimate is the greatest distance of a sample to its face: no vertex
-//! of a face of the input is farther from the result, but for those that a weld moved. It says nothing of points between them.
+//! and again whenever these are replaced. No vertex of a face of the input is farther from the result than the greatest distance of a
+//! sample to its face, but for those that a weld moved. The other way, how far the middle of every new edge is from the faces that
+//! went adds up: where a rim bends inward a vertex lies inside of what fills its hole. The estimate is the greater of both; points
+//! within faces may be farther.
 
 mod commit;
 mod driver;

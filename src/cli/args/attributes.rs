@@ -10,8 +10,8 @@ pub struct Attributes {
     /// What they count: normal=0.7,uv=0.25
     ///
     /// What a difference in an attribute counts against a distance, as NAME=WEIGHT, by commas; 0 for one that is carried
-    /// along and decides nothing, but that its seams hold: --drop frees what they hold. 'normal': a difference of 1, about a radian, is a thousandth of the diagonal. 'uv': a slip of the
-    /// texture along the surface counts as its length. 'color': a difference of 1, from black to full red, is a
+    /// along and decides nothing, but that its seams hold: --drop frees what they hold. 'normal': a difference of 1, about a
+    /// radian, is a thousandth of the diagonal. 'uv': a slip of the texture along the surface counts as its length. 'color': a difference of 1, from black to full red, is a
     /// fiftieth of the diagonal. 'pose' (0.1 unless given): what a morph target displaces counts as its length, and where limbs
     /// bend the distance of the joints on either side. A further channel by its name, which counts 0 unless it is given: its
     /// whole range is a fiftieth of the diagonal; whole numbers that are not given are labels, which are not blended. For --metric volume; 'plane' carries attributes along.

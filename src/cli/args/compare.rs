@@ -135,7 +135,8 @@ pub struct Device {
     /// Threads to use; 0 for one a core
     ///
     /// Threads for the CPU's part of the work, 0 for one a core. The result does not depend on it.
-    #[arg(short = 'j', long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=MOST_THREADS))]
+    #[arg(short = 'j', long, value_name = "N", default_value_t = 0,
+        value_parser = clap::value_parser!(u16).range(0..=MOST_THREADS))]
     pub threads: u16,
 }
 

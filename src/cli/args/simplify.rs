@@ -117,7 +117,7 @@ pub struct Shape {
     /// ignores topology: with --faces, --ratio or --reduction the finest grid found that leaves at most as many faces,
     /// mostly 98% or more of them; with --error the coarsest grid that moves no vertex farther than that; or with --grid.
     /// 'removal' takes the vertices nearest to their neighborhood away in rounds and fills the holes: what is left are
-    /// vertices of the input, and --error bounds how far each of those that went is from the result.
+    /// vertices of the input, and --error bounds how far each of those that went is from the result, and edges from the input.
     /// 'vsa' parts the surface into regions that face one way as nearly as can be, --regions of them or as many as --energy or
     /// --error ask for, and draws each anew between borders that both sides share.
     /// 'superface' does so with regions that are flat and lit alike, by the colors of faces or vertices, where shadows stay.
@@ -290,7 +290,8 @@ pub struct Device {
     /// Threads to use; 0 for one a core
     ///
     /// Threads for the CPU's part of the work, 0 for one a core. The result does not depend on it.
-    #[arg(short = 'j', long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=MOST_THREADS))]
+    #[arg(short = 'j', long, value_name = "N", default_value_t = 0,
+        value_parser = clap::value_parser!(u16).range(0..=MOST_THREADS))]
     pub threads: u16,
 
     /// Work in parts above this, or refuse: 8GiB
