@@ -15,6 +15,9 @@ use super::Options;
 use super::lattice::Lattice;
 use super::work::{Done, Work};
 
+/// The share of the faces that is told if it vanishes: tips of what is curved do everywhere.
+const LEAST_TOLD: f64 = 1e-2;
+
 /// Which grid is wanted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
@@ -103,6 +106,9 @@ pub fn run(
         ControlFlow::Continue(done) => done,
         ControlFlow::Break(()) => Done::nothing(mesh),
     };
+    if done.vanished > 0 && done.vanished as f64 >= LEAST_TOLD * mesh.faces.len() as f64 {
+        warnings.push(format!("faces of parts thinner than a cell, which are gone: {}", done.vanished));
+    }
     let seconds = Phases { total: clock.elapsed().as_secs_f64(), ..done.seconds };
     Ok(Outcome {
         quadrics: None,

@@ -24,6 +24,14 @@ pub struct Cells {
     pub steps: u32,
 }
 
+impl Cells {
+    /// How many of these faces lie in cells that no face is left of.
+    pub fn vanished(&self, faces: &[[u32; 3]]) -> usize {
+        let is_gone = |face: &&[u32; 3]| face.iter().all(|&v| self.of_vertices[v as usize] == NONE);
+        faces.par_iter().with_min_len(ROWS).filter(is_gone).count()
+    }
+}
+
 /// Where the vertices of the cells go.
 #[derive(Debug)]
 pub enum Points {

@@ -36,6 +36,8 @@ pub struct Done {
     pub steps: u32,
     /// Of the worst cell, in model units.
     pub estimate: f64,
+    /// Faces of the input in cells that no face is left of.
+    pub vanished: usize,
     pub seconds: Phases,
     pub bytes_moved: u64,
 }
@@ -48,6 +50,7 @@ impl Done {
             origin: (0..mesh.positions.len() as u32).collect(),
             steps: 0,
             estimate: 0.0,
+            vanished: 0,
             seconds: Phases::default(),
             bytes_moved: 0,
         }
@@ -181,6 +184,7 @@ impl<'a> Work<'a> {
         self.key(steps)?;
         let (of_vertices, firsts) = left.number(&self.queue.rows(&self.keys)?);
         let cells = Cells { of_vertices, firsts, steps };
+        let vanished = cells.vanished(&self.mesh.faces);
         self.keys = self.queue.buffer(0)?;
         self.seconds.select = self.lap();
         let (points, estimate) = self.points(&cells, representative)?;
@@ -190,7 +194,8 @@ impl<'a> Work<'a> {
         mesh.materials = self.mesh.materials.as_ref().map(|materials| materials.take(&left.sources));
         self.seconds.apply = self.lap();
         self.seconds.transfer = self.queue.time_moving().as_secs_f64();
-        Ok(Done { mesh, origin, steps, estimate, seconds: self.seconds, bytes_moved: self.queue.bytes_moved() })
+        let (seconds, bytes_moved) = (self.seconds, self.queue.bytes_moved());
+        Ok(Done { mesh, origin, steps, estimate, vanished, seconds, bytes_moved })
     }
 
     /// The faces of every cell.
