@@ -142,7 +142,11 @@ fn parts_are_cut_again_until_they_fit() {
 #[test]
 fn vertices_that_repeat_positions_do_not_crack() {
     let mesh = sample("part", Some(30_000)).expect("a sample");
-    let result = Bench::new(&soup(&mesh)).run(Budget::faces(2_000), 3_000).outcome.mesh;
+    let run = |mesh: &Mesh| Bench::new(mesh).run(Budget::faces(2_000), 3_000);
+    let (joined, Outcome { outcome, passes, .. }) = (run(&mesh).passes, run(&soup(&mesh)));
+    let result = outcome.mesh;
+    let ratio = passes[0].error_limit / joined[0].error_limit;
+    assert!(ratio > 0.5 && ratio < 2.0, "{ratio} times the limit of joined vertices");
     let (before, after) = (topology(&mesh), topology(&result));
     assert_eq!((result.faces.len(), after.euler, after.border_edges), (2_000, before.euler, 0));
 }

@@ -15,7 +15,8 @@ use crate::contract;
 use crate::error::Result;
 use crate::formats::Stream;
 use crate::math::DVec3;
-use crate::simplify::{Budget, MOVED, OnProgress, Outcome, Progress, StopReason};
+use crate::mesh::Mesh;
+use crate::simplify::{Budget, OnProgress, Outcome, Progress, StopReason};
 
 /// Samples at most, each from another part.
 const SAMPLES: usize = 4;
@@ -32,20 +33,20 @@ const GREATEST_RATIO: f64 = 64.0;
 const MOST_LOWER: usize = 3;
 /// A share this close is the wanted one.
 const NEAR: f64 = 0.04;
-/// Points that a thread takes at a time.
-const POINTS: usize = 1 << 8;
+/// Faces that a thread takes at a time.
+const FACES: usize = 1 << 8;
 
 /// Pieces of parts.
 #[derive(Debug)]
 pub struct Samples(Vec<Piece>);
 
-/// A piece, and which of its vertices count: the half of them that is farthest from what is frozen, where many stay that would not
+/// A piece, and which of its faces count: the half of them that is farthest from what is frozen, where many stay that would not
 /// elsewhere.
 #[derive(Debug)]
 struct Piece {
     part: Part,
     frozen: Vec<DVec3>,
-    /// The squared distance from what is frozen from which on vertices count.
+    /// The squared distance of a face's middle from what is frozen from which on it counts.
     clear_sq: f64,
     /// How many do.
     count: usize,
@@ -87,7 +88,7 @@ impl Samples {
         now: Progress,
         progress: &mut OnProgress<'_>,
     ) -> Result<Option<f64>> {
-        // How many vertices that count are left, and the greatest deviation.
+        // How many faces that count are left, and the greatest deviation.
         let mut reduce = |budget: Budget| {
             let (mut count, mut deviation) = (0, 0.0_f64);
             for piece in &self.0 {
@@ -103,6 +104,9 @@ impl Samples {
         };
         let ControlFlow::Continue((_, greatest)) = reduce(Budget::keep(share))? else { return Ok(None) };
         let wanted = share * self.0.iter().map(|piece| piece.count).sum::<usize>() as f64;
+        if wanted == 0.0 {
+            return Ok(Some(greatest));
+        }
         let (mut low, mut high) = (greatest / GREATEST_RATIO, greatest);
         for _ in 0..MOST_LOWER {
             let ControlFlow::Continue((count, _)) = reduce(Budget::error_abs(low))? else { return Ok(None) };
@@ -125,8 +129,9 @@ impl Samples {
 
 impl Piece {
     fn new(part: Part) -> Self {
-        let (frozen, free) = split(&part.mesh.positions, |v| part.frozen[v]);
-        let mut distances = distances_sq(&free, &frozen);
+        let rows = part.mesh.positions.iter().zip(&*part.frozen);
+        let frozen: Vec<DVec3> = rows.filter(|&(_, &is_frozen)| is_frozen).map(|(&position, _)| position).collect();
+        let mut distances = distances_sq(&part.mesh, &frozen);
         let middle = distances.len() / 2;
         let clear_sq = match middle {
             0 => 0.0,
@@ -136,26 +141,18 @@ impl Piece {
         Self { part, frozen, clear_sq, count }
     }
 
-    /// How many vertices that count are left.
+    /// How many faces that count are left.
     fn count_left(&self, outcome: &Outcome) -> usize {
-        let is_frozen = |v: usize| match outcome.vertex_origin[v] {
-            MOVED => false,
-            origin => self.part.frozen[origin as usize],
-        };
-        let (_, free) = split(&outcome.mesh.positions, is_frozen);
-        distances_sq(&free, &self.frozen).into_iter().filter(|&distance_sq| distance_sq >= self.clear_sq).count()
+        distances_sq(&outcome.mesh, &self.frozen)
+            .into_iter()
+            .filter(|&distance_sq| distance_sq >= self.clear_sq)
+            .count()
     }
 }
 
-/// The positions of which `is_first` holds, and the others.
-fn split(positions: &[DVec3], is_first: impl Fn(usize) -> bool) -> (Vec<DVec3>, Vec<DVec3>) {
-    let (first, others): (Vec<_>, Vec<_>) = positions.iter().enumerate().partition(|&(v, _)| is_first(v));
-    let places = |rows: Vec<(usize, &DVec3)>| rows.into_iter().map(|(_, &position)| position).collect();
-    (places(first), places(others))
-}
-
-/// The squared distance of each point to the nearest of `others`, infinite without any.
-fn distances_sq(points: &[DVec3], others: &[DVec3]) -> Vec<f64> {
-    let least = |point: &DVec3| others.iter().map(|other| point.distance_squared(*other)).fold(f64::INFINITY, f64::min);
-    points.par_iter().with_min_len(POINTS).map(least).collect()
+/// The squared distance of the middle of each face to the nearest of `places`, infinite without any.
+fn distances_sq(mesh: &Mesh, places: &[DVec3]) -> Vec<f64> {
+    let middle = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions[v as usize]).sum::<DVec3>() / 3.0;
+    let least = |from: DVec3| places.iter().map(|place| from.distance_squared(*place)).fold(f64::INFINITY, f64::min);
+    mesh.faces.par_iter().with_min_len(FACES).map(|face| least(middle(face))).collect()
 }
