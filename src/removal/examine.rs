@@ -138,7 +138,10 @@ impl State<'_> {
         }
         let face = hole.beyond[0].ok_or(Rejection::Link)?;
         // With the one that goes.
-        if faces_with(hole.ring[0], hole.ring[1], &self.stars) != 2 {
+        let [first, second] = [hole.ring[0], hole.ring[1]];
+        let by_faces = |v: u32| self.stars.ring(v).len();
+        let (of, around) = if by_faces(first) < by_faces(second) { (second, first) } else { (first, second) };
+        if faces_with(of, around, &self.stars) != 2 {
             return Err(Rejection::Link);
         }
         let across = self.stars.faces[face as usize].corners().into_iter().find(|v| !hole.ring.contains(v));

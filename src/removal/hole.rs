@@ -94,11 +94,12 @@ impl Hole {
         self.beyond.resize(count, None);
         self.outside.clear();
         self.outside.resize(count, None);
-        let is_hub = |&v: &u32| stars.positions[v as usize].flags & HUB != 0;
-        // What lies at one of many faces is found from the other ends of its edges, unless that is another.
-        let skips_hub = self.ring.iter().filter(|v| is_hub(v)).count() == 1;
+        // What lies at the one of most faces is found from the other ends of its edges.
+        let longest = self.ring.iter().copied().filter(|&v| stars.positions[v as usize].flags & HUB != 0);
+        let longest = longest.max_by_key(|&v| stars.ring(v).len());
+        let skipped = longest.filter(|hub| self.ring.iter().filter(|v| *v == hub).count() == 1);
         for (i, at) in self.ring.iter().copied().enumerate() {
-            if skips_hub && is_hub(&at) {
+            if skipped == Some(at) {
                 continue;
             }
             let (before, after) = ((i + count - 1) % count, (i + 1) % count);
@@ -116,8 +117,8 @@ impl Hole {
                 }
                 // Beyond a side of the ring a face runs the other way.
                 let follows = i < self.faces.len() && seen.last == self.ring[after];
-                let is_of_hub = skips_hub && before < self.faces.len() && is_hub(&self.ring[before]);
-                let precedes = is_of_hub && seen.next == self.ring[before];
+                let is_of_skipped = before < self.faces.len() && skipped == Some(self.ring[before]);
+                let precedes = is_of_skipped && seen.next == self.ring[before];
                 for side in follows.then_some(i).into_iter().chain(precedes.then_some(before)) {
                     let corner = |v: u32| stars.positions[v as usize].xyz().as_dvec3() - origin;
                     self.beyond[side] = Some(f);
@@ -147,9 +148,9 @@ impl Hole {
 
     /// Whether the three vertices of a ring are the corners of a face elsewhere.
     pub fn is_face(&self, stars: &Stars<'_>) -> bool {
-        let [a, b, c] = self.ring[..] else { return false };
-        let faces = stars.ring(a).iter().map(|&f| stars.faces[f as usize]);
-        faces.into_iter().any(|face| has(face, b) && has(face, c))
+        let Some(&shortest) = self.ring.iter().min_by_key(|&&v| stars.ring(v).len()) else { return false };
+        let mut faces = stars.ring(shortest).iter().map(|&f| stars.faces[f as usize]);
+        self.ring.len() == 3 && faces.any(|face| self.ring.iter().all(|&v| has(face, v)))
     }
 
     /// The polygons to fill: one, or one on either side of the two features that run through the vertex.
@@ -189,5 +190,68 @@ impl Hole {
     /// The unit normal beyond the side of the ring between two places, where there is a face.
     pub fn outside(&self, from: usize, to: usize) -> Option<DVec3> {
         if (from + 1) % self.ring.len() == to { self.outside[from] } else { None }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::super::Options;
+    use super::super::prepare::prepare;
+    use super::*;
+    use crate::backend::Device;
+    use crate::kernel::rows::{HUB_FACES, Position};
+    use crate::mesh::Mesh;
+
+    /// Rings of `sides` vertices about an apex, `parts` of a full turn.
+    fn cone(sides: u32, parts: f64) -> Mesh {
+        let is_closed = parts == 1.0;
+        let spokes = if is_closed { sides } else { sides + 1 };
+        let place = |ring: u32, i: u32| {
+            let (r, angle) = (f64::from(ring), TAU * parts * f64::from(i) / f64::from(sides));
+            DVec3::new(r * angle.cos(), r * angle.sin(), -0.1 * r)
+        };
+        let rim = |ring: u32| (0..spokes).map(move |i| place(ring, i));
+        let at = |ring: u32, i: u32| 1 + (ring - 1) * spokes + i % spokes;
+        let fan = (0..sides).map(|i| [0, at(1, i), at(1, i + 1)]);
+        let band =
+            (0..sides).flat_map(|i| [[at(1, i), at(2, i), at(2, i + 1)], [at(1, i), at(2, i + 1), at(1, i + 1)]]);
+        Mesh::new([DVec3::ZERO].into_iter().chain(rim(1)).chain(rim(2)).collect(), fan.chain(band).collect())
+    }
+
+    /// A rim of `sides` vertices between two apexes.
+    fn bipyramid(sides: u32) -> Mesh {
+        let rim = (0..sides).map(|i| TAU * f64::from(i) / f64::from(sides)).map(|a| DVec3::new(a.cos(), a.sin(), 0.0));
+        let next = |i: u32| 2 + (i + 1) % sides;
+        let faces = (0..sides).flat_map(|i| [[0, 2 + i, next(i)], [1, next(i), 2 + i]]);
+        Mesh::new([DVec3::Z, -DVec3::Z].into_iter().chain(rim).collect(), faces.collect())
+    }
+
+    #[test]
+    fn a_hub_is_seen_from_the_other_ends() {
+        let device = Device::cpu(1).expect("a device");
+        let sides = HUB_FACES + 40;
+        for mesh in [cone(sides, 1.0), cone(sides, 0.5), bipyramid(sides)] {
+            let prepared = prepare(&mesh, &Options::default(), &mut device.cpu_queue()).expect("a valid mesh");
+            let stars = prepared.surface.stars();
+            assert!(stars.positions.iter().any(|p| p.flags & HUB != 0));
+            let plain: Vec<Position> =
+                stars.positions.iter().map(|&p| Position { flags: p.flags & !HUB, ..p }).collect();
+            let plain = Stars { positions: &plain, ..stars };
+            let (mut seen, mut expected) = (Hole::default(), Hole::default());
+            for vertex in 0..stars.positions.len() as u32 {
+                assert_eq!(seen.read(vertex, &stars), expected.read(vertex, &plain));
+                assert_eq!(
+                    (&seen.ring, &seen.joined, &seen.beyond),
+                    (&expected.ring, &expected.joined, &expected.beyond)
+                );
+                assert_eq!(seen.is_face(&stars), expected.is_face(&plain));
+                for (side, other) in seen.outside.iter().zip(&expected.outside) {
+                    let off = side.zip(*other).map(|(a, b)| (a - b).length());
+                    assert!(side.is_some() == other.is_some() && off.unwrap_or(0.0) < 1e-12, "{vertex}: {off:?}");
+                }
+            }
+        }
     }
 }

@@ -18,8 +18,8 @@ pub struct Samples {
     first: Vec<u32>,
     /// The sample after each in its list.
     next: Vec<u32>,
-    /// How far the edges of every face may be from the surface of the start: a vertex at a rim that bends inward lies inside of
-    /// what fills its hole, and edges there alone tell of the deviation.
+    /// How far the edges of every face are taken to be from the surface of the start: a vertex at a rim that bends inward lies inside
+    /// of what fills its hole, and edges there alone tell of the deviation.
     outward: Vec<f32>,
 }
 
@@ -55,8 +55,8 @@ impl Samples {
         }
     }
 
-    /// How far edges with these middles may be from the surface of the start, where `old` replaces the triangles `before` of the
-    /// numbers `old`: what their middles are off these, and what these were before. All are about one origin.
+    /// How far edges with these middles are taken to be from the surface of the start, where they replace the triangles `before`, the
+    /// faces `old`: what their middles are off these, and what these were before. All are about one origin.
     pub fn outward(&self, middles: impl Iterator<Item = DVec3>, before: &[[DVec3; 3]], old: &[u32]) -> f64 {
         let least =
             |middle| before.iter().map(|&face| closest_point(middle, face).distance_sq).fold(f64::INFINITY, f64::min);
