@@ -86,7 +86,7 @@ impl Threads {
 ///
 /// Many meshes may be simplified on one device at a time, from the threads of another rayon pool too: such a thread waits until its
 /// mesh is done, and takes up nothing else of its own pool meanwhile. What runs on a device, as a progress callback, must therefore
-/// not wait for that pool.
+/// neither wait for that pool nor use a device that waits for this one.
 ///
 /// `Device::open` stands with the kernels, for it runs the self-test.
 #[derive(Debug, Clone)]

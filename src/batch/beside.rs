@@ -16,8 +16,9 @@ pub(super) type Beside = BTreeMap<String, Option<Hash>>;
 pub(super) fn of(document: &Document, job: &Job) -> Beside {
     let (Some(folder), Some(output)) = (folder(job), job.outputs.first()) else { return Beside::new() };
     let Ok((format, _)) = Format::from_path(Path::new(output)) else { return Beside::new() };
-    let files = document.files_beside(format).into_iter();
-    files.filter_map(|path| Some((path.strip_prefix(folder).ok()?.to_str()?.to_string(), hash_of(&path)))).collect()
+    // A name that is not UTF-8 becomes another, at which nothing is found: its input is done again.
+    let name = |path: &Path| path.strip_prefix(folder).unwrap_or(path).to_string_lossy().into_owned();
+    document.files_beside(format).iter().map(|path| (name(path), hash_of(path))).collect()
 }
 
 /// The files beside one input as they stand, each read once.

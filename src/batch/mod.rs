@@ -146,7 +146,7 @@ fn run_with(plan: &Plan, device: &Device, options: &Options, observe: &Observe<'
     let known = if options.resume { Known::read(folder)? } else { Known::default() };
     // Without a record there is nothing to go on with: what is there is somebody else's.
     if !options.overwrite && (!options.resume || ledgers(folder)?.is_empty()) {
-        refuse_to_replace(plan)?;
+        refuse_to_replace(plan, options.resume)?;
     }
     if options.resume || options.overwrite {
         leftovers::remove(plan)?;
@@ -251,10 +251,14 @@ fn make_folder(path: &Path) -> Result<()> {
     })
 }
 
-/// Refuses a folder in which an earlier run left records of this shard, or in which an output is there already.
-fn refuse_to_replace(plan: &Plan) -> Result<()> {
+/// Refuses a folder in which an earlier run left records of this shard, or in which an output is there already; there are none to go
+/// on with where that is asked for.
+fn refuse_to_replace(plan: &Plan, resumes: bool) -> Result<()> {
     let exists = |path: PathBuf| {
-        let why = "it exists: `resume` goes on with that run, `overwrite` replaces it";
+        let why = match resumes {
+            true => "it exists, and no records of a run: `overwrite` replaces it",
+            false => "it exists: `resume` goes on with that run, `overwrite` replaces it",
+        };
         Error::Write { path, source: io::Error::new(io::ErrorKind::AlreadyExists, why) }
     };
     let ledger = plan.ledger();

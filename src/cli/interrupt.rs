@@ -15,7 +15,7 @@ static SHIELDED: AtomicBool = AtomicBool::new(false);
 /// does, and then its shell.
 const ONCE: Duration = Duration::from_millis(250);
 
-/// Lets Ctrl-C, SIGTERM and SIGHUP end the program with the code 130. A second one always ends it at once.
+/// Lets Ctrl-C, SIGTERM and SIGHUP end the program with the code 130. A later one ends it at once, whatever it does (see [`ONCE`]).
 pub fn listen() {
     let is_hangup_ignored = hangup::is_ignored();
     // Where a handler cannot be set the system's own stays, which ends the program too.
@@ -44,7 +44,8 @@ pub fn asked() -> bool {
     ASKED.get().is_some()
 }
 
-/// SIGHUP is one of the signals that are listened to or not, all of them together, and `nohup` has it ignored: so it has to stay.
+/// SIGHUP is one of the signals that are listened to or not, all of them together, and `nohup` has it ignored: so it has to stay. It
+/// is listened to for the moment between the two calls. Of a shell's `&` SIGINT is ignored too, but nothing sends it from there.
 #[cfg(unix)]
 #[expect(unsafe_code, reason = "the standard library has no signals")]
 mod hangup {
@@ -61,8 +62,9 @@ mod hangup {
 
     /// Whether it is ignored, which only setting it tells.
     pub fn is_ignored() -> bool {
-        // SAFETY: what was set before is set again, and no function is called.
+        // SAFETY: no function is set.
         let before = unsafe { signal(SIGHUP, SIG_IGN) };
+        // SAFETY: what was set before is set again.
         unsafe { signal(SIGHUP, before) };
         before == SIG_IGN
     }

@@ -138,6 +138,7 @@ fn a_sample_that_is_interrupted_is_not_written() {
             u64::from_str_radix(caught.trim(), 16).expect("a number") & 2 != 0
         };
         while !catches_it() {
+            assert!(child.try_wait().expect("its state").is_none(), "{output}: it ended by itself");
             std::thread::sleep(std::time::Duration::from_millis(1));
         }
         assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill").success());

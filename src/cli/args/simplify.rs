@@ -117,7 +117,7 @@ pub struct Shape {
     /// ignores topology: with --faces, --ratio or --reduction the finest grid found that leaves at most as many faces,
     /// mostly 98% or more of them; with --error the coarsest grid that moves no vertex farther than that; or with --grid.
     /// 'removal' takes the vertices nearest to their neighborhood away in rounds and fills the holes: what is left are
-    /// vertices of the input, and --error bounds how far each of those that went is from the result, and edges from the input.
+    /// vertices of the input, and --error bounds how far each of those that went is from the result, and holds middles of edges to about that.
     /// 'vsa' parts the surface into regions that face one way as nearly as can be, --regions of them or as many as --energy or
     /// --error ask for, and draws each anew between borders that both sides share.
     /// 'superface' does so with regions that are flat and lit alike, by the colors of faces or vertices, where shadows stay.
