@@ -203,9 +203,9 @@ fn the_deviation_is_that_of_one_piece() {
 #[test]
 fn sheets_that_cross_come_out_as_in_one_piece() {
     let sheet = |tilt: f64| {
-        let mut sheet = shapes::plane(200, 200);
+        let mut sheet = shapes::plane(300, 300);
         for p in &mut sheet.positions {
-            let (x, y) = (p.x / 100.0 - 1.0, p.y / 100.0 - 1.0);
+            let (x, y) = (p.x / 150.0 - 1.0, p.y / 150.0 - 1.0);
             *p = DVec3::new(x, y, tilt * x + 0.05 * (4.0 * x).sin() * (3.0 * y).cos());
         }
         sheet
@@ -214,8 +214,8 @@ fn sheets_that_cross_come_out_as_in_one_piece() {
     let first = mesh.positions.len() as u32;
     mesh.positions.extend(other.positions);
     mesh.faces.extend(other.faces.iter().map(|face| face.map(|v| v + first)));
-    let in_parts = Bench::new(&mesh).run(Budget::faces(1_600), 10_000);
-    let whole = contract(&mesh, &Options::default(), Budget::faces(1_600));
+    let in_parts = Bench::new(&mesh).run(Budget::faces(1_000), 16_000);
+    let whole = contract(&mesh, &Options::default(), Budget::faces(1_000));
     let rms = |result: &Mesh| {
         let options = metrics::Options { samples: Some(100_000), ..metrics::Options::default() };
         metrics::deviation(&mesh, result, &options, &cpu(2)).expect("two meshes").symmetric().rms

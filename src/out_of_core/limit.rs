@@ -16,7 +16,7 @@ use crate::error::Result;
 use crate::formats::Stream;
 use crate::math::DVec3;
 use crate::mesh::Mesh;
-use crate::simplify::{Budget, OnProgress, Outcome, Progress, StopReason};
+use crate::simplify::{Budget, MOVED, OnProgress, Outcome, Progress, StopReason};
 
 /// Samples at most, each from another part.
 const SAMPLES: usize = 4;
@@ -131,7 +131,7 @@ impl Piece {
     fn new(part: Part) -> Self {
         let rows = part.mesh.positions.iter().zip(&*part.frozen);
         let frozen: Vec<DVec3> = rows.filter(|&(_, &is_frozen)| is_frozen).map(|(&position, _)| position).collect();
-        let mut distances = distances_sq(&part.mesh, &frozen);
+        let mut distances = distances_sq(&part.mesh, |v| part.frozen[v], &frozen);
         let middle = distances.len() / 2;
         let clear_sq = match middle {
             0 => 0.0,
@@ -143,16 +143,20 @@ impl Piece {
 
     /// How many faces that count are left.
     fn count_left(&self, outcome: &Outcome) -> usize {
-        distances_sq(&outcome.mesh, &self.frozen)
-            .into_iter()
-            .filter(|&distance_sq| distance_sq >= self.clear_sq)
-            .count()
+        let is_frozen = |v: usize| match outcome.vertex_origin[v] {
+            MOVED => false,
+            origin => self.part.frozen[origin as usize],
+        };
+        let distances = distances_sq(&outcome.mesh, is_frozen, &self.frozen);
+        distances.into_iter().filter(|&distance_sq| distance_sq >= self.clear_sq).count()
     }
 }
 
-/// The squared distance of the middle of each face to the nearest of `places`, infinite without any.
-fn distances_sq(mesh: &Mesh, places: &[DVec3]) -> Vec<f64> {
+/// The squared distance of the middle of each face to the nearest of `places`, infinite without any. Faces with a frozen corner are left
+/// out: where few others are left they reach far inside, however many are wanted.
+fn distances_sq(mesh: &Mesh, is_frozen: impl Fn(usize) -> bool + Sync, places: &[DVec3]) -> Vec<f64> {
     let middle = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions[v as usize]).sum::<DVec3>() / 3.0;
     let least = |from: DVec3| places.iter().map(|place| from.distance_squared(*place)).fold(f64::INFINITY, f64::min);
-    mesh.faces.par_iter().with_min_len(FACES).map(|face| least(middle(face))).collect()
+    let is_free = |face: &&[u32; 3]| !face.iter().any(|&v| is_frozen(v as usize));
+    mesh.faces.par_iter().with_min_len(FACES).filter(is_free).map(|face| least(middle(face))).collect()
 }
